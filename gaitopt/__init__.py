@@ -1,0 +1,59 @@
+"""gaitopt: optimal-control gait design for planar walking with foot slippage.
+
+Everything listed in ``__all__`` is public and loaded when first used, so that importing gaitopt is quick.
+"""
+
+from importlib import import_module, metadata
+from typing import Any
+
+__version__ = metadata.version("gaitopt")
+
+_PUBLIC = {
+    "gaitopt.control.law": ("Law", "feedforward", "passive"),
+    "gaitopt.errors": ("ArchiveError", "GaitoptError", "InputError", "ScriptError", "WordError"),
+    "gaitopt.model.catalogue": ("robot_named",),
+    "gaitopt.model.check": ("RobotCheck", "check_robot"),
+    "gaitopt.model.compass": ("compass_biped",),
+    "gaitopt.model.impact": ("Impact", "complementarity_pairs", "solve_impact"),
+    "gaitopt.model.mechanics": ("PointMass", "RigidLink"),
+    "gaitopt.model.modes": ("Mode",),
+    "gaitopt.model.rimless": ("rimless_wheel",),
+    "gaitopt.model.robot": ("Coordinates", "Robot", "assemble"),
+    "gaitopt.motion.archive": ("load", "save"),
+    "gaitopt.motion.energy": ("Ledger", "absolute_work", "cost_of_transport", "ledger", "positive_work"),
+    "gaitopt.motion.gait": ("Gait", "SolverReport", "Verification", "Violation"),
+    "gaitopt.motion.motion": ("Jump", "Motion", "Segment"),
+    "gaitopt.motion.summary": ("summarise",),
+    "gaitopt.motion.word": ("Word",),
+    "gaitopt.ocp.guess": ("Guess", "Keyframes", "Line", "Previous"),
+    "gaitopt.ocp.ipopt": ("Ipopt",),
+    "gaitopt.ocp.limits": ("Limits", "Margins"),
+    "gaitopt.ocp.objective": ("CostOfTransport", "Objective", "PositiveWork", "TorqueSquared"),
+    "gaitopt.ocp.passive": ("passive_cycle",),
+    "gaitopt.ocp.problem": ("GaitProblem",),
+    "gaitopt.ocp.shooting": ("MultipleShooting",),
+    "gaitopt.ocp.solver": ("solve",),
+    "gaitopt.parameters": ("Parameter",),
+    "gaitopt.plot.animation": ("animate",),
+    "gaitopt.plot.gait_figure": ("plot_gait",),
+    "gaitopt.progress": ("Iteration",),
+    "gaitopt.simulation.scipy_engine": ("ScipyEngine",),
+    "gaitopt.simulation.simulator": ("Event", "Rollout", "simulate"),
+    "gaitopt.simulation.verification": ("Tolerances", "replay", "verify"),
+    "gaitopt.status": ("Status", "Stop"),
+}
+_HOME = {name: module for module, names in _PUBLIC.items() for name in names}
+
+__all__ = ["__version__", *sorted(_HOME)]  # noqa: PLE0604 - one table serves __all__ and lazy loading
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'gaitopt' has no attribute {name!r}")
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

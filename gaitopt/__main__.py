@@ -1,0 +1,5 @@
+"""``python -m gaitopt`` runs the command line."""
+
+from gaitopt.cli.app import main
+
+main()

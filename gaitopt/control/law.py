@@ -1,0 +1,94 @@
+"""Control laws: a symbolic torque with a table of numbers, one column per piece of the step.
+
+A law is a CasADi Function (clock, q, v, data) -> torque and, for each stretch of the clock between breakpoints, the
+column of data it uses there.  Simulators, variational equations and exported code all run this one Function.
+"""
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array, Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """A control law.
+
+    Attributes
+    ----------
+    name : str
+    torque : (clock, q (n_q), v (n_q), data (n_d)) -> (n_u) Function [N m]
+        The clock is the time since the last touchdown [s].
+    breakpoints : (K,) array [s]
+        Where each piece of the clock begins; the first is 0 and the last piece never ends.
+    table : (n_d, K) array
+        Data of each piece.
+    """
+
+    name: str
+    torque: ca.Function = field(repr=False)
+    breakpoints: Array = field(repr=False)
+    table: Array = field(repr=False)
+
+    def piece(self, clock: float) -> int:
+        """Return the number of the piece a clock time lies in."""
+        return max(int(np.searchsorted(self.breakpoints, clock, side="right")) - 1, 0)
+
+
+def passive(robot: Robot) -> Law:
+    """Return the law without torque.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> passive(compass_biped()).name
+    'passive'
+    """
+    data = ca.SX.sym("data", 0)
+    function = _function(robot, data, lambda clock, q, v: ca.SX.zeros(robot.n_u))
+    return Law("passive", function, np.zeros(1), np.zeros((0, 1)))
+
+
+def feedforward(robot: Robot, motion: Motion) -> Law:
+    """Return the law that plays back the torques of a motion's first step, with a clock reset at touchdown.
+
+    Torques are linear between the samples of the motion; after its last sample the last torque is held.
+
+    Parameters
+    ----------
+    robot : Robot
+    motion : Motion
+        Its torque samples must lie on straight lines between samples, as those of an optimised gait do.
+
+    Raises
+    ------
+    InputError
+        If the motion has other actuators than the robot.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, load
+    >>> feedforward(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
+    'feedforward'
+    """
+    if motion.actuators != robot.actuators:
+        raise InputError(f"The motion has actuators {motion.actuators}, but the robot has {robot.actuators}.")
+    first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
+    time = np.concatenate([segment.time for segment in first]) - first[0].time[0]
+    torque = np.concatenate([segment.torque for segment in first], axis=1)
+    time, keep = np.unique(time, return_index=True)
+    torque = torque[:, keep]
+    slope = np.hstack([np.diff(torque, axis=1) / np.diff(time), np.zeros((robot.n_u, 1))])
+    data = ca.SX.sym("data", 1 + 2 * robot.n_u)
+    value, rate = data[1 : 1 + robot.n_u], data[1 + robot.n_u :]
+    function = _function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))
+    return Law("feedforward", function, time, np.vstack([time, torque, slope]))
+
+
+def _function(robot: Robot, data: ca.SX, torque) -> ca.Function:  # noqa: ANN001 - a local lambda
+    clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q)
+    return ca.Function("torque", [clock, q, v, data], [torque(clock, q, v)], ["clock", "q", "v", "data"], ["torque"])

@@ -1,0 +1,28 @@
+"""The robots that come with gaitopt, by name."""
+
+from collections.abc import Callable
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.compass import compass_biped
+from gaitopt.model.rimless import rimless_wheel
+from gaitopt.model.robot import Robot
+
+CATALOGUE: dict[str, Callable[[], Robot]] = {"compass_biped": compass_biped, "rimless_wheel": rimless_wheel}
+
+
+def robot_named(name: str) -> Robot:
+    """Return a robot of the catalogue.
+
+    Raises
+    ------
+    InputError
+        If there is no such robot; the message names the nearest.
+
+    Examples
+    --------
+    >>> robot_named("compass_biped").n_q
+    4
+    """
+    if name not in CATALOGUE:
+        raise InputError(f"There is no robot {name!r} in the catalogue. {suggest(name, CATALOGUE)}")
+    return CATALOGUE[name]()

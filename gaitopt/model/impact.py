@@ -1,0 +1,150 @@
+"""Rigid, plastic, frictional impact of the landing foot.
+
+M (v+ - v-) = W^T (L_t, L_n) with
+
+    0 <= L_n  _|_  v_n+ >= 0
+    L_t = a - b
+    0 <= a  _|_  c + v_t+ >= 0
+    0 <= b  _|_  c - v_t+ >= 0
+    0 <= c  _|_  mu L_n - a - b >= 0
+
+(c is the slip speed).  In the plane the outcome is stick, slip+ or slip-, found exactly by checking the three.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.model.modes import Mode
+from gaitopt.model.robot import Robot
+
+
+def complementarity_pairs(
+    normal: Any, forward: Any, backward: Any, excess: Any, v_normal: Any, v_tangent: Any, friction: Any
+) -> tuple[list[Any], list[Any]]:
+    """Return the two sides of the impact law's complementarity pairs; works on symbols and on numbers.
+
+    Parameters
+    ----------
+    normal, forward, backward : scalar
+        L_n, a and b, with L_t = a - b [N s].
+    excess : scalar
+        c, the slip speed [m/s].
+    v_normal, v_tangent : scalar
+        Landing-foot velocity after the impact [m/s].
+    friction : scalar
+
+    Returns
+    -------
+    left, right : list of 4
+        All >= 0 and ``left[i] * right[i] == 0`` at a solution.
+
+    Examples
+    --------
+    >>> left, right = complementarity_pairs(2.0, 0.0, 0.2, 0.5, 0.0, 0.5, 0.1)
+    >>> [a * b for a, b in zip(left, right)]
+    [0.0, 0.0, 0.0, 0.0]
+    """
+    left = [normal, forward, backward, excess]
+    right = [v_normal, excess + v_tangent, excess - v_tangent, friction * normal - forward - backward]
+    return left, right
+
+
+def impulse_excess(impulse: Any, friction: Any, mode: Mode, margin: Any) -> Any:
+    """Return what an outcome asks of the impulse: = 0 for a slip, >= 0 (two entries) for a stick.
+
+    This is the last pair of :func:`complementarity_pairs` with the outcome known, divided by mu so that an unlimited
+    friction is allowed; `margin` keeps a sticking impulse inside the cone.
+
+    Parameters
+    ----------
+    impulse : SX or array, shape (2,)
+        (L_t, L_n) [N s].
+    """
+    tangential, normal = impulse[0], impulse[1]
+    if mode.slips:
+        return mode.sign * tangential / friction + normal
+    scaled = tangential / ((1 - margin) * friction)
+    return ca.vertcat(normal - scaled, normal + scaled)
+
+
+@dataclass(frozen=True, eq=False)
+class Impact:
+    """An impact, solved.
+
+    Attributes
+    ----------
+    mode : Mode or None
+        Outcome; None when no outcome is consistent.
+    impulse : (2,) array [N s]
+    v_plus : (n_q,) array
+        Rates after, before the leg swap.
+    energy_lost : float [J]
+    separation : float [m/s]
+        Upward speed of the trailing foot; negative means the single-impulse answer is not valid.
+    ambiguous : bool
+        Whether more than one outcome is consistent (possible only at large friction).
+    """
+
+    mode: Mode | None
+    impulse: np.ndarray
+    v_plus: np.ndarray
+    energy_lost: float
+    separation: float
+    ambiguous: bool
+
+
+def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> Impact:
+    """Solve the impact law exactly by checking its three outcomes.
+
+    Parameters
+    ----------
+    robot : Robot
+    q, v : (n_q,) arrays
+        Configuration and rates just before touchdown.
+    p : (n_p,) array
+        Parameter vector, :meth:`Robot.vector`.
+
+    Returns
+    -------
+    Impact
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gaitopt import compass_biped
+    >>> robot = compass_biped()
+    >>> p = robot.vector(robot.resolve({"friction": 0.5}))
+    >>> impact = solve_impact(robot, np.array([0, 0, 0.15, 0.15]), np.array([0, 0, 0.6, -0.1]), p)
+    >>> impact.mode.value, impact.energy_lost > 0
+    ('stick', True)
+    """
+    friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
+    mass = np.asarray(robot.dynamics(q, v, p)[0])
+    jacobian = np.asarray(robot.landing(q, v, p)[2])
+    spread = np.linalg.solve(mass, jacobian.T)
+    mobility, velocity = jacobian @ spread, jacobian @ v
+    found: list[tuple[Mode, np.ndarray]] = []
+
+    stick = -np.linalg.solve(mobility, velocity)
+    if stick[1] >= 0 and abs(stick[0]) <= friction * stick[1]:
+        found.append((Mode.STICK, stick))
+    for mode in (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD):
+        if not np.isfinite(friction):
+            continue
+        direction = np.array([-mode.sign * friction, 1.0])
+        response = mobility @ direction
+        if response[1] <= 0:
+            continue
+        impulse = direction * (-velocity[1] / response[1])
+        slip = mode.sign * (velocity + mobility @ impulse)[0]
+        if impulse[1] >= 0 and slip > 0:
+            found.append((mode, impulse))
+    if not found:
+        return Impact(None, np.full(2, np.nan), np.full(robot.n_q, np.nan), np.nan, np.nan, False)
+    mode, impulse = found[0]
+    v_plus = v + spread @ impulse
+    lost = (v @ mass @ v - v_plus @ mass @ v_plus) / 2
+    return Impact(mode, impulse, v_plus, float(lost), float(v_plus[1]), len(found) > 1)

@@ -1,0 +1,114 @@
+"""Equations of motion of a planar mechanism made of point masses and rigid links.
+
+Lagrange's equations  M(q) a + h(q, v) = W^T f + E tau  with q = (x, y, angles); (x, y) is the stance foot, so
+W = [I 0] and the contact force f = (f_t, f_n) enters the first two rows.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+
+@dataclass(frozen=True, eq=False)
+class PointMass:
+    """A mass at a point.
+
+    Attributes
+    ----------
+    mass : SX or float
+        Mass [kg].
+    position : SX, shape (2, 1)
+        Where it is, in the slope-fixed frame [m].
+    """
+
+    mass: ca.SX
+    position: ca.SX
+
+
+@dataclass(frozen=True, eq=False)
+class RigidLink:
+    """A rigid body with rotary inertia.
+
+    Attributes
+    ----------
+    mass : SX or float
+        Mass [kg].
+    position : SX, shape (2, 1)
+        Its centre of mass [m].
+    inertia : SX or float
+        Moment of inertia about the centre of mass [kg m^2].
+    angle : SX
+        Its orientation [rad].
+    """
+
+    mass: ca.SX
+    position: ca.SX
+    inertia: ca.SX
+    angle: ca.SX
+
+
+Body = PointMass | RigidLink
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanics:
+    """Symbolic mechanics of a mechanism, all expressions of (q, v, parameters).
+
+    Attributes
+    ----------
+    mass_matrix : SX, shape (n_q, n_q)
+    bias : SX, shape (n_q, 1)
+        Coriolis and gravity terms h [N, N m].
+    kinetic, potential : SX
+        Energies [J].
+    momentum : SX, shape (2, 1)
+        Linear momentum [kg m/s], summed over bodies (not read off the mass matrix).
+    angular_momentum : SX
+        Angular momentum about the origin of the frame [kg m^2/s], positive for increasing angle (clockwise).
+    total_mass : SX
+        [kg].
+    """
+
+    mass_matrix: ca.SX
+    bias: ca.SX
+    kinetic: ca.SX
+    potential: ca.SX
+    momentum: ca.SX
+    angular_momentum: ca.SX
+    total_mass: ca.SX
+
+
+def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX) -> Mechanics:
+    """Derive the mechanics of `bodies` by Lagrange's equations.
+
+    Parameters
+    ----------
+    bodies : sequence of PointMass or RigidLink
+    q, v : SX, shape (n_q, 1)
+        Coordinates and their rates.
+    gravity : SX, shape (2, 1)
+        Gravitational acceleration in the slope-fixed frame [m/s^2].
+    """
+    kinetic, potential, total, angular = ca.SX(0), ca.SX(0), ca.SX(0), ca.SX(0)
+    momentum, mass_matrix = ca.SX.zeros(2), ca.SX.zeros(q.numel(), q.numel())
+    for body in bodies:
+        jacobian = ca.jacobian(body.position, q)
+        velocity = jacobian @ v
+        kinetic += body.mass * ca.dot(velocity, velocity) / 2
+        mass_matrix += body.mass * jacobian.T @ jacobian
+        potential -= body.mass * ca.dot(gravity, body.position)
+        momentum += body.mass * velocity
+        # Angles are measured from the vertical, clockwise; so is the moment: r_y p_x - r_x p_y.
+        angular += body.mass * (body.position[1] * velocity[0] - body.position[0] * velocity[1])
+        total += body.mass
+        if isinstance(body, RigidLink):
+            turning = ca.jacobian(body.angle, q)
+            kinetic += body.inertia * (turning @ v) ** 2 / 2
+            mass_matrix += body.inertia * turning.T @ turning
+            angular += body.inertia * (turning @ v)
+    mass_matrix = ca.simplify(mass_matrix)
+    # d/dt (M v) - dT/dq + dV/dq, the first at constant v.
+    coriolis = ca.jtimes(mass_matrix @ v, q, v) - ca.gradient(kinetic, q)
+    bias = coriolis + ca.gradient(potential, q)
+    return Mechanics(mass_matrix, bias, kinetic, potential, momentum, angular, total)

@@ -1,0 +1,42 @@
+"""The contact modes of a foot under Coulomb friction."""
+
+from enum import Enum
+
+
+class Mode(Enum):
+    """Contact mode of a foot; the value is how words and files spell it.
+
+    ========  =====================================================  ===================
+    spelling  foot velocity                                          contact force
+    ========  =====================================================  ===================
+    stick     v_t = v_n = 0                                          abs(f_t) <= mu f_n
+    slip+     v_n = 0, v_t > 0 (forward, downhill)                   f_t = -mu f_n
+    slip-     v_n = 0, v_t < 0 (backward, uphill)                    f_t = +mu f_n
+    free      above the ground                                       f = 0
+    ========  =====================================================  ===================
+
+    Examples
+    --------
+    >>> Mode("slip+").sign, Mode.STICK.sign
+    (1, 0)
+    """
+
+    STICK = "stick"
+    SLIP_FORWARD = "slip+"
+    SLIP_BACKWARD = "slip-"
+    FREE = "free"
+
+    @property
+    def sign(self) -> int:
+        """Sign of the foot's tangential velocity: +1, -1, or 0 when it does not slip."""
+        return {Mode.SLIP_FORWARD: 1, Mode.SLIP_BACKWARD: -1}.get(self, 0)
+
+    @property
+    def slips(self) -> bool:
+        """Whether the foot slides on the ground."""
+        return self.sign != 0
+
+    @staticmethod
+    def slipping(sign: float) -> "Mode":
+        """Return the slip mode whose foot velocity has this sign."""
+        return Mode.SLIP_FORWARD if sign > 0 else Mode.SLIP_BACKWARD

@@ -1,0 +1,59 @@
+"""The rimless wheel: one rigid body on evenly spaced spokes."""
+
+import functools
+import math
+
+import casadi as ca
+
+from gaitopt.model.mechanics import RigidLink
+from gaitopt.model.robot import Coordinates, Robot, assemble
+from gaitopt.parameters import Parameter
+
+PARAMETERS = (
+    Parameter("spokes", 10.0, "1", "number of spokes", lower=3.0),
+    Parameter("leg_length", 1.0, "m", "length of a spoke", lower=0.0, lower_open=True),
+    Parameter("mass", 1.0, "kg", "mass of the wheel", lower=0.0, lower_open=True),
+    Parameter("inertia_ratio", 1 / 3, "1", "I_c / (m l^2)", lower=0.0),
+    Parameter("gravity", 9.8, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
+)
+
+
+@functools.cache
+def rimless_wheel() -> Robot:
+    """Return the rimless wheel of McGeer, with the parameters of Gamus & Or.
+
+    The centre is at foot + l (sin theta, cos theta); theta runs from -pi/n to +pi/n, where the next spoke lands.
+    Parameters: spokes n, leg_length l [m], mass [kg], inertia_ratio I_c/(m l^2), gravity [m/s^2]; ground: slope
+    [rad], friction [1].  There are no actuators.
+
+    Returns
+    -------
+    Robot
+        The same object at every call.
+
+    Examples
+    --------
+    >>> rimless_wheel().angles
+    ('theta',)
+    """
+    c = Coordinates(("theta",), PARAMETERS)
+    theta, length, mass = c.angle("theta"), c.parameter("leg_length"), c.parameter("mass")
+    half = math.pi / c.parameter("spokes")
+    centre = c.foot + length * ca.vertcat(ca.sin(theta), ca.cos(theta))
+    following = theta - 2 * half
+    landing = centre - length * ca.vertcat(ca.sin(following), ca.cos(following))
+    inertia = c.parameter("inertia_ratio") * mass * length**2
+    return assemble(
+        "rimless_wheel",
+        c,
+        description="rimless wheel: a rigid body rolling on spokes",
+        bodies=[RigidLink(mass, centre, inertia, theta)],
+        landing_foot=landing,
+        touchdown=half - theta,
+        armed=theta,
+        relabel=[following],
+        upright=theta + half + 1e-9,  # the step starts at -half exactly: below it, the wheel rolls back
+        actuators={},
+        points={"stance foot": c.foot, "centre": centre, "next foot": landing},
+        links=[("stance foot", "centre"), ("centre", "next foot")],
+    )

@@ -1,0 +1,130 @@
+"""The energy ledger of a motion and the cost of transport."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.motion.motion import Array, Motion
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Where the energy of a motion came from and went, all in J.
+
+    actuator + gravity = impact_loss + friction_loss + kinetic_change, up to `residual`.
+
+    Attributes
+    ----------
+    actuator, gravity : float
+        Work done by the actuators (signed) and by gravity.
+    impact_loss, friction_loss : float
+        Energy lost at touchdowns and by sliding.
+    kinetic_change : float
+        Kinetic energy gained from the first state to the last, zero for a periodic gait.
+    """
+
+    actuator: float
+    gravity: float
+    impact_loss: float
+    friction_loss: float
+    kinetic_change: float
+
+    @property
+    def residual(self) -> float:
+        """Closing error of the ledger [J]."""
+        return self.actuator + self.gravity - self.impact_loss - self.friction_loss - self.kinetic_change
+
+    @property
+    def relative_residual(self) -> float:
+        """Closing error relative to the largest entry of the ledger."""
+        entries = (self.actuator, self.gravity, self.impact_loss, self.friction_loss, self.kinetic_change)
+        largest = max(abs(entry) for entry in entries)
+        return abs(self.residual) / largest if largest > 0 else 0.0
+
+
+def ledger(motion: Motion) -> Ledger:
+    """Return the energy ledger of a motion.
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    Ledger
+
+    Examples
+    --------
+    >>> from gaitopt import load, ledger
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> ledger(gait.motion).relative_residual < 1e-6
+    True
+    """
+    segments = motion.segments
+    lost = sum(jump.energy_lost for jump in motion.jumps)
+    end = segments[-1].kinetic[-1]
+    if motion.jumps and motion.jumps[-1].time >= segments[-1].time[-1]:
+        end -= motion.jumps[-1].energy_lost
+    return Ledger(
+        actuator=float(sum(segment.work[:, -1].sum() for segment in segments)),
+        gravity=-float(sum(segment.potential[-1] - segment.potential[0] for segment in segments)),
+        impact_loss=float(lost),
+        friction_loss=float(sum(segment.friction_work[-1] for segment in segments)),
+        kinetic_change=float(end - segments[0].kinetic[0]),
+    )
+
+
+def absolute_work(motion: Motion) -> float:
+    """Return the integral of the sum of absolute joint powers [J].
+
+    The work of each actuator is known at the samples together with its rate, the power; between samples with powers
+    of opposite sign the turning point of the cubic Hermite interpolant is used, so no kink is integrated over.
+    """
+    return sum(
+        float(np.sum(_rise_and_fall(segment.time, work, power)))
+        for segment in motion.segments
+        for work, power in zip(segment.work, segment.power, strict=True)
+    )
+
+
+def positive_work(motion: Motion) -> float:
+    """Return the integral of the positive parts of the joint powers [J]."""
+    return (absolute_work(motion) + ledger(motion).actuator) / 2
+
+
+def cost_of_transport(motion: Motion) -> float:
+    """Return absolute joint work over weight times travel (dimensionless).
+
+    Parameters
+    ----------
+    motion : Motion
+
+    Returns
+    -------
+    float
+        ``absolute_work / (m_total g L)`` with L the forward travel, foot slide included.
+
+    Examples
+    --------
+    >>> from gaitopt import load, cost_of_transport
+    >>> round(cost_of_transport(load("docs/examples/compass_slip.h5").motion), 3)
+    0.016
+    """
+    return absolute_work(motion) / (motion.total_mass * motion.parameters["gravity"] * motion.travel)
+
+
+def _rise_and_fall(time: Array, work: Array, power: Array) -> Array:
+    """Return the total variation of a cubic Hermite interpolant over each sampling interval, shape (K-1,)."""
+    step, rise = np.diff(time), np.diff(work)
+    variation = np.abs(rise)
+    left, right = power[:-1] * step, power[1:] * step
+    for k in np.flatnonzero(left * right < 0):
+        # Hermite slope on [0, 1] with end slopes a, b and rise c: a quadratic with one root inside.
+        a, b, c = left[k], right[k], rise[k]
+        roots = np.roots([3 * (a + b - 2 * c), 2 * (3 * c - 2 * a - b), a])
+        inside = [r.real for r in roots if abs(r.imag) < 1e-12 and 0 < r.real < 1]
+        if inside:
+            s = inside[0]
+            top = a * s * (1 - s) ** 2 - b * s**2 * (1 - s) + c * s**2 * (3 - 2 * s)
+            variation[k] = abs(top) + abs(c - top)
+    return variation

@@ -1,0 +1,196 @@
+"""Gait: one optimised step, with the problem it answers, how well it was solved and whether it survived replay."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
+from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.word import Word
+from gaitopt.status import Status
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A constraint or bound that is not met, by name.
+
+    Attributes
+    ----------
+    place : str
+        Phase and node, such as ``"phase 2 (stick), node 7"``.
+    name : str
+        Constraint or variable.
+    size : float
+        By how much it is violated, in its own scaled unit.
+    """
+
+    place: str
+    name: str
+    size: float
+
+    def __str__(self) -> str:
+        return f"{self.name} at {self.place} violated by {self.size:.2e}"
+
+
+@dataclass(frozen=True)
+class SolverReport:
+    """What the solver did.
+
+    Attributes
+    ----------
+    iterations : int
+    objective : float
+        Objective at the last iterate.
+    constraint_violation : float
+        Largest violation at the last iterate.
+    build_seconds, solve_seconds : float
+        Time to transcribe and compile (0 when an earlier build was reused), and to solve.
+    message : str
+        The solver's own return status.
+    violations : tuple of Violation
+        The worst constraints, largest first; empty for a solution.
+    warnings : tuple of str
+        What deserves a look in a solution, such as a duration that rests on its bound.
+    """
+
+    iterations: int
+    objective: float
+    constraint_violation: float
+    build_seconds: float
+    solve_seconds: float
+    message: str
+    violations: tuple[Violation, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What the event-driven simulator made of a gait's torques.
+
+    Attributes
+    ----------
+    passed : bool
+    word : str
+        Word walked in replay, or what was walked until the simulation stopped.
+    stop : str
+        Why the replay ended.
+    state_error : float
+        Largest difference of the post-impact state from the planned one (SI units).
+    period_error : float [s]
+    cost_of_transport : float
+        Of the replayed step.
+    cone_margin : float
+        Smallest 1 - abs(f_t) / (mu f_n) while sticking, between nodes too.
+    energy_residual : float
+        Relative closing error of the replayed energy ledger.
+    reasons : tuple of str
+        Why it did not pass; empty when it did.
+    """
+
+    passed: bool
+    word: str
+    stop: str
+    state_error: float
+    period_error: float
+    cost_of_transport: float
+    cone_margin: float
+    energy_residual: float
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Gait:
+    """One step of an optimised gait.
+
+    Attributes
+    ----------
+    robot : str
+        Name of the robot.
+    word : Word
+        The word it was planned with.
+    status : Status
+        Look at ``status.ok`` first.
+    motion : Motion
+        The planned step (of a gait that was not solved: the last iterate).
+    problem : dict
+        The fully resolved problem as plain data.
+    solver : SolverReport
+    decision : (n,) array
+        Decision vector of the optimisation, to start another solve from.
+    versions : dict of str to str
+    verification : Verification or None
+        None until :func:`gaitopt.verify` has replayed it.
+    """
+
+    robot: str
+    word: Word
+    status: Status
+    motion: Motion
+    problem: dict[str, Any]
+    solver: SolverReport
+    decision: Array = field(repr=False)
+    versions: dict[str, str]
+    verification: Verification | None = None
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Absolute joint work over weight times travel (dimensionless)."""
+        return cost_of_transport(self.motion)
+
+    @property
+    def period(self) -> float:
+        """Duration of the step [s]."""
+        return self.motion.period
+
+    @property
+    def step_length(self) -> float:
+        """Forward travel in a step, foot slide included [m]."""
+        return self.motion.travel
+
+    @property
+    def speed(self) -> float:
+        """Average forward speed [m/s]."""
+        return self.step_length / self.period
+
+    @property
+    def energy(self) -> Ledger:
+        """Energy ledger of the step [J]."""
+        return ledger(self.motion)
+
+    @property
+    def friction_margin(self) -> float:
+        """Smallest 1 - abs(f_t) / (mu f_n) over the sticking samples; nan when the gait never sticks."""
+        return cone_margin(self.motion)
+
+    def require(self) -> "Gait":
+        """Return the gait itself if it is solved, and not refuted by replay.
+
+        Raises
+        ------
+        InputError
+            If it is not; the message says why.
+        """
+        if not self.status.ok:
+            worst = "; ".join(str(v) for v in self.solver.violations[:3])
+            raise InputError(f"This gait is not a solution ({self.status.key}): {self.status.hint} {worst}".strip())
+        return self
+
+    def with_verification(self, verification: Verification) -> "Gait":
+        """Return the gait with its replay attached; a solved gait that fails it is no longer solved."""
+        status = self.status
+        if status in (Status.SOLVED, Status.NOT_VERIFIED):
+            status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
+        return replace(self, verification=verification, status=status)
+
+
+def cone_margin(motion: Motion) -> float:
+    """Return the smallest 1 - abs(f_t) / (mu f_n) over the sticking samples of a motion; nan without any."""
+    friction = motion.parameters["friction"]
+    margins = [
+        1 - np.abs(segment.force[0]) / (friction * segment.force[1])
+        for segment in motion.segments
+        if not segment.mode.slips
+    ]
+    return float(np.min(np.concatenate(margins))) if margins else float("nan")

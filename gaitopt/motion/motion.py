@@ -1,0 +1,162 @@
+"""Motion: what an optimised gait and a simulated walk have in common, as plain arrays."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.model.modes import Mode
+from gaitopt.motion.word import Word
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Segment:
+    """A stretch of smooth motion in one contact mode, sampled at K instants.
+
+    Attributes
+    ----------
+    mode : Mode
+    step : int
+        Which step it belongs to, from 0.
+    time : (K,) array [s]
+    q, v : (n_q, K) arrays
+        Stance foot (x, y) [m] and angles [rad]; their rates.
+    torque : (n_u, K) array [N m]
+    force : (2, K) array [N]
+        Contact force (f_t, f_n) on the stance foot.
+    power : (n_u, K) array [W]
+        Torque times joint rate, each actuator.
+    work : (n_u, K) array [J]
+        Work of each actuator since the start of the segment, signed.
+    friction_work : (K,) array [J]
+        Energy dissipated by sliding since the start of the segment.
+    kinetic, potential : (K,) arrays [J]
+    points : (2, n_points, K) array [m]
+        Positions drawn, in the slope-fixed frame.
+    """
+
+    mode: Mode
+    step: int
+    time: Array
+    q: Array
+    v: Array
+    torque: Array
+    force: Array
+    power: Array
+    work: Array
+    friction_work: Array
+    kinetic: Array
+    potential: Array
+    points: Array
+
+    @property
+    def duration(self) -> float:
+        """Length of the segment [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def slide(self) -> float:
+        """Displacement of the stance foot over the segment [m], forward positive."""
+        return float(self.q[0, -1] - self.q[0, 0])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Jump:
+    """A touchdown: impact of the landing foot, then the swap of the legs.
+
+    Attributes
+    ----------
+    step : int
+        The step it ends.
+    time : float [s]
+    mode : Mode
+        Outcome of the impact at the landing foot.
+    impulse : (2,) array [N s]
+        (L_t, L_n).
+    q, v_minus, v_plus : (n_q,) arrays
+        Configuration, and rates before and after, in the coordinates of the step that ends.
+    q_next, v_next : (n_q,) arrays
+        State of the next step, the landing foot being (x, y).
+    energy_lost : float [J]
+    separation : float [m/s]
+        Upward speed of the trailing foot after the impact.
+    """
+
+    step: int
+    time: float
+    mode: Mode
+    impulse: Array
+    q: Array
+    v_minus: Array
+    v_plus: Array
+    q_next: Array
+    v_next: Array
+    energy_lost: float
+    separation: float
+
+    @property
+    def ratio(self) -> float:
+        """Impulse ratio L_t / L_n."""
+        return float(self.impulse[0] / self.impulse[1])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Motion:
+    """Segments between jumps.
+
+    Attributes
+    ----------
+    angles, actuators, points : tuple of str
+        Names of the rows of `q` after the foot, of the torques, and of the points drawn.
+    links : tuple of pairs of int
+        Which points are joined by a line.
+    total_mass : float [kg]
+    parameters : dict of str to float
+        Every parameter of robot and ground, SI units.
+    segments : tuple of Segment
+    jumps : tuple of Jump
+    """
+
+    angles: tuple[str, ...]
+    actuators: tuple[str, ...]
+    points: tuple[str, ...]
+    links: tuple[tuple[int, int], ...]
+    total_mass: float
+    parameters: dict[str, float]
+    segments: tuple[Segment, ...]
+    jumps: tuple[Jump, ...]
+
+    @property
+    def period(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return float(self.segments[-1].time[-1] - self.segments[0].time[0])
+
+    @property
+    def foot_slide(self) -> float:
+        """Net forward displacement of stance feet while on the ground [m]."""
+        return sum(segment.slide for segment in self.segments)
+
+    @property
+    def travel(self) -> float:
+        """Forward travel of the stance foot from the first state to the last swap, slide included [m]."""
+        start = self.segments[0].q[0, 0]
+        end = self.jumps[-1].q_next[0] if self.jumps else self.segments[-1].q[0, -1]
+        return float(end - start)
+
+    def channel(self, name: str) -> Array:
+        """Return an array of the segments, joined along time.
+
+        Parameters
+        ----------
+        name : str
+            A field of :class:`Segment` such as ``"q"`` or ``"force"``.
+        """
+        return np.concatenate([getattr(segment, name) for segment in self.segments], axis=-1)
+
+    def word(self, step: int = 0) -> Word | None:
+        """Return the word of a step, or None if the step did not reach its touchdown."""
+        impacts = [jump.mode for jump in self.jumps if jump.step == step]
+        phases = tuple(segment.mode for segment in self.segments if segment.step == step)
+        return Word(phases, impacts[0]) if impacts and phases else None

@@ -1,0 +1,96 @@
+"""Words: a gait named by the contact phases of one step and the outcome of its impact.
+
+``"slip+ stick | slip+"`` reads: after the impact the foot slips forward, then sticks, until a touchdown whose
+impact makes the landing foot slip forward.
+"""
+
+from dataclasses import dataclass
+
+from gaitopt.errors import WordError, suggest
+from gaitopt.model.modes import Mode
+
+_PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)}
+_EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+".'
+
+
+@dataclass(frozen=True)
+class Word:
+    """The phases of one step and its impact.
+
+    Attributes
+    ----------
+    phases : tuple of Mode
+        Contact modes of the stance foot in order.
+    impact : Mode
+        What the landing foot does at touchdown.
+
+    Raises
+    ------
+    WordError
+        If no step can have this word; the message says why.
+
+    Examples
+    --------
+    >>> word = Word.parse("slip+ stick | slip+")
+    >>> str(word), len(word.phases)
+    ('slip+ stick | slip+', 2)
+    """
+
+    phases: tuple[Mode, ...]
+    impact: Mode
+
+    def __post_init__(self) -> None:
+        if not self.phases:
+            raise WordError(f"The word {str(self)!r} has no phases before its impact. {_EXAMPLE}")
+        if Mode.FREE in (*self.phases, self.impact):
+            raise WordError(
+                f"The word {str(self)!r} contains 'free': a walker with one foot on the ground ends its step there. "
+                f"Use {', '.join(_PHASES)}."
+            )
+        for first, second in zip(self.phases, self.phases[1:], strict=False):
+            if first is second:
+                raise WordError(f"The word {str(self)!r} repeats {first.value!r}; two equal phases in a row are one.")
+        if self.impact.slips and self.phases[0] is not self.impact:
+            raise WordError(
+                f"The word {str(self)!r} cannot be: an impact that ends in {self.impact.value!r} leaves the foot "
+                f"sliding, so the step must begin with {self.impact.value!r}, not {self.phases[0].value!r}."
+            )
+
+    @classmethod
+    def parse(cls, text: "str | Word") -> "Word":
+        """Read a word from its spelling.
+
+        Raises
+        ------
+        WordError
+            If the spelling cannot be read or the word cannot be walked.
+
+        Examples
+        --------
+        >>> Word.parse("stick | slip+")
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.WordError: The word 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the foot \
+sliding, so the step must begin with 'slip+', not 'stick'.
+        """
+        if isinstance(text, Word):
+            return text
+        if not isinstance(text, str):
+            raise WordError(f"A word is text such as 'stick | stick', got {text!r}. {_EXAMPLE}")
+        parts = text.split("|")
+        if len(parts) != 2:
+            raise WordError(f"The word {text!r} needs exactly one '|' between its phases and its impact. {_EXAMPLE}")
+        phases, impact = (tuple(_mode(token, text) for token in part.split()) for part in parts)
+        if len(impact) != 1:
+            raise WordError(f"The word {text!r} needs exactly one impact after '|', got {len(impact)}. {_EXAMPLE}")
+        return cls(phases, impact[0])
+
+    def __str__(self) -> str:
+        return f"{' '.join(mode.value for mode in self.phases)} | {self.impact.value}"
+
+
+def _mode(token: str, text: str) -> Mode:
+    try:
+        return Mode(token)
+    except ValueError:
+        raise WordError(f"The word {text!r} has an unknown mode {token!r}. {suggest(token, _PHASES)}") from None

@@ -1,0 +1,48 @@
+"""Which constraints are not met, by phase, node and name; and what in a solution deserves a look."""
+
+import numpy as np
+
+from gaitopt.motion.gait import Violation
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.shooting import Transcription
+
+
+def violations(
+    transcription: Transcription, bounds: Bounds, x: Array, g: Array, *, above: float = 1e-6, most: int = 10
+) -> tuple[Violation, ...]:
+    """Return the worst violations of constraints and bounds, largest first.
+
+    Parameters
+    ----------
+    x, g : arrays
+        Decision vector and constraint values.
+    above : float
+        Smaller violations are not listed.
+    most : int
+        Length of the list.
+    """
+    found = []
+    for layout, value, lower, upper in (
+        (transcription.constraints, g, bounds.g_lower, bounds.g_upper),
+        (transcription.variables, x, bounds.x_lower, bounds.x_upper),
+    ):
+        excess = np.maximum(lower - value, value - upper)
+        excess = np.where(np.isnan(excess), np.inf, excess)
+        for index in np.argsort(-excess)[:most]:
+            if excess[index] > above:
+                found.append(Violation(*layout.label(index), float(excess[index])))
+    return tuple(sorted(found, key=lambda violation: -violation.size)[:most])
+
+
+def warnings(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:
+    """Return what in a solution deserves a look: durations that rest on their bounds."""
+    found = []
+    shortest = problem.limits.shortest_phase
+    for phase in transcription.phases:
+        if x[transcription.variables["duration"][0, phase.number]] < 1.01 * shortest:
+            found.append(
+                f"{phase.label} lasts {shortest:g} s, its shortest allowed: the word without this phase may be better."
+            )
+    return tuple(found)

@@ -1,0 +1,68 @@
+"""The time grid of a word: which nodes belong to which phase."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gaitopt.model.modes import Mode
+from gaitopt.motion.word import Word
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Phase:
+    """Where a phase lies in the grid.
+
+    Attributes
+    ----------
+    number : int
+        From 0.
+    mode : Mode
+    first, count : int
+        First node and number of intervals.
+    starts_at_rest, ends_at_rest : bool
+        Whether a sliding foot has zero speed at the phase's first and last node.
+    breaks_away : bool
+        Whether the foot starts to slide from rest without a sticking phase before.
+    onset : Mode or None
+        The slip mode that begins where this sticking phase ends.
+    """
+
+    number: int
+    mode: Mode
+    first: int
+    count: int
+    starts_at_rest: bool
+    ends_at_rest: bool
+    breaks_away: bool
+    onset: Mode | None
+
+    @property
+    def nodes(self) -> range:
+        """Nodes of the phase, both ends included."""
+        return range(self.first, self.first + self.count + 1)
+
+    @property
+    def label(self) -> str:
+        """Name of the phase for people, counted from 1."""
+        return f"phase {self.number + 1} ({self.mode.value})"
+
+
+def divide(word: Word, counts: Sequence[int]) -> tuple[Phase, ...]:
+    """Return the phases of a word on a grid with `counts` intervals each."""
+    phases, first = [], 0
+    for i, (mode, count) in enumerate(zip(word.phases, counts, strict=True)):
+        before = word.phases[i - 1] if i > 0 else word.impact
+        following = word.phases[i + 1] if i + 1 < len(word.phases) else None
+        phases.append(
+            Phase(
+                number=i,
+                mode=mode,
+                first=first,
+                count=count,
+                starts_at_rest=mode.slips and (i > 0 or not before.slips),
+                ends_at_rest=mode.slips and following is not None,
+                breaks_away=mode.slips and (before.slips if i > 0 else not before.slips),
+                onset=following if mode is Mode.STICK and following is not None else None,
+            )
+        )
+        first += count
+    return tuple(phases)

@@ -1,0 +1,179 @@
+"""Ipopt as an object that holds its options."""
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp import Nlp
+from gaitopt.progress import Iteration, Observer
+from gaitopt.status import Status
+
+_STATUS = {
+    "Solve_Succeeded": Status.SOLVED,
+    "Solved_To_Acceptable_Level": Status.ACCEPTABLE,
+    "Infeasible_Problem_Detected": Status.INFEASIBLE,
+    "Restoration_Failed": Status.INFEASIBLE,
+    "Search_Direction_Becomes_Too_Small": Status.FAILED,
+    "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
+    "Maximum_CpuTime_Exceeded": Status.TIME_LIMIT,
+    "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
+    "User_Requested_Stop": Status.INTERRUPTED,
+    "Diverging_Iterates": Status.DIVERGING,
+    "Invalid_Number_Detected": Status.INVALID_NUMBER,
+    "Invalid_Option": Status.INVALID_OPTION,
+    "Invalid_Problem_Definition": Status.INVALID_OPTION,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a solver returned.
+
+    Attributes
+    ----------
+    status : Status
+    message : str
+        The solver's own words.
+    x : (n_variables,) array
+    g : (n_constraints,) array
+    objective : float
+    iterations : int
+    """
+
+    status: Status
+    message: str
+    x: Array
+    g: Array
+    objective: float
+    iterations: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ipopt:
+    """The interior-point solver Ipopt.
+
+    Attributes
+    ----------
+    tolerance : float
+        Convergence tolerance (scaled).
+    max_iterations : int
+    time_limit : float [s]
+    linear_solver : str
+        ``"mumps"`` comes with CasADi; others must be installed.
+
+    Examples
+    --------
+    >>> Ipopt(max_iterations=100).tolerance
+    1e-08
+    """
+
+    tolerance: float = 1e-8
+    max_iterations: int = 500
+    time_limit: float = math.inf
+    linear_solver: str = "mumps"
+
+    def minimise(self, nlp: Nlp, x: Array, data: Array, bounds: Bounds, observer: Observer) -> Outcome:
+        """Solve a programme from a starting point.
+
+        Parameters
+        ----------
+        nlp : Nlp
+        x : (n_variables,) array
+        data : (n_z,) array
+        bounds : Bounds
+        observer : Observer
+            Called once per iteration.
+        """
+        solver, tap = _compiled(nlp, self)
+        tap.watch(observer, bounds)
+        try:
+            answer = solver(
+                x0=x, p=data, lbx=bounds.x_lower, ubx=bounds.x_upper, lbg=bounds.g_lower, ubg=bounds.g_upper
+            )
+        finally:
+            tap.rest()
+        stats = solver.stats()
+        message = str(stats["return_status"])
+        if tap.interrupted:
+            message = "User_Requested_Stop"
+        return Outcome(
+            status=_STATUS.get(message, Status.FAILED),
+            message=message,
+            x=np.asarray(answer["x"]).ravel(),
+            g=np.asarray(answer["g"]).ravel(),
+            objective=float(answer["f"]),
+            iterations=int(stats.get("iter_count", 0)) if message != "Invalid_Option" else 0,
+        )
+
+    def _options(self) -> dict[str, Any]:
+        options: dict[str, Any] = {
+            "ipopt.tol": self.tolerance,
+            "ipopt.max_iter": self.max_iterations,
+            "ipopt.linear_solver": self.linear_solver,
+            "ipopt.print_level": 0,
+            "ipopt.sb": "yes",
+            "ipopt.mu_strategy": "adaptive",
+            "error_on_fail": False,
+        }
+        if math.isfinite(self.time_limit):
+            options["ipopt.max_wall_time"] = self.time_limit
+        return options
+
+
+class _Tap(ca.Callback):
+    """Ipopt's iteration callback: tells the observer and passes on an interrupt."""
+
+    def __init__(self, nlp: Nlp) -> None:
+        ca.Callback.__init__(self)
+        self._sizes = {"x": nlp.n_variables, "g": nlp.n_constraints, "f": 1, "p": 0}
+        self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
+        self.rest()
+        self.interrupted = False
+        self.construct("iteration_tap", {})
+
+    def watch(self, observer: Observer, bounds: Bounds) -> None:
+        self._observer, self._bounds, self._count, self.interrupted = observer, bounds, 0, False
+
+    def rest(self) -> None:
+        self._observer, self._bounds, self._count = None, None, 0
+
+    def get_n_in(self) -> int:
+        return ca.nlpsol_n_out()
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_name_in(self, i: int) -> str:
+        return ca.nlpsol_out(i)
+
+    def get_name_out(self, i: int) -> str:
+        return "stop"
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        return ca.Sparsity.dense(self._sizes[ca.nlpsol_out(i)], 1)
+
+    def eval(self, arguments: list[ca.DM]) -> list[int]:
+        if self._observer is None or self._bounds is None:
+            return [0]
+        try:
+            values = dict(zip(map(ca.nlpsol_out, range(ca.nlpsol_n_out())), arguments, strict=True))
+            g = np.asarray(values["g"]).ravel()
+            excess = np.maximum(self._bounds.g_lower - g, g - self._bounds.g_upper)
+            self._observer(Iteration(self._count, float(values["f"]), float(max(excess.max(initial=0.0), 0.0))))
+            self._count += 1
+        except KeyboardInterrupt:
+            self.interrupted = True
+        return [int(self.interrupted)]
+
+
+@functools.lru_cache(maxsize=32)
+def _compiled(nlp: Nlp, options: Ipopt) -> tuple[ca.Function, _Tap]:
+    """Return the solver of a programme and its tap; built once for equal options."""
+    tap = _Tap(nlp)
+    return nlp.solver("gait", "ipopt", {**options._options(), "iteration_callback": tap}), tap

@@ -1,0 +1,143 @@
+"""Limits and margins of a gait problem."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.parameters import Parameter
+
+_POSITIVE = {"lower": 0.0, "lower_open": True, "infinite": True}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Bounds the gait must keep.
+
+    Attributes
+    ----------
+    torque : float or mapping of actuator to float [N m]
+        Largest absolute torque; ``inf`` removes the limit (the optimiser then tends to stop a slide in the shortest
+        time allowed with a huge torque).
+    angle : float [rad]
+        Largest absolute angle.
+    rate : float [rad/s]
+        Largest absolute angular rate.
+    shortest_phase : float [s]
+        Shortest duration of a phase.
+    longest_step : float [s]
+        Longest duration of the step.
+
+    Examples
+    --------
+    >>> Limits(torque={"ankle": 2, "hip": 6}).torques(("ankle", "hip"))
+    [2.0, 6.0]
+    """
+
+    torque: float | Mapping[str, float] = math.inf
+    angle: float = math.pi / 2
+    rate: float = math.inf
+    shortest_phase: float = 5e-3
+    longest_step: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("angle", "rad"),
+            ("rate", "rad/s"),
+            ("shortest_phase", "s"),
+            ("longest_step", "s"),
+        ):
+            Parameter(f"Limits.{name}", 1.0, unit, "", **_POSITIVE).check(getattr(self, name))
+
+    def torques(self, actuators: tuple[str, ...]) -> list[float]:
+        """Return the limit of each actuator [N m], in order.
+
+        Raises
+        ------
+        InputError
+            If a limit is not positive or names no actuator.
+        """
+        given = self.torque if isinstance(self.torque, Mapping) else dict.fromkeys(actuators, self.torque)
+        for name in given:
+            if name not in actuators:
+                raise InputError(f"Limits.torque: there is no actuator {name!r}. {suggest(name, actuators)}")
+        return [
+            Parameter(f"torque_limit of {name}", 1.0, "N m", "", **_POSITIVE).check(given.get(name, math.inf))
+            for name in actuators
+        ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margins:
+    """Distances kept from the edges where a gait would change its word.
+
+    Attributes
+    ----------
+    cone : float
+        A sticking foot keeps abs(f_t) <= (1 - cone) mu f_n.
+    impact_cone : float
+        A sticking impact keeps abs(L_t) <= (1 - impact_cone) mu L_n.
+    slip_speed : float [m/s]
+        A sliding foot keeps this speed in mid-slide; towards a start or an end at rest the bound fades to zero.
+    separation : float [m/s]
+        Least upward speed of the trailing foot after the impact.
+    normal_force : float
+        Least normal force, as a fraction of the weight.
+
+    Examples
+    --------
+    >>> Margins(cone=0.05).cone
+    0.05
+    """
+
+    cone: float = 1e-3
+    impact_cone: float = 1e-3
+    slip_speed: float = 1e-2
+    separation: float = 1e-3
+    normal_force: float = 1e-2
+
+    def __post_init__(self) -> None:
+        for name, unit, upper in (
+            ("cone", "1", 0.99),
+            ("impact_cone", "1", 0.99),
+            ("slip_speed", "m/s", math.inf),
+            ("separation", "m/s", math.inf),
+            ("normal_force", "1", 0.99),
+        ):
+            Parameter(f"Margins.{name}", 0.0, unit, "", lower=0.0, upper=upper).check(getattr(self, name))
+
+
+Target = float | tuple[float, float] | None
+"""A wanted value: a number (fixed), a pair (bounded), or None (free)."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """An interval [lower, upper] made from a Target; fixed when both are equal."""
+
+    lower: float = 0.0
+    upper: float = field(default=math.inf)
+
+    @classmethod
+    def of(cls, target: Target, name: str, unit: str) -> "Range":
+        """Return the interval of a target.
+
+        Raises
+        ------
+        InputError
+            If a bound is not a positive number, or the lower one exceeds the upper.
+
+        Examples
+        --------
+        >>> Range.of((0.5, 0.7), "speed", "m/s")
+        Range(lower=0.5, upper=0.7)
+        """
+        if target is None:
+            return cls()
+        pair = target if isinstance(target, tuple | list) else (target, target)
+        if len(pair) != 2:
+            raise InputError(f"{name} must be a number, a pair (lower, upper) or None, got {target!r}.")
+        lower, upper = (Parameter(name, 1.0, unit, "", lower=0.0, lower_open=True).check(bound) for bound in pair)
+        if lower > upper:
+            raise InputError(f"{name}: the lower bound {lower:g} exceeds the upper bound {upper:g} [{unit}].")
+        return cls(lower, upper)

@@ -1,0 +1,47 @@
+"""Poses at touchdown: how far the robot can step, and how it stands with a given step."""
+
+import functools
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+
+
+def longest_reach(robot: Robot, values: Mapping[str, float], angle_limit: float) -> float:
+    """Return the largest forward distance between the feet [m] with angles within `angle_limit` [rad]."""
+    return _reach(robot, tuple(robot.vector(values)), min(angle_limit, np.pi / 2))
+
+
+@functools.lru_cache(maxsize=256)
+def _reach(robot: Robot, p: tuple[float, ...], angle_limit: float) -> float:
+    # The distance is a sum of sines of the angles: extreme at the box's corners when the box is within 90 deg.
+    corners = itertools.product((-angle_limit, angle_limit), repeat=len(robot.angles))
+    zero = np.zeros(robot.n_q)
+    return max(float(robot.landing(np.array([0, 0, *corner]), zero, p)[0][0]) for corner in corners)
+
+
+def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Array:
+    """Return the angles at touchdown with the feet `step` apart, shape (n_angles,) [rad].
+
+    Raises
+    ------
+    InputError
+        If there is no such pose.
+    """
+    p, zero = robot.vector(values), np.zeros(robot.n_q)
+
+    def residual(angles: Array) -> Array:
+        q = np.concatenate([[0.0, 0.0], angles])
+        position = np.asarray(robot.landing(q, zero, p)[0]).ravel()
+        guard = float(robot.touchdown(q, zero, p)[0])
+        return np.array([position[0] - step, position[1], guard])
+
+    found = least_squares(residual, np.full(len(robot.angles), 0.1), xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    if np.max(np.abs(found.fun)) > 1e-6:
+        raise InputError(f"Robot {robot.name!r} has no touchdown pose with a step of {step:g} m.")
+    return np.asarray(found.x)

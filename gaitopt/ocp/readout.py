@@ -1,0 +1,105 @@
+"""From a decision vector back to a motion."""
+
+import functools
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.motion.motion import Array, Jump, Motion, Segment
+from gaitopt.motion.sampling import make_jump, make_motion, make_segment
+from gaitopt.ocp.grid import Phase
+from gaitopt.ocp.shooting import Transcription
+from gaitopt.ocp.stance import Stance
+
+
+def read_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
+    """Return the planned step, sampled at nodes and mid-intervals.
+
+    Parameters
+    ----------
+    transcription : Transcription
+    values : dict
+        Every parameter by name.
+    x : (n_variables,) array
+        Decision vector.
+    """
+    p = transcription.robot.vector(values)
+    segments: list[Segment] = []
+    time, place = 0.0, 0.0
+    for phase, stance in zip(transcription.phases, transcription.stances, strict=True):
+        segment = _segment(transcription, phase, stance, x, p, time, place)
+        segments.append(segment)
+        time, place = segment.time[-1], segment.q[0, -1]
+    jump = _jump(transcription, x, p, segments[-1])
+    return make_motion(transcription.robot, values, tuple(segments), (jump,))
+
+
+def _segment(
+    transcription: Transcription, phase: Phase, stance: Stance, x: Array, p: Array, time: float, place: float
+) -> Segment:
+    robot, layout, count, n_u = transcription.robot, transcription.variables, phase.count, transcription.robot.n_u
+    nodes = list(phase.nodes)
+    columns = [layout["angles"][:, nodes], layout["rates"][:, nodes]]
+    if phase.mode.slips:
+        columns.append(layout[f"slide {phase.number}"])
+    state, torque = x[np.vstack(columns)], x[layout["torque"][:, nodes]]
+    duration = x[layout["duration"][0, phase.number]]
+    zero = np.zeros((n_u + 1, count))
+    middle, end = (
+        np.asarray(part)
+        for part in _sampler(stance, count)(
+            np.vstack([state[:, :-1], zero]), torque[:, :-1], torque[:, 1:], duration / count, p
+        )
+    )
+    n_x, samples = stance.n_x, 2 * count + 1
+    states, torques, energy = np.empty((n_x, samples)), np.empty((n_u, samples)), np.zeros((n_u + 1, samples))
+    states[:, ::2], states[:, 1::2] = state, middle[:n_x]
+    torques[:, ::2], torques[:, 1::2] = torque, (torque[:, :-1] + torque[:, 1:]) / 2
+    done = np.cumsum(end[n_x:], axis=1)
+    energy[:, 2::2] = done
+    energy[:, 1::2] = done - end[n_x:] + middle[n_x:]
+
+    n = len(robot.angles)
+    slide, speed = (states[2 * n], states[2 * n + 1]) if phase.mode.slips else np.zeros((2, samples))
+    still = np.zeros(samples)
+    return make_segment(
+        robot,
+        p,
+        mode=phase.mode,
+        step=0,
+        time=time + np.linspace(0, duration, samples),
+        q=np.vstack([place + slide, still, states[:n]]),
+        v=np.vstack([speed, still, states[n : 2 * n]]),
+        torque=torques,
+        work=energy[:n_u],
+        friction_work=energy[n_u],
+    )
+
+
+@functools.lru_cache(maxsize=64)
+def _sampler(stance: Stance, count: int) -> ca.Function:
+    """Return (states, torque, torque after, step, p) -> (middle, end) of all intervals, works included."""
+    state, step = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("step")
+    torque, after = ca.SX.sym("torque", stance.robot.n_u), ca.SX.sym("after", stance.robot.n_u)
+    p = ca.SX.sym("p", len(stance.robot.parameters))
+    outputs = list(stance.double_step(state, torque, after, step, p, energy=True))
+    single = ca.Function("sample", [state, torque, after, step, p], outputs)
+    return single.map("samples", "serial", count, [3, 4], [])
+
+
+def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Jump:
+    robot, layout, first = transcription.robot, transcription.variables, transcription.phases[0]
+    speed = x[layout[f"slide {first.number}"][1, 0]] if first.mode.slips else 0.0
+    v_next = np.concatenate([[speed, 0.0], x[layout["rates"][:, 0]]])
+    q = last.q[:, -1]
+    return make_jump(
+        robot,
+        p,
+        step=0,
+        time=float(last.time[-1]),
+        mode=transcription.word.impact,
+        impulse=x[layout["impulse"][:, 0]],
+        q=q,
+        v_minus=last.v[:, -1],
+        v_plus=np.asarray(robot.unswap(q, v_next, p)).ravel(),
+    )

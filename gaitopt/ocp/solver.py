@@ -1,0 +1,114 @@
+"""solve: from a problem to a gait."""
+
+import platform
+import time
+from collections.abc import Iterator
+from importlib import metadata
+
+import numpy as np
+
+from gaitopt.motion.gait import Gait, SolverReport
+from gaitopt.ocp.bounds import bounds, data_vector, start
+from gaitopt.ocp.diagnosis import violations, warnings
+from gaitopt.ocp.guess import Guess, Line
+from gaitopt.ocp.ipopt import Ipopt, Outcome
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.readout import read_motion
+from gaitopt.ocp.shooting import Transcription, transcribe
+from gaitopt.progress import Observer, silent
+from gaitopt.status import Status
+
+AUTOMATIC: tuple[Guess, ...] = (Line(),)
+"""Starts tried, in order, for a problem without a guess of its own."""
+
+
+def solve(problem: GaitProblem, *, solver: Ipopt | None = None, observer: Observer = silent) -> Gait:
+    """Find an energy-optimal gait.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+    solver : Ipopt, optional
+    observer : Observer
+        Receives an :class:`gaitopt.Iteration` per iteration.
+
+    Returns
+    -------
+    Gait
+        Look at ``gait.status`` first: a numerical failure is not an exception.  Then :func:`gaitopt.verify` it.
+
+    Examples
+    --------
+    >>> from gaitopt import GaitProblem, Limits, compass_biped, solve
+    >>> problem = GaitProblem(
+    ...     robot=compass_biped(), word="stick | stick", friction=0.2, speed=0.6, step_length=0.45, limits=Limits(torque=6),
+    ...     objective="torque_squared",
+    ... )
+    >>> gait = solve(problem)
+    >>> gait.status.ok, round(gait.step_length, 6)
+    (True, 0.45)
+    """
+    gaits = []
+    for gait in attempts(problem, solver=solver, observer=observer):
+        gaits.append(gait)
+        if gait.status is Status.INTERRUPTED:
+            break
+    solved = [gait for gait in gaits if gait.status.ok]
+    if solved:
+        return min(solved, key=lambda gait: gait.solver.objective)
+    return min(gaits, key=lambda gait: (gait.status is not Status.INTERRUPTED, gait.solver.constraint_violation))
+
+
+def attempts(problem: GaitProblem, *, solver: Ipopt | None = None, observer: Observer = silent) -> Iterator[Gait]:
+    """Yield the gait found from each start, one solve at a time."""
+    began = time.perf_counter()
+    counts = problem.transcription.intervals_for(problem.word)
+    known = transcribe.cache_info().misses
+    transcription = transcribe(problem.robot, problem.word, problem.objective, counts)
+    build = time.perf_counter() - began if transcribe.cache_info().misses > known else 0.0
+    for guess in (problem.guess,) if problem.guess is not None else AUTOMATIC:
+        yield _attempt(problem, transcription, guess, solver or Ipopt(), observer, build)
+
+
+def _attempt(
+    problem: GaitProblem,
+    transcription: Transcription,
+    guess: Guess,
+    solver: Ipopt,
+    observer: Observer,
+    build: float,
+) -> Gait:
+    began = time.perf_counter()
+    data, limits = data_vector(problem), bounds(transcription, problem)
+    outcome = solver.minimise(transcription.nlp, start(transcription, problem, guess), data, limits, observer)
+    seconds = time.perf_counter() - began
+    worst = violations(transcription, limits, outcome.x, outcome.g)
+    return Gait(
+        robot=problem.robot.name,
+        word=problem.word,
+        status=outcome.status,
+        motion=read_motion(transcription, problem.values, _finite(outcome)),
+        problem=problem.describe() | {"guess": guess.describe()},
+        solver=SolverReport(
+            iterations=outcome.iterations,
+            objective=outcome.objective,
+            constraint_violation=worst[0].size if worst else 0.0,
+            build_seconds=build,
+            solve_seconds=seconds,
+            message=outcome.message,
+            violations=() if outcome.status.ok else worst,
+            warnings=warnings(transcription, problem, outcome.x) if outcome.status.ok else (),
+        ),
+        decision=outcome.x,
+        versions=versions(),
+    )
+
+
+def _finite(outcome: Outcome) -> np.ndarray:
+    return np.nan_to_num(outcome.x, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of gaitopt and of what its numbers depend on."""
+    names = ("gaitopt", "casadi", "numpy", "scipy")
+    return {name: metadata.version(name) for name in names} | {"python": platform.python_version()}

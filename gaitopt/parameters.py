@@ -1,0 +1,103 @@
+"""Named real parameters with units and bounds."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import math
+
+import numpy as np
+
+from gaitopt.errors import InputError, suggest
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named real number with a unit and the interval it may lie in.
+
+    Attributes
+    ----------
+    name : str
+        Identifier, the same in Python, files and on the command line.
+    default : float
+        Value used when none is given, in `unit`.
+    unit : str
+        Unit, ``"1"`` for a pure number.
+    lower, upper : float
+        Bounds; `lower` is excluded when `lower_open`.
+    description : str
+        One line for people.
+    """
+
+    name: str
+    default: float
+    unit: str
+    description: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    lower_open: bool = False
+    infinite: bool = False
+
+    def check(self, value: object) -> float:
+        """Return `value` as a float, or raise :class:`InputError` saying why it cannot be one.
+
+        Examples
+        --------
+        >>> Parameter("leg_mass", 4.0, "kg", "mass of a leg", lower=0, lower_open=True).check(5)
+        5.0
+        """
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            raise InputError(f"{self.name} must be a number [{self.unit}], got {value!r}.") from None
+        if math.isnan(number) or (math.isinf(number) and not self.infinite):
+            raise InputError(f"{self.name} must be a finite number [{self.unit}], got {number}.")
+        low = number <= self.lower if self.lower_open else number < self.lower
+        if low or number > self.upper:
+            raise InputError(f"{self.name} must be {self._interval()} [{self.unit}], got {number:g}.")
+        return number
+
+    def _interval(self) -> str:
+        below = f"{'greater than' if self.lower_open else 'at least'} {self.lower:g}"
+        above = f"at most {self.upper:g}"
+        if math.isinf(self.upper):
+            return below
+        return above if math.isinf(self.lower) else f"{below} and {above}"
+
+
+def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], owner: str) -> dict[str, float]:
+    """Fill in defaults and check every value.
+
+    Parameters
+    ----------
+    parameters : tuple of Parameter
+        What is known, in order.
+    values : mapping
+        What the user gave, by name.
+    owner : str
+        Whose parameters these are, for the error message.
+
+    Returns
+    -------
+    dict
+        Every parameter in the order of `parameters`.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a value lies outside its bounds.
+
+    Examples
+    --------
+    >>> resolve((Parameter("gravity", 9.8, "m/s^2", "gravity"),), {}, "robot")
+    {'gravity': 9.8}
+    """
+    names = [parameter.name for parameter in parameters]
+    for name in values:
+        if name not in names:
+            raise InputError(f"{owner} has no parameter {name!r}. {suggest(name, names)}")
+    return {p.name: p.check(values.get(p.name, p.default)) for p in parameters}
+
+
+def as_vector(parameters: tuple[Parameter, ...], values: Mapping[str, float]) -> np.ndarray:
+    """Return the values as a vector in the order of `parameters`, shape ``(n,)``."""
+    return np.array([values[p.name] for p in parameters], dtype=float)

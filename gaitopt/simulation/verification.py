@@ -1,0 +1,153 @@
+"""verify: replay a gait's torques without knowing the plan, and compare."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.control.law import feedforward
+from gaitopt.errors import InputError
+from gaitopt.model.catalogue import robot_named
+from gaitopt.model.robot import Robot
+from gaitopt.motion.energy import cost_of_transport, ledger
+from gaitopt.motion.gait import Gait, Verification, cone_margin
+from gaitopt.motion.motion import Motion
+from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.simulator import Rollout, simulate
+from gaitopt.status import Stop
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """How close a replay must come to the plan.
+
+    Attributes
+    ----------
+    state : float
+        Largest difference of the state after the touchdown (rad, rad/s, m/s).
+    period : float [s]
+    cost_of_transport : float
+        Relative.
+    energy : float
+        Relative closing error of the replayed energy ledger.
+    """
+
+    state: float = 1e-6
+    period: float = 1e-6
+    cost_of_transport: float = 5e-3
+    energy: float = 1e-8
+
+
+def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: ScipyEngine | None = None) -> Rollout:
+    """Play a gait's torques back in the event-driven simulator, open loop, from its first state.
+
+    Parameters
+    ----------
+    gait : Gait
+    robot : Robot
+    steps : int
+        The torque clock is reset at every touchdown.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, load
+    >>> replay(load("docs/examples/compass_slip.h5"), compass_biped()).stop.key
+    'steps_done'
+    """
+    first = gait.motion.segments[0]
+    return simulate(
+        robot,
+        first.q[:, 0],
+        first.v[:, 0],
+        gait.motion.parameters,
+        law=feedforward(robot, gait.motion),
+        steps=steps,
+        step_time_limit=3 * gait.period,
+        engine=engine,
+    )
+
+
+def verify(
+    gait: Gait, robot: Robot | None = None, *, tolerances: Tolerances | None = None, engine: ScipyEngine | None = None
+) -> Gait:
+    """Replay a gait and attach the verdict.
+
+    The simulator is given the first state and the torques as functions of time, nothing else: it chooses contact modes,
+    event times and the impact's outcome itself, with another integrator and adaptive steps.
+
+    Parameters
+    ----------
+    gait : Gait
+    robot : Robot, optional
+        Needed for a robot that is not in gaitopt's catalogue.
+    tolerances : Tolerances, optional
+
+    Returns
+    -------
+    Gait
+        With `verification`; its status is ``NOT_VERIFIED`` if it did not pass.
+
+    Raises
+    ------
+    InputError
+        If the robot is not known, or is another one.
+
+    Examples
+    --------
+    >>> from gaitopt import load, verify
+    >>> verify(load("docs/examples/compass_slip.h5")).verification.passed
+    True
+    """
+    robot = robot or robot_named(gait.robot)
+    if robot.name != gait.robot:
+        raise InputError(f"The gait belongs to robot {gait.robot!r}, not to {robot.name!r}.")
+    return gait.with_verification(_compare(gait, replay(gait, robot, engine=engine), tolerances or Tolerances()))
+
+
+def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verification:
+    walked, planned = rollout.motion, gait.motion
+    reasons = []
+    word = walked.word()
+    spelled = str(word) if word is not None else " ".join(segment.mode.value for segment in walked.segments)
+    if rollout.stop is not Stop.STEPS_DONE:
+        reasons.append(f"the replay stopped: {rollout.stop.hint}")
+    if spelled != str(gait.word):
+        reasons.append(f"the replay walked '{spelled}' instead of '{gait.word}'")
+    state_error = _state_error(planned, walked)
+    period_error, cost, residual = abs(walked.period - planned.period), float("nan"), ledger(walked).relative_residual
+    if walked.jumps:
+        cost = cost_of_transport(walked)
+    checks = [
+        ("state after touchdown", state_error, tolerances.state, ""),
+        ("period", period_error, tolerances.period, " s"),
+        (
+            "cost of transport",
+            abs(cost - gait.cost_of_transport) / max(gait.cost_of_transport, 1e-12),
+            tolerances.cost_of_transport,
+            "",
+        ),
+        ("energy ledger", residual, tolerances.energy, ""),
+    ]
+    for name, error, allowed, unit in checks:
+        if not error <= allowed and walked.jumps:
+            reasons.append(f"{name} off by {error:.1e}{unit}, allowed {allowed:.0e}")
+    return Verification(
+        passed=not reasons,
+        word=spelled,
+        stop=rollout.stop.key,
+        state_error=state_error,
+        period_error=period_error,
+        cost_of_transport=cost,
+        cone_margin=cone_margin(walked),
+        energy_residual=residual,
+        reasons=tuple(reasons),
+    )
+
+
+def _state_error(planned: Motion, walked: Motion) -> float:
+    """Return the largest difference of the states after the touchdown, angles and rates and foot speed."""
+    if not walked.jumps:
+        return float("inf")
+    plan, real = planned.jumps[0], walked.jumps[0]
+    return float(
+        max(np.max(np.abs(plan.q_next[2:] - real.q_next[2:])), np.max(np.abs(plan.v_next - real.v_next)))
+    )

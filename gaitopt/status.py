@@ -1,0 +1,76 @@
+"""How a computation ended, each with a sentence that says what to do next."""
+
+from enum import Enum
+
+
+class Status(Enum):
+    """How a gait optimisation ended.
+
+    The value is a sentence for people; the name, in lower case, is what files and ``--json`` carry.
+
+    Examples
+    --------
+    >>> Status.SOLVED.ok, Status.INFEASIBLE.key
+    (True, 'infeasible')
+    """
+
+    SOLVED = "Solved to the requested tolerance."
+    ACCEPTABLE = "Stopped near an optimum, at a looser tolerance than requested; check the residuals before using it."
+    NOT_VERIFIED = (
+        "The optimiser converged but its torques, replayed in the event-driven simulator, do not give the planned "
+        "gait; use more intervals or larger cone margins, or another word."
+    )
+    INFEASIBLE = (
+        "No gait with this word meets the constraints near the starting guess; see the worst constraints, relax one "
+        "of them, or try another word or guess."
+    )
+    ITERATION_LIMIT = "Stopped at the iteration limit; raise it, or start from a nearer gait."
+    TIME_LIMIT = "Stopped at the time limit; raise it, or start from a nearer gait."
+    INTERRUPTED = "Interrupted; the last iterate is kept and is not a solution."
+    DIVERGING = "The iterates diverge; add the bounds that are missing, such as torque or duration limits."
+    INVALID_NUMBER = "A function returned nan or inf; start from a guess away from singular configurations."
+    INVALID_OPTION = "The solver refused its options; check the solver and linear-solver names and what is installed."
+    FAILED = "The solver stopped without an answer; try another guess."
+
+    @property
+    def ok(self) -> bool:
+        """Whether the result is a solution."""
+        return self is Status.SOLVED
+
+    @property
+    def key(self) -> str:
+        """Name for files and JSON, in lower case."""
+        return self.name.lower()
+
+    @property
+    def hint(self) -> str:
+        """What happened and what to do next, as a sentence."""
+        return self.value
+
+
+class Stop(Enum):
+    """Why a simulation ended.
+
+    Examples
+    --------
+    >>> Stop.LIFT_OFF.key
+    'lift_off'
+    """
+
+    STEPS_DONE = "All requested steps were walked."
+    FELL = "The walker fell."
+    LIFT_OFF = "The stance foot lifted off; a single-support model ends there."
+    DOUBLE_SUPPORT = "The trailing foot did not separate at touchdown; the single-impulse impact law is not valid."
+    PAINLEVE = "Slip is not well posed here (Painleve's paradox); nothing was integrated through it."
+    NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
+    TOO_MANY_EVENTS = "Too many contact events in one step (chattering)."
+
+    @property
+    def key(self) -> str:
+        """Name for files and JSON, in lower case."""
+        return self.name.lower()
+
+    @property
+    def hint(self) -> str:
+        """What happened, as a sentence."""
+        return self.value
