@@ -1,0 +1,198 @@
+"""The commands.  Each reads its input, calls one public verb and prints what came of it."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from gaitopt.cli.output import err, out, print_gait, print_json
+from gaitopt.errors import InputError
+from gaitopt.progress import Iteration
+
+GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A gait written by 'gaitopt solve'.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no table.")]
+
+
+def solve(
+    script: Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="A problem script.")],
+    setting: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter of the script.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where to write the gait. [SCRIPT.h5]")
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
+
+    Exit status 0 for a solved and verified gait, 1 when there is none, 2 for a mistake in the input.
+
+    Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
+    """
+    from gaitopt.cli.script import build_problem
+    from gaitopt.motion.archive import save
+    from gaitopt.motion.atomic import check_writable
+    from gaitopt.motion.summary import summarise
+    from gaitopt.ocp.solver import solve as solve_problem
+    from gaitopt.simulation.verification import verify as verify_gait
+
+    problem = build_problem(script, setting or [])
+    path = output or Path(f"{script.stem}.h5")
+    check_writable(path)  # before the work, not after it
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
+        task = progress.add_task(f"{problem.name}: building")
+
+        def observe(step: Iteration) -> None:
+            progress.update(
+                task,
+                description=f"iteration {step.number:3d}   {problem.objective.name} {step.objective:.6f}   "
+                f"infeasibility {step.infeasibility:.1e}",
+            )
+
+        gait = solve_problem(problem, observer=observe)
+        if gait.status.ok:
+            progress.update(task, description="replaying in the event-driven simulator")
+            gait = verify_gait(gait, problem.robot)
+    written = save(gait, path) if gait.status.ok else None
+    if json:
+        print_json(summarise(gait) | {"file": None if written is None else str(written)})
+    elif not quiet:
+        print_gait(gait)
+        out.print(f"wrote {written}" if written else "no verified gait; nothing was written")
+    raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def show(file: GaitFile, json: Json = False) -> None:
+    """Show what a gait file holds.
+
+    Example: gaitopt show compass_slip.h5 --json
+    """
+    from gaitopt.motion.archive import load
+    from gaitopt.motion.summary import summarise
+
+    gait = load(file)
+    if json:
+        print_json(summarise(gait) | {"file": str(file)})
+    else:
+        print_gait(gait)
+
+
+def verify(
+    file: GaitFile,
+    problem: Annotated[
+        Path | None,
+        typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, for one not in the catalogue."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Replay a saved gait's torques in the event-driven simulator and compare with the plan.
+
+    Exit status 0 if it passes, 1 if not.  The file is not changed.
+
+    Example: gaitopt verify compass_slip.h5
+    """
+    from gaitopt.cli.script import build_problem
+    from gaitopt.motion.archive import load
+    from gaitopt.motion.summary import summarise
+    from gaitopt.simulation.verification import verify as verify_gait
+
+    robot = build_problem(problem, []).robot if problem else None
+    gait = verify_gait(load(file), robot)
+    if json:
+        print_json(summarise(gait) | {"file": str(file)})
+    else:
+        print_gait(gait)
+    passed = gait.verification is not None and gait.verification.passed
+    raise typer.Exit(0 if passed and gait.status.ok else 1)
+
+
+def plot(
+    file: GaitFile,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="Where to draw. [FILE.png]")
+    ] = None,
+) -> None:
+    """Draw a gait: stick figures, angles, torques, force ratio against the friction cone, foot speed.
+
+    Example: gaitopt plot compass_slip.h5 -o slip.pdf
+    """
+    from gaitopt.motion.archive import load
+    from gaitopt.plot.gait_figure import plot_gait
+    from gaitopt.plot.saving import save_figure
+
+    gait = load(file)
+    out.print(f"wrote {save_figure(plot_gait(gait), output or Path(f'{file.stem}.png'))}")
+
+
+def animate(
+    file: GaitFile,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="GIF/MP4", help="Where to write. [FILE.gif]")
+    ] = None,
+    steps: Annotated[int, typer.Option(min=1, max=100, help="Steps to show.")] = 3,
+    slow: Annotated[float, typer.Option(min=0.1, max=100.0, help="Slow motion factor.")] = 2.0,
+    quiet: Quiet = False,
+) -> None:
+    """Animate a gait with its contact force, friction cone, slip marks and current contact mode.
+
+    Example: gaitopt animate compass_slip.h5 -o slip.mp4
+    """
+    from gaitopt.motion.archive import load
+    from gaitopt.plot.animation import animate as animate_gait
+
+    gait = load(file)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=quiet) as progress:
+        task = progress.add_task("drawing frames", total=None)
+
+        def observe(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+
+        written = animate_gait(gait, output or Path(f"{file.stem}.gif"), steps=steps, slow=slow, observer=observe)
+    out.print(f"wrote {written}")
+
+
+def problems(
+    folder: Annotated[Path | None, typer.Argument(help="Folder of problem scripts. [problems]")] = None,
+    json: Json = False,
+) -> None:
+    """List the problem scripts of a folder with their parameters.
+
+    Example: gaitopt problems
+    """
+    from rich import box
+    from rich.table import Table
+
+    folder = folder or Path("problems")
+    if not folder.is_dir():
+        raise InputError(f"There is no folder {folder}; name the folder that holds your problem scripts.")
+    entries = [_entry(path) for path in sorted(folder.glob("*.py"))]
+    if json:
+        print_json({"problems": entries})
+        return
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for column in ("script", "what it is", "parameters"):
+        table.add_column(column)
+    for entry in entries:
+        values = ", ".join(f"{name}={value!r}" for name, value in entry["parameters"].items())
+        table.add_row(entry["script"], entry["description"], entry.get("error", values))
+    out.print(table)
+
+
+def _entry(path: Path) -> dict[str, Any]:
+    import ast
+
+    from gaitopt.cli.script import load_script, script_parameters
+    from gaitopt.errors import GaitoptError
+    from gaitopt.motion.summary import plain
+
+    try:
+        description = (ast.get_docstring(ast.parse(path.read_text())) or "").split("\n")[0]
+        parameters = plain(script_parameters(load_script(path)))
+    except (GaitoptError, SyntaxError, OSError) as error:
+        return {"script": str(path), "description": "", "parameters": {}, "error": str(error)}
+    return {"script": str(path), "description": description, "parameters": parameters}

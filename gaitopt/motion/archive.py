@@ -1,0 +1,226 @@
+"""Gaits in open files: HDF5, version 1 of the layout documented in ``docs/file_format.md``.
+
+Numbers are plain datasets with a ``unit`` attribute; names and text are attributes; the resolved problem is JSON.
+Nothing of Python is needed to read a file.
+"""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from gaitopt.errors import ArchiveError, WordError
+from gaitopt.model.modes import Mode
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
+from gaitopt.motion.motion import Array, Jump, Motion, Segment
+from gaitopt.motion.summary import plain
+from gaitopt.motion.word import Word
+from gaitopt.status import Status
+
+FORMAT = "gaitopt gait"
+VERSION = 1
+
+_SEGMENT_UNITS = {
+    "time": "s",
+    "q": "m, m, then rad",
+    "v": "m/s, m/s, then rad/s",
+    "torque": "N m",
+    "force": "N",
+    "power": "W",
+    "work": "J",
+    "friction_work": "J",
+    "kinetic": "J",
+    "potential": "J",
+    "points": "m",
+}
+_JUMP_UNITS = {
+    "impulse": "N s",
+    "q": "m, m, then rad",
+    "v_minus": "m/s, m/s, then rad/s",
+    "v_plus": "m/s, m/s, then rad/s",
+    "q_next": "m, m, then rad",
+    "v_next": "m/s, m/s, then rad/s",
+}
+_JUMP_SCALARS = ("time", "energy_lost", "separation")
+
+
+def save(gait: Gait, path: str | Path) -> Path:
+    """Write a gait to a file, whole or not at all.
+
+    Parameters
+    ----------
+    gait : Gait
+    path : str or Path
+        Usually ends in ``.h5``.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ArchiveError
+        If the file cannot be written; an older file of that name is then left as it was.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from gaitopt import load, save
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = save(gait, f"{folder}/copy.h5")
+    ...     load(path).word == gait.word
+    True
+    """
+    path = Path(path)
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(
+            format=FORMAT, format_version=VERSION, robot=gait.robot, word=str(gait.word), status=gait.status.key
+        )
+        file.attrs["problem"] = json.dumps(plain(gait.problem))
+        file.create_group("versions").attrs.update(gait.versions)
+        _write_record(file.create_group("solver"), gait.solver)
+        if gait.verification is not None:
+            _write_record(file.create_group("verification"), gait.verification)
+        file.create_dataset("decision", data=gait.decision)
+        _write_motion(file.create_group("motion"), gait.motion)
+    return path
+
+
+def load(path: str | Path) -> Gait:
+    """Read a gait from a file.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Gait
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing, is not a gait of gaitopt, is damaged, or was written by a newer version.
+
+    Examples
+    --------
+    >>> str(load("docs/examples/compass_slip.h5").word)
+    'slip+ stick | slip+'
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ArchiveError(f"There is no file {path}.")
+    try:
+        with h5py.File(path, "r") as file:
+            _check_format(file, path)
+            return _read_gait(file)
+    except OSError as error:
+        raise ArchiveError(f"{path} cannot be read as HDF5; it is damaged or another kind of file ({error}).") from None
+    except (KeyError, TypeError, ValueError, IndexError, WordError) as error:
+        raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
+
+
+def _check_format(file: h5py.File, path: Path) -> None:
+    if file.attrs.get("format") != FORMAT:
+        raise ArchiveError(f"{path} is an HDF5 file, but not a gait written by gaitopt.")
+    version = int(file.attrs.get("format_version", 0))
+    if version > VERSION:
+        raise ArchiveError(
+            f"{path} has format version {version}; this gaitopt reads up to {VERSION}. Upgrade gaitopt to read it."
+        )
+
+
+def _write_motion(group: h5py.Group, motion: Motion) -> None:
+    for name in ("angles", "actuators", "points"):
+        group.attrs[name] = json.dumps(getattr(motion, name))
+    group.attrs["links"] = json.dumps(motion.links)
+    group.attrs["total_mass"] = motion.total_mass
+    group.attrs["total_mass_unit"] = "kg"
+    group.create_group("parameters").attrs.update(motion.parameters)
+    for i, segment in enumerate(motion.segments):
+        part = group.create_group(f"segments/{i:04d}")
+        part.attrs.update(mode=segment.mode.value, step=segment.step)
+        _write_arrays(part, segment, _SEGMENT_UNITS)
+    for i, jump in enumerate(motion.jumps):
+        part = group.create_group(f"jumps/{i:04d}")
+        part.attrs.update(mode=jump.mode.value, step=jump.step)
+        part.attrs.update({name: getattr(jump, name) for name in _JUMP_SCALARS})
+        part.attrs.update(time_unit="s", energy_lost_unit="J", separation_unit="m/s")
+        _write_arrays(part, jump, _JUMP_UNITS)
+
+
+def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, str]) -> None:
+    for name, unit in units.items():
+        dataset = group.create_dataset(name, data=getattr(source, name))
+        dataset.attrs["unit"] = unit
+
+
+def _write_record(group: h5py.Group, record: SolverReport | Verification) -> None:
+    """Write a flat record as attributes: numbers and text as they are, lists as JSON."""
+    for name, value in dataclasses.asdict(record).items():
+        group.attrs[name] = json.dumps(value) if isinstance(value, list | tuple) else value
+
+
+def _read_record(group: h5py.Group) -> dict[str, Any]:
+    return {name: value.item() if hasattr(value, "item") else value for name, value in group.attrs.items()}
+
+
+def _read_gait(file: h5py.File) -> Gait:
+    solver = _read_record(file["solver"])
+    solver["violations"] = tuple(Violation(**violation) for violation in json.loads(solver["violations"]))
+    solver["warnings"] = tuple(json.loads(solver["warnings"]))
+    verification = None
+    if "verification" in file:
+        fields = _read_record(file["verification"])
+        verification = Verification(**{**fields, "reasons": tuple(json.loads(fields["reasons"]))})
+    return Gait(
+        robot=str(file.attrs["robot"]),
+        word=Word.parse(str(file.attrs["word"])),
+        status=Status[str(file.attrs["status"]).upper()],
+        motion=_read_motion(file["motion"]),
+        problem=_numbers(json.loads(file.attrs["problem"])),
+        solver=SolverReport(**solver),
+        decision=file["decision"][...],
+        versions={name: str(value) for name, value in file["versions"].attrs.items()},
+        verification=verification,
+    )
+
+
+def _numbers(value: Any) -> Any:
+    """Return nested data with the texts "inf" and "-inf" as the numbers they stand for."""
+    if isinstance(value, dict):
+        return {key: _numbers(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_numbers(item) for item in value]
+    return float(value) if value in ("inf", "-inf") else value
+
+
+def _read_motion(group: h5py.Group) -> Motion:
+    return Motion(
+        angles=tuple(json.loads(group.attrs["angles"])),
+        actuators=tuple(json.loads(group.attrs["actuators"])),
+        points=tuple(json.loads(group.attrs["points"])),
+        links=tuple((int(a), int(b)) for a, b in json.loads(group.attrs["links"])),
+        total_mass=float(group.attrs["total_mass"]),
+        parameters={name: float(value) for name, value in group["parameters"].attrs.items()},
+        segments=tuple(_read_segment(part) for _, part in sorted(group["segments"].items())),
+        jumps=tuple(_read_jump(part) for _, part in sorted(group["jumps"].items())),
+    )
+
+
+def _read_segment(group: h5py.Group) -> Segment:
+    return Segment(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **_arrays(group, _SEGMENT_UNITS))
+
+
+def _read_jump(group: h5py.Group) -> Jump:
+    scalars: dict[str, Any] = {name: float(group.attrs[name]) for name in _JUMP_SCALARS}
+    return Jump(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **scalars, **_arrays(group, _JUMP_UNITS))
+
+
+def _arrays(group: h5py.Group, units: dict[str, str]) -> dict[str, Array]:
+    return {name: np.asarray(group[name][...], dtype=float) for name in units}

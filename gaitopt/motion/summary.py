@@ -1,0 +1,74 @@
+"""A gait in plain data: what ``--json`` prints and what tables are made from."""
+
+import dataclasses
+import math
+from typing import Any
+
+from gaitopt.motion.gait import Gait
+
+
+def summarise(gait: Gait) -> dict[str, Any]:
+    """Return the facts of a gait as plain data that any JSON reader takes (nan becomes null, inf the text "inf").
+
+    Parameters
+    ----------
+    gait : Gait
+
+    Returns
+    -------
+    dict
+        SI units; angles in rad.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> summary = summarise(load("docs/examples/compass_slip.h5"))
+    >>> summary["status"], [phase["mode"] for phase in summary["phases"]]
+    ('solved', ['slip+', 'stick'])
+    """
+    motion, energy = gait.motion, gait.energy
+    jump = motion.jumps[0]
+    solver = dataclasses.asdict(gait.solver)
+    violations, warnings = solver.pop("violations"), solver.pop("warnings")
+    data = {
+        "status": gait.status.key,
+        "hint": gait.status.hint,
+        "robot": gait.robot,
+        "word": str(gait.word),
+        "cost_of_transport": gait.cost_of_transport,
+        "speed": gait.speed,
+        "step_length": gait.step_length,
+        "period": gait.period,
+        "phases": [{"mode": segment.mode.value, "duration": segment.duration} for segment in motion.segments],
+        "friction_margin": gait.friction_margin,
+        "foot_slide": motion.foot_slide,
+        "impact": {"mode": jump.mode.value, "ratio": jump.ratio},
+        "energy": {
+            "actuator": energy.actuator,
+            "gravity": energy.gravity,
+            "impact_loss": energy.impact_loss,
+            "friction_loss": energy.friction_loss,
+            "residual": energy.residual,
+            "relative_residual": energy.relative_residual,
+        },
+        "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
+        "solver": solver,
+        "violations": violations,
+        "warnings": list(warnings),
+        "problem": gait.problem,
+        "versions": gait.versions,
+    }
+    return plain(data)
+
+
+def plain(value: Any) -> Any:
+    """Return nested data with every number JSON can carry: nan becomes None, infinities the text "inf" or "-inf"."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if hasattr(value, "item") and not isinstance(value, str):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else ("inf" if value > 0 else "-inf")
+    return value
