@@ -48,13 +48,16 @@ class Parameter:
         try:
             number = float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError):
-            raise InputError(f"{self.name} must be a number [{self.unit}], got {value!r}.") from None
+            raise InputError(f"{self.name} must be a number{self._unit()}, got {value!r}.") from None
         if math.isnan(number) or (math.isinf(number) and not self.infinite):
-            raise InputError(f"{self.name} must be a finite number [{self.unit}], got {number}.")
+            raise InputError(f"{self.name} must be a finite number{self._unit()}, got {number}.")
         low = number <= self.lower if self.lower_open else number < self.lower
         if low or number > self.upper:
-            raise InputError(f"{self.name} must be {self._interval()} [{self.unit}], got {number:g}.")
+            raise InputError(f"{self.name} must be {self._interval()}{self._unit()}, got {number:g}.")
         return number
+
+    def _unit(self) -> str:
+        return "" if self.unit == "1" else f" [{self.unit}]"
 
     def _interval(self) -> str:
         below = f"{'greater than' if self.lower_open else 'at least'} {self.lower:g}"

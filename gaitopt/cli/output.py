@@ -9,6 +9,7 @@ from rich.table import Table
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import summarise
+from gaitopt.status import Status
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -31,12 +32,30 @@ def print_gait(gait: Gait) -> None:
 
 
 def _rows(gait: Gait, facts: dict[str, Any]) -> list[tuple[str, str]]:
-    energy, problem = gait.energy, facts["problem"]
+    problem = facts["problem"]
     colour = "green" if gait.status.ok else "red"
     rows = [
         ("status", f"[{colour}]{gait.status.key}[/]: {gait.status.hint}"),
         ("word", str(gait.word)),
         ("robot", f"{gait.robot}, friction {gait.motion.parameters['friction']:g}, objective {problem['objective']}"),
+    ]
+    if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED):
+        rows += _numbers(gait, facts)
+    rows.append(
+        (
+            "solver",
+            f"{gait.solver.message}, {gait.solver.iterations} iterations; "
+            f"build {gait.solver.build_seconds:.2f} s, solve {gait.solver.solve_seconds:.2f} s",
+        )
+    )
+    rows += [("warning", f"[yellow]{warning}[/]") for warning in gait.solver.warnings]
+    rows += [("not met", str(violation)) for violation in gait.solver.violations]
+    return rows
+
+
+def _numbers(gait: Gait, facts: dict[str, Any]) -> list[tuple[str, str]]:
+    energy = gait.energy
+    return [
         ("cost of transport", f"{gait.cost_of_transport:.6f}"),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
@@ -47,19 +66,11 @@ def _rows(gait: Gait, facts: dict[str, Any]) -> list[tuple[str, str]]:
         ("impact", f"{facts['impact']['mode']}, impulse ratio {facts['impact']['ratio']:+.4f}"),
         (
             "energy",
-            f"actuators {energy.actuator:.6f} J + gravity {energy.gravity:.6f} J = impact {energy.impact_loss:.6f} J"
+            f"actuators {energy.actuator:.6f} J + gravity {energy.gravity + 0.0:.6f} J = impact {energy.impact_loss:.6f} J"
             f" + friction {energy.friction_loss:.6f} J, closing error {energy.relative_residual:.1e}",
         ),
         ("replay", _replay(gait)),
-        (
-            "solver",
-            f"{gait.solver.message}, {gait.solver.iterations} iterations; "
-            f"build {gait.solver.build_seconds:.2f} s, solve {gait.solver.solve_seconds:.2f} s",
-        ),
     ]
-    rows += [("warning", f"[yellow]{warning}[/]") for warning in gait.solver.warnings]
-    rows += [("not met", str(violation)) for violation in gait.solver.violations]
-    return rows
 
 
 def _replay(gait: Gait) -> str:

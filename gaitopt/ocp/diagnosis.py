@@ -12,7 +12,7 @@ from gaitopt.ocp.shooting import Transcription
 def violations(
     transcription: Transcription, bounds: Bounds, x: Array, g: Array, *, above: float = 1e-6, most: int = 10
 ) -> tuple[Violation, ...]:
-    """Return the worst violations of constraints and bounds, largest first.
+    """Return the worst violations of constraints and bounds, largest first, one for each name in each phase.
 
     Parameters
     ----------
@@ -30,10 +30,14 @@ def violations(
     ):
         excess = np.maximum(lower - value, value - upper)
         excess = np.where(np.isnan(excess), np.inf, excess)
-        for index in np.argsort(-excess)[:most]:
-            if excess[index] > above:
-                found.append(Violation(*layout.label(index), float(excess[index])))
-    return tuple(sorted(found, key=lambda violation: -violation.size)[:most])
+        for index in np.argsort(-excess):
+            if excess[index] <= above:
+                break
+            found.append(Violation(*layout.label(index), float(excess[index])))
+    worst: dict[tuple[str, str], Violation] = {}
+    for violation in sorted(found, key=lambda violation: -violation.size):
+        worst.setdefault((violation.place.split(",")[0], violation.name.removesuffix(", mid-interval")), violation)
+    return tuple(worst.values())[:most]
 
 
 def warnings(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:

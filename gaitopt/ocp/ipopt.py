@@ -2,7 +2,12 @@
 
 import functools
 import math
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import FrameType
 from typing import Any
 
 import casadi as ca
@@ -92,10 +97,10 @@ class Ipopt:
         """
         solver, tap = _compiled(nlp, self)
         tap.watch(observer, bounds)
+        limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         try:
-            answer = solver(
-                x0=x, p=data, lbx=bounds.x_lower, ubx=bounds.x_upper, lbg=bounds.g_lower, ubg=bounds.g_upper
-            )
+            with _interruptible(tap):
+                answer = solver(x0=x, p=data, **limits)
         finally:
             tap.rest()
         stats = solver.stats()
@@ -140,6 +145,10 @@ class _Tap(ca.Callback):
     def watch(self, observer: Observer, bounds: Bounds) -> None:
         self._observer, self._bounds, self._count, self.interrupted = observer, bounds, 0, False
 
+    def interrupt(self) -> None:
+        """Ask Ipopt to stop after the present iteration."""
+        self.interrupted = True
+
     def rest(self) -> None:
         self._observer, self._bounds, self._count = None, None, 0
 
@@ -168,8 +177,29 @@ class _Tap(ca.Callback):
             self._observer(Iteration(self._count, float(values["f"]), float(max(excess.max(initial=0.0), 0.0))))
             self._count += 1
         except KeyboardInterrupt:
-            self.interrupted = True
+            self.interrupt()
         return [int(self.interrupted)]
+
+
+@contextmanager
+def _interruptible(tap: _Tap) -> Iterator[None]:
+    """Let the first Ctrl-C stop the solver after its present iteration, keeping the iterate; a second one raises.
+
+    CasADi would otherwise throw through Ipopt in the middle of an evaluation and lose the iterate.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        tap.interrupt()
+        signal.signal(signal.SIGINT, former)
+
+    former = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
 
 
 @functools.lru_cache(maxsize=32)
