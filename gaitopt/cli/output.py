@@ -66,8 +66,8 @@ def _numbers(gait: Gait, facts: dict[str, Any]) -> list[tuple[str, str]]:
         ("impact", f"{facts['impact']['mode']}, impulse ratio {facts['impact']['ratio']:+.4f}"),
         (
             "energy",
-            f"actuators {energy.actuator:.6f} J + gravity {energy.gravity + 0.0:.6f} J = impact {energy.impact_loss:.6f} J"
-            f" + friction {energy.friction_loss:.6f} J, closing error {energy.relative_residual:.1e}",
+            f"actuators {energy.actuator:.6f} J + gravity {energy.gravity + 0.0:.6f} J = "
+            f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J, closing error {energy.relative_residual:.1e}",
         ),
         ("replay", _replay(gait)),
     ]

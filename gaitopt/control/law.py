@@ -4,6 +4,7 @@ A law is a CasADi Function (clock, q, v, data) -> torque and, for each stretch o
 column of data it uses there.  Simulators, variational equations and exported code all run this one Function.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -89,6 +90,6 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     return Law("feedforward", function, time, np.vstack([time, torque, slope]))
 
 
-def _function(robot: Robot, data: ca.SX, torque) -> ca.Function:  # noqa: ANN001 - a local lambda
+def _function(robot: Robot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> ca.Function:
     clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q)
     return ca.Function("torque", [clock, q, v, data], [torque(clock, q, v)], ["clock", "q", "v", "data"], ["torque"])

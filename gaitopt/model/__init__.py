@@ -1,0 +1,1 @@
+"""Models: symbolic mechanics, contact, impact, and the robots written with them."""

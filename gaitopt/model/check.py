@@ -117,7 +117,9 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
         momentum = [np.asarray(robot.momentum(*state, p)[0]).ravel() for state in (ahead, behind)]
         weight = float(robot.momentum(q, speed, p)[2]) * gravity * np.array([np.sin(slope), -np.cos(slope)])
         change = (momentum[0] - momentum[1]) / (2 * _STEP)
-        force_error = max(force_error, np.max(np.abs(change - f - weight)) / (np.max(np.abs(weight)) + np.max(np.abs(f))))
+        force_error = max(
+            force_error, np.max(np.abs(change - f - weight)) / (np.max(np.abs(weight)) + np.max(np.abs(f)))
+        )
         law = [f[0] + mode.sign * friction * f[1], a[1]] if mode.slips else [*a[:2]] if mode is Mode.STICK else [*f]
         contact_error = max(contact_error, np.max(np.abs(law)) / (np.max(np.abs(f)) + np.max(np.abs(a)) + 1))
     return energy_error, force_error, contact_error

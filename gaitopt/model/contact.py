@@ -14,9 +14,7 @@ import casadi as ca
 from gaitopt.model.modes import Mode
 
 
-def accelerations(
-    mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX
-) -> tuple[ca.SX, ca.SX]:
+def accelerations(mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return acceleration and contact force of a mode.
 
     Parameters

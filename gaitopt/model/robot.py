@@ -1,9 +1,8 @@
 """A robot: a frozen bundle of named CasADi Functions, and how one is assembled from its parts."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-
-import math
 
 import casadi as ca
 import numpy as np

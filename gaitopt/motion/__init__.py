@@ -1,0 +1,1 @@
+"""Motion as plain data: words, segments and jumps, gaits, energy, files."""

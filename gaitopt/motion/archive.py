@@ -218,8 +218,9 @@ def _read_segment(group: h5py.Group) -> Segment:
 
 
 def _read_jump(group: h5py.Group) -> Jump:
+    arrays: dict[str, Any] = _arrays(group, _JUMP_UNITS)
     scalars: dict[str, Any] = {name: float(group.attrs[name]) for name in _JUMP_SCALARS}
-    return Jump(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **scalars, **_arrays(group, _JUMP_UNITS))
+    return Jump(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **scalars, **arrays)
 
 
 def _arrays(group: h5py.Group, units: dict[str, str]) -> dict[str, Array]:

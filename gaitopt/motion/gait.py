@@ -45,6 +45,8 @@ class SolverReport:
         Objective at the last iterate.
     constraint_violation : float
         Largest violation at the last iterate.
+    error_between_nodes : float
+        How far the plan drifts from its own nodes when integrated with four times the steps; inf without a solution.
     build_seconds, solve_seconds : float
         Time to transcribe and compile (0 when an earlier build was reused), and to solve.
     message : str
@@ -58,6 +60,7 @@ class SolverReport:
     iterations: int
     objective: float
     constraint_violation: float
+    error_between_nodes: float
     build_seconds: float
     solve_seconds: float
     message: str

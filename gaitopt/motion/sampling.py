@@ -59,7 +59,16 @@ def make_segment(
 
 
 def make_jump(
-    robot: Robot, p: Array, *, step: int, time: float, mode: Mode, impulse: Array, q: Array, v_minus: Array, v_plus: Array
+    robot: Robot,
+    p: Array,
+    *,
+    step: int,
+    time: float,
+    mode: Mode,
+    impulse: Array,
+    q: Array,
+    v_minus: Array,
+    v_plus: Array,
 ) -> Jump:
     """Return a touchdown with the swapped state and the energy lost.
 

@@ -1,0 +1,1 @@
+"""Optimal control: from a gait problem to a solved gait."""

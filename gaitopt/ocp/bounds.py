@@ -1,8 +1,7 @@
 """Numbers of a solve: bounds, data and starting point of a transcription for one problem."""
 
-from dataclasses import dataclass
-
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -41,7 +40,7 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     layout, limits = transcription.variables, problem.limits
     lower, upper = np.full(layout.size, -math.inf), np.full(layout.size, math.inf)
     torque = np.array(limits.torques(problem.robot.actuators))[:, None]
-    symmetric = {"angles": limits.angle, "rates": limits.rate, "torque": torque}
+    symmetric: dict[str, float | Array] = {"angles": limits.angle, "rates": limits.rate, "torque": torque}
     for name, size in symmetric.items():
         lower[layout[name]], upper[layout[name]] = -size, size
     lower[layout["duration"]], upper[layout["duration"]] = limits.shortest_phase, limits.longest_step
@@ -128,9 +127,10 @@ def _fill_powers(transcription: Transcription, x: Array, data: Array) -> None:
     """Set impulse, power parts and integral to values that fit the guessed motion."""
     robot, layout = transcription.robot, transcription.variables
     p = data[: len(robot.parameters)]
-    weight = float(robot.momentum(np.zeros(robot.n_q), np.zeros(robot.n_q), p)[2]) * dict(
-        zip([parameter.name for parameter in robot.parameters], p, strict=True)
-    )["gravity"]
+    weight = (
+        float(robot.momentum(np.zeros(robot.n_q), np.zeros(robot.n_q), p)[2])
+        * dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))["gravity"]
+    )
     x[layout["impulse"][1]] = 0.1 * weight
     if not transcription.objective.uses_power:
         return

@@ -179,7 +179,9 @@ class Previous(Guess):
     def sample(self, setting: Setting, time: Array) -> Sample:
         """Return the motion at the same fractions of its own period."""
         if self.motion.angles != setting.robot.angles:
-            raise InputError(f"The guess is a motion of {self.motion.angles}, but the robot has {setting.robot.angles}.")
+            raise InputError(
+                f"The guess is a motion of {self.motion.angles}, but the robot has {setting.robot.angles}."
+            )
         segments = self._segments()
         clock = np.concatenate([s.time for s in segments]) - segments[0].time[0]
         clock, unique = np.unique(clock, return_index=True)

@@ -49,6 +49,8 @@ class Outcome:
     g : (n_constraints,) array
     objective : float
     iterations : int
+    multipliers : (n_variables,), (n_constraints,) arrays
+        Of the bounds and of the constraints.
     """
 
     status: Status
@@ -57,6 +59,7 @@ class Outcome:
     g: Array
     objective: float
     iterations: int
+    multipliers: tuple[Array, Array]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +86,15 @@ class Ipopt:
     time_limit: float = math.inf
     linear_solver: str = "mumps"
 
-    def minimise(self, nlp: Nlp, x: Array, data: Array, bounds: Bounds, observer: Observer) -> Outcome:
+    def minimise(
+        self,
+        nlp: Nlp,
+        x: Array,
+        data: Array,
+        bounds: Bounds,
+        observer: Observer,
+        multipliers: tuple[Array, Array] | None = None,
+    ) -> Outcome:
         """Solve a programme from a starting point.
 
         Parameters
@@ -94,13 +105,16 @@ class Ipopt:
         bounds : Bounds
         observer : Observer
             Called once per iteration.
+        multipliers : (n_variables,), (n_constraints,) arrays, optional
+            Of a solution close by, from which Ipopt then goes on instead of starting anew.
         """
-        solver, tap = _compiled(nlp, self)
+        solver, tap = _compiled(nlp, self, multipliers is not None)
         tap.watch(observer, bounds)
+        near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         try:
             with _interruptible(tap):
-                answer = solver(x0=x, p=data, **limits)
+                answer = solver(x0=x, p=data, **limits, **near)
         finally:
             tap.rest()
         stats = solver.stats()
@@ -114,9 +128,10 @@ class Ipopt:
             g=np.asarray(answer["g"]).ravel(),
             objective=float(answer["f"]),
             iterations=int(stats.get("iter_count", 0)) if message != "Invalid_Option" else 0,
+            multipliers=(np.asarray(answer["lam_x"]).ravel(), np.asarray(answer["lam_g"]).ravel()),
         )
 
-    def _options(self) -> dict[str, Any]:
+    def _options(self, warm: bool) -> dict[str, Any]:
         options: dict[str, Any] = {
             "ipopt.tol": self.tolerance,
             "ipopt.max_iter": self.max_iterations,
@@ -128,6 +143,11 @@ class Ipopt:
         }
         if math.isfinite(self.time_limit):
             options["ipopt.max_wall_time"] = self.time_limit
+        if warm:
+            push = {f"ipopt.warm_start_{name}": 1e-9 for name in ("bound_push", "bound_frac", "slack_bound_push")}
+            push |= {"ipopt.warm_start_slack_bound_frac": 1e-9, "ipopt.warm_start_mult_bound_push": 1e-9}
+            options |= {"ipopt.warm_start_init_point": "yes", "ipopt.mu_strategy": "monotone", "ipopt.mu_init": 1e-8}
+            options |= push
         return options
 
 
@@ -138,7 +158,9 @@ class _Tap(ca.Callback):
         ca.Callback.__init__(self)
         self._sizes = {"x": nlp.n_variables, "g": nlp.n_constraints, "f": 1, "p": 0}
         self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
-        self.rest()
+        self._observer: Observer | None = None
+        self._bounds: Bounds | None = None
+        self._count = 0
         self.interrupted = False
         self.construct("iteration_tap", {})
 
@@ -203,7 +225,7 @@ def _interruptible(tap: _Tap) -> Iterator[None]:
 
 
 @functools.lru_cache(maxsize=32)
-def _compiled(nlp: Nlp, options: Ipopt) -> tuple[ca.Function, _Tap]:
+def _compiled(nlp: Nlp, options: Ipopt, warm: bool) -> tuple[ca.Function, _Tap]:
     """Return the solver of a programme and its tap; built once for equal options."""
     tap = _Tap(nlp)
-    return nlp.solver("gait", "ipopt", {**options._options(), "iteration_callback": tap}), tap
+    return nlp.solver("gait", "ipopt", {**options._options(warm), "iteration_callback": tap}), tap

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import Parameter
 
-_POSITIVE = {"lower": 0.0, "lower_open": True, "infinite": True}
+
+def _positive(name: str, unit: str, value: object) -> float:
+    return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=True, infinite=True).check(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +49,7 @@ class Limits:
             ("shortest_phase", "s"),
             ("longest_step", "s"),
         ):
-            Parameter(f"Limits.{name}", 1.0, unit, "", **_POSITIVE).check(getattr(self, name))
+            _positive(f"Limits.{name}", unit, getattr(self, name))
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator [N m], in order.
@@ -61,10 +63,7 @@ class Limits:
         for name in given:
             if name not in actuators:
                 raise InputError(f"Limits.torque: there is no actuator {name!r}. {suggest(name, actuators)}")
-        return [
-            Parameter(f"torque_limit of {name}", 1.0, "N m", "", **_POSITIVE).check(given.get(name, math.inf))
-            for name in actuators
-        ]
+        return [_positive(f"torque_limit of {name}", "N m", given.get(name, math.inf)) for name in actuators]
 
 
 @dataclass(frozen=True, kw_only=True)

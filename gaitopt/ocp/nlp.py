@@ -9,7 +9,7 @@ cost, whatever the number of intervals, and evaluation runs at the speed of a fu
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -90,6 +90,7 @@ def assemble_nlp(blocks: Sequence[Block], data: ca.SX, n_variables: int, n_const
     for block in blocks:
         count = block.columns.shape[1]
         local = ca.reshape(x[_flat(block.columns)], block.columns.shape[0], count)
+        block = _shared(block)
         g_values.append(_mapped(block, data, "g", [block.constraints])(local, z))
         g_index.append(_flat(block.rows))
 
@@ -108,9 +109,9 @@ def assemble_nlp(blocks: Sequence[Block], data: ca.SX, n_variables: int, n_const
             gradient += _scatter(_flat(block.columns), n_variables, ca.vec(slopes))
         hessian = ca.hessian(lagrangian, block.variables)[0]
         rows, columns = _triplets(hessian.sparsity())
-        own = ca.Function(
-            f"{block.name}_h", [block.variables, data, multipliers, weight], [_nonzeros(hessian)]
-        ).map(block.name + "_h_map", "serial", count, [1, 3], [])
+        own = ca.Function(f"{block.name}_h", [block.variables, data, multipliers, weight], [_nonzeros(hessian)]).map(
+            block.name + "_h_map", "serial", count, [1, 3], []
+        )
         local_multipliers = ca.reshape(lam_g[_flat(block.rows)], block.rows.shape[0], count)
         h_values.append(own(local, z, local_multipliers, lam_f))
         h_index.append((_flat(block.columns[rows]), _flat(block.columns[columns])))
@@ -126,6 +127,14 @@ def assemble_nlp(blocks: Sequence[Block], data: ca.SX, n_variables: int, n_const
         ),
     }
     return Nlp({"x": x, "p": z, "f": cost, "g": g}, derivatives, n_variables, n_constraints)
+
+
+def _shared(block: Block) -> Block:
+    """Return the block with common subexpressions merged: cheap here, and all derivatives profit."""
+    if block.cost is None:
+        return replace(block, constraints=ca.cse(block.constraints))
+    constraints, cost = ca.cse([block.constraints, block.cost])
+    return replace(block, constraints=constraints, cost=cost)
 
 
 def _mapped(block: Block, data: ca.SX, suffix: str, outputs: list[ca.SX]) -> ca.Function:
@@ -169,5 +178,3 @@ def _matrix(
     key, position = np.unique(columns * shape[0] + rows, return_inverse=True)  # column-major, as CasADi stores
     pattern = ca.Sparsity.triplet(*shape, (key % shape[0]).tolist(), (key // shape[0]).tolist())
     return ca.MX(pattern, _scatter(position.tolist(), len(key), entries))
-
-

@@ -1,10 +1,9 @@
 """GaitProblem: everything that defines an optimal gait, as a frozen record."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
-
-import math
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.word import Word
-from gaitopt.ocp.guess import Guess, Line
+from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.objective import CostOfTransport, Objective, objective_named
 from gaitopt.ocp.reach import longest_reach
@@ -54,7 +53,8 @@ class GaitProblem:
     --------
     >>> from gaitopt import GaitProblem, compass_biped, Limits
     >>> problem = GaitProblem(
-    ...     robot=compass_biped(), word="stick | stick", friction=0.14, speed=0.6, step_length=0.47, limits=Limits(torque=6)
+    ...     robot=compass_biped(), word="stick | stick", friction=0.14, speed=0.6, step_length=0.47,
+    ...     limits=Limits(torque=6),
     ... )
     >>> problem.replace(friction=0.2).friction
     0.2
@@ -131,6 +131,8 @@ class GaitProblem:
             "normal_force_margin": margins.normal_force,
             "guess": "automatic" if self.guess is None else self.guess.describe(),
             "transcription": self.transcription.name,
+            "substeps": self.transcription.substeps,
+            "tolerance": self.transcription.tolerance,
             "intervals": list(self.transcription.intervals_for(self.word)),
         }
 
@@ -167,8 +169,8 @@ class GaitProblem:
             )
         if math.isfinite(speed.upper) and step.lower / speed.upper > self.limits.longest_step:
             raise InputError(
-                f"step_length {step.lower:g} m at speed {speed.upper:g} m/s takes {step.lower / speed.upper:.3g} s, more "
-                f"than Limits.longest_step = {self.limits.longest_step:g} s."
+                f"step_length {step.lower:g} m at speed {speed.upper:g} m/s takes {step.lower / speed.upper:.3g} s, "
+                f"more than Limits.longest_step = {self.limits.longest_step:g} s."
             )
 
 

@@ -2,15 +2,14 @@
 
 Unknowns per node: angles, rates, torques (continuous and linear between nodes); per slip phase also the foot's slide
 and slide rate; one duration per phase; the landing impulse; the travel of the step.  The last node of a phase *is*
-the first node of the next.  An interval is two classical Runge-Kutta steps, so that its middle is a point of the
-trajectory, at which the friction cone, the slip direction and the joint powers are held as well as at the nodes.
+the first node of the next.  Each half of an interval is one classical Runge-Kutta step (or several), so that its middle is
+a point of the trajectory, at which the friction cone, the slip direction and the joint powers are held as well.
 """
 
 import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-import math
 
 import casadi as ca
 import numpy as np
@@ -33,13 +32,19 @@ MARGINS = ("cone", "impact_cone")
 
 @dataclass(frozen=True, kw_only=True)
 class MultipleShooting:
-    """Transcription by multiple shooting with two fourth-order Runge-Kutta steps per interval.
+    """Transcription by multiple shooting with fourth-order Runge-Kutta steps.
 
     Attributes
     ----------
     intervals : int or tuple of int
         Intervals of each phase.  A single number is meant for a sticking phase; slip phases beside one are short
         and get a quarter of it.
+    substeps : int
+        Runge-Kutta steps in each half of an interval.
+    tolerance : float
+        Largest error of the states between nodes, found by integrating the plan again with four times the steps, and
+        largest relative closing error of its energy ledger.  Where it is exceeded, :func:`gaitopt.solve` doubles
+        `substeps` and goes on from the solution.
 
     Examples
     --------
@@ -48,7 +53,13 @@ class MultipleShooting:
     """
 
     intervals: int | tuple[int, ...] = 40
-    name = "multiple shooting, two RK4 steps per interval"
+    substeps: int = 1
+    tolerance: float = 2e-7
+    name = "multiple shooting"
+
+    def __post_init__(self) -> None:
+        _check_count("substeps", self.substeps, 1, 64)
+        Parameter("tolerance", 0.0, "1", "", lower=0.0, lower_open=True, infinite=True).check(self.tolerance)
 
     def intervals_for(self, word: Word) -> tuple[int, ...]:
         """Return the number of intervals of each phase.
@@ -61,20 +72,22 @@ class MultipleShooting:
         if isinstance(self.intervals, tuple | list):
             counts = tuple(self.intervals)
         else:
-            _check_count(self.intervals)
+            _check_count("intervals", self.intervals, 2, 2000)
             short = max(5, int(self.intervals) // 4) if Mode.STICK in word.phases else self.intervals
             counts = tuple(short if mode.slips else self.intervals for mode in word.phases)
         if len(counts) != len(word.phases):
-            raise InputError(f"intervals has {len(counts)} entries, but the word '{word}' has {len(word.phases)} phases.")
+            raise InputError(
+                f"intervals has {len(counts)} entries, but the word '{word}' has {len(word.phases)} phases."
+            )
         for count in counts:
-            _check_count(count)
+            _check_count("intervals", count, 2, 2000)
         return tuple(int(count) for count in counts)
 
 
-def _check_count(count: object) -> None:
-    number = Parameter("intervals", 40, "1", "", lower=2, upper=2000).check(count)
+def _check_count(name: str, count: object, lower: int, upper: int) -> None:
+    number = Parameter(name, lower, "1", "", lower=lower, upper=upper).check(count)
     if number != int(number) or isinstance(count, bool):
-        raise InputError(f"intervals must be a whole number, got {count!r}.")
+        raise InputError(f"{name} must be a whole number, got {count!r}.")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -86,6 +99,7 @@ class Transcription:
     robot : Robot
     word : Word
     objective : Objective
+    substeps : int
     phases : tuple of Phase
     variables, constraints : Layout
         Names and places of the decision vector and of the constraint rows.
@@ -99,6 +113,7 @@ class Transcription:
     robot: Robot
     word: Word
     objective: Objective
+    substeps: int
     phases: tuple[Phase, ...]
     variables: Layout
     constraints: Layout
@@ -113,7 +128,9 @@ class Transcription:
 
 
 @functools.lru_cache(maxsize=32)
-def transcribe(robot: Robot, word: Word, objective: Objective, counts: tuple[int, ...]) -> Transcription:
+def transcribe(
+    robot: Robot, word: Word, objective: Objective, counts: tuple[int, ...], substeps: int = 1
+) -> Transcription:
     """Transcribe a word into a nonlinear programme; equal arguments return the programme built before.
 
     Parameters
@@ -123,6 +140,8 @@ def transcribe(robot: Robot, word: Word, objective: Objective, counts: tuple[int
     objective : Objective
     counts : tuple of int
         Intervals of each phase.
+    substeps : int
+        Runge-Kutta steps in each half of an interval.
     """
     phases = divide(word, counts)
     data = ca.SX.sym("z", len(robot.parameters) + len(MARGINS))
@@ -131,7 +150,7 @@ def transcribe(robot: Robot, word: Word, objective: Objective, counts: tuple[int
     stances = tuple(Stance(robot, phase.mode) for phase in phases)
     blocks = []
     for phase, stance in zip(phases, stances, strict=True):
-        blocks.append(_interval_block(phase, stance, objective, variables, rows, data))
+        blocks.append(_interval_block(phase, stance, objective, substeps, variables, rows, data))
         blocks.append(_end_block(phase, stance, variables, rows, data))
         if phase.breaks_away:
             blocks.append(_start_block(phase, stance, variables, rows, data))
@@ -144,6 +163,7 @@ def transcribe(robot: Robot, word: Word, objective: Objective, counts: tuple[int
         robot=robot,
         word=word,
         objective=objective,
+        substeps=substeps,
         phases=phases,
         variables=variables,
         constraints=rows.layout,
@@ -182,7 +202,7 @@ def _power_names(robot: Robot) -> list[str]:
 
 
 def _interval_block(
-    phase: Phase, stance: Stance, objective: Objective, variables: Layout, rows: Rows, data: ca.SX
+    phase: Phase, stance: Stance, objective: Objective, substeps: int, variables: Layout, rows: Rows, data: ca.SX
 ) -> Block:
     """Return the block of a phase's intervals: defects, path constraints at start and middle, powers, objective."""
     robot, n_u, left = stance.robot, stance.robot.n_u, list(phase.nodes)[:-1]
@@ -193,7 +213,7 @@ def _interval_block(
     p, cone = data[: len(robot.parameters)], data[len(robot.parameters)]
     step = duration / phase.count
     middle_torque = (torque + torque_after) / 2
-    middle, end = stance.double_step(state, torque, torque_after, step, p)
+    middle, end = stance.interval(state, torque, torque_after, step, p, substeps=substeps)
 
     local = [state, torque, after, torque_after, duration]
     columns = [
@@ -214,7 +234,9 @@ def _interval_block(
         table.append(("foot speed, mid-interval", 0.0, math.inf))
         constraints.append(phase.mode.sign * middle[-1])
 
-    powers = [ca.SX.sym(name, 2 * n_u) for name in ("power", "mid_power", "power_after")] if objective.uses_power else []
+    powers = (
+        [ca.SX.sym(name, 2 * n_u) for name in ("power", "mid_power", "power_after")] if objective.uses_power else []
+    )
     if powers:
         local += powers
         columns += [
@@ -222,7 +244,10 @@ def _interval_block(
             *variables[f"mid power {phase.number}"],
             *variables["power"][:, right],
         ]
-        for label, x, u, split in (("", state, torque, powers[0]), (", mid-interval", middle, middle_torque, powers[1])):
+        for label, x, u, split in (
+            ("", state, torque, powers[0]),
+            (", mid-interval", middle, middle_torque, powers[1]),
+        ):
             table += [(f"power split of {name}{label}", 0.0, 0.0) for name in robot.actuators]
             constraints.append(split[:n_u] - split[n_u:] - stance.power(x, u, p))
 
@@ -233,7 +258,7 @@ def _interval_block(
     sample = [integrand(u, i) for i, u in enumerate((torque, middle_torque, torque_after))]
     share = step * sum(weight * value for weight, value in zip(objective.quadrature, sample, strict=True))
     index = rows.add(f"interval {phase.number}", table, places)
-    cost = share
+    cost: ca.SX | None = share
     if objective.per_weight_and_travel:
         cost = None
         constraints.append(share)

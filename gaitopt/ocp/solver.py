@@ -1,5 +1,6 @@
 """solve: from a problem to a gait."""
 
+import math
 import platform
 import time
 from collections.abc import Iterator
@@ -7,16 +8,20 @@ from importlib import metadata
 
 import numpy as np
 
+from gaitopt.motion.energy import ledger
 from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.ocp.bounds import bounds, data_vector, start
 from gaitopt.ocp.diagnosis import violations, warnings
 from gaitopt.ocp.guess import Guess, Line
 from gaitopt.ocp.ipopt import Ipopt, Outcome
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.readout import read_motion
+from gaitopt.ocp.readout import error_between_nodes, read_motion
 from gaitopt.ocp.shooting import Transcription, transcribe
 from gaitopt.progress import Observer, silent
 from gaitopt.status import Status
+
+MOST_SUBSTEPS = 8
+"""Refinement of the integration ends here; a plan still too coarse then fails its replay and is reported as such."""
 
 AUTOMATIC: tuple[Guess, ...] = (Line(),)
 """Starts tried, in order, for a problem without a guess of its own."""
@@ -41,8 +46,8 @@ def solve(problem: GaitProblem, *, solver: Ipopt | None = None, observer: Observ
     --------
     >>> from gaitopt import GaitProblem, Limits, compass_biped, solve
     >>> problem = GaitProblem(
-    ...     robot=compass_biped(), word="stick | stick", friction=0.2, speed=0.6, step_length=0.45, limits=Limits(torque=6),
-    ...     objective="torque_squared",
+    ...     robot=compass_biped(), word="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
+    ...     limits=Limits(torque=6), objective="torque_squared",
     ... )
     >>> gait = solve(problem)
     >>> gait.status.ok, round(gait.step_length, 6)
@@ -61,47 +66,58 @@ def solve(problem: GaitProblem, *, solver: Ipopt | None = None, observer: Observ
 
 def attempts(problem: GaitProblem, *, solver: Ipopt | None = None, observer: Observer = silent) -> Iterator[Gait]:
     """Yield the gait found from each start, one solve at a time."""
-    began = time.perf_counter()
-    counts = problem.transcription.intervals_for(problem.word)
-    known = transcribe.cache_info().misses
-    transcription = transcribe(problem.robot, problem.word, problem.objective, counts)
-    build = time.perf_counter() - began if transcribe.cache_info().misses > known else 0.0
     for guess in (problem.guess,) if problem.guess is not None else AUTOMATIC:
-        yield _attempt(problem, transcription, guess, solver or Ipopt(), observer, build)
+        yield _attempt(problem, guess, solver or Ipopt(), observer)
 
 
-def _attempt(
-    problem: GaitProblem,
-    transcription: Transcription,
-    guess: Guess,
-    solver: Ipopt,
-    observer: Observer,
-    build: float,
-) -> Gait:
+def _attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observer) -> Gait:
+    """Solve from one start, then refine the integration until the plan is what the robot does between nodes too."""
+    substeps, iterations, later_builds = problem.transcription.substeps, 0, 0.0
+    transcription, build = _built(problem, substeps)
     began = time.perf_counter()
     data, limits = data_vector(problem), bounds(transcription, problem)
     outcome = solver.minimise(transcription.nlp, start(transcription, problem, guess), data, limits, observer)
-    seconds = time.perf_counter() - began
-    worst = violations(transcription, limits, outcome.x, outcome.g)
+    while True:
+        iterations += outcome.iterations
+        motion = read_motion(transcription, problem.values, _finite(outcome))
+        error = error_between_nodes(transcription, problem.values, _finite(outcome)) if outcome.status.ok else math.inf
+        worst = max(error, ledger(motion).relative_residual)
+        if not outcome.status.ok or worst <= problem.transcription.tolerance or substeps >= MOST_SUBSTEPS:
+            break
+        substeps *= 2
+        transcription, more = _built(problem, substeps)
+        later_builds += more
+        outcome = solver.minimise(transcription.nlp, outcome.x, data, limits, observer, outcome.multipliers)
+    unmet = violations(transcription, limits, outcome.x, outcome.g)
     return Gait(
         robot=problem.robot.name,
         word=problem.word,
         status=outcome.status,
-        motion=read_motion(transcription, problem.values, _finite(outcome)),
-        problem=problem.describe() | {"guess": guess.describe()},
+        motion=motion,
+        problem=problem.describe() | {"guess": guess.describe(), "substeps": substeps},
         solver=SolverReport(
-            iterations=outcome.iterations,
+            iterations=iterations,
             objective=outcome.objective,
-            constraint_violation=worst[0].size if worst else 0.0,
-            build_seconds=build,
-            solve_seconds=seconds,
+            constraint_violation=unmet[0].size if unmet else 0.0,
+            error_between_nodes=error,
+            build_seconds=build + later_builds,
+            solve_seconds=time.perf_counter() - began - later_builds,
             message=outcome.message,
-            violations=() if outcome.status.ok else worst,
+            violations=() if outcome.status.ok else unmet,
             warnings=warnings(transcription, problem, outcome.x) if outcome.status.ok else (),
         ),
         decision=outcome.x,
         versions=versions(),
     )
+
+
+def _built(problem: GaitProblem, substeps: int) -> tuple[Transcription, float]:
+    """Return the transcription and the seconds it took to build, 0 if it had been built before."""
+    began, known = time.perf_counter(), transcribe.cache_info().misses
+    counts = problem.transcription.intervals_for(problem.word)
+    transcription = transcribe(problem.robot, problem.word, problem.objective, counts, substeps)
+    new = transcribe.cache_info().misses > known
+    return transcription, time.perf_counter() - began if new else 0.0
 
 
 def _finite(outcome: Outcome) -> np.ndarray:

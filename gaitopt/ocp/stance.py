@@ -55,21 +55,32 @@ class Stance:
         speed = extended[-1] if self.mode.slips else 0
         return ca.vertcat(rate, self.power(extended, torque, p), -force[0] * speed)
 
-    def double_step(
-        self, state: ca.SX, torque: ca.SX, torque_after: ca.SX, step: ca.SX, p: ca.SX, *, energy: bool = False
+    def interval(
+        self,
+        state: ca.SX,
+        torque: ca.SX,
+        torque_after: ca.SX,
+        step: ca.SX,
+        p: ca.SX,
+        *,
+        substeps: int,
+        energy: bool = False,
     ) -> tuple[ca.SX, ca.SX]:
         """Return the states in the middle and at the end of an interval with linear torque.
 
-        With `energy`, states carry the works of the actuators and the friction loss behind them, integrated with them.
+        Each half takes `substeps` Runge-Kutta steps.  With `energy`, states carry the works of the actuators and the
+        friction loss behind them, integrated with them.
         """
-        rise = torque_after - torque
-        at = [torque + rise * part for part in (0, 0.25, 0.5, 0.75, 1)]
 
         def flow(x: ca.SX, u: ca.SX) -> ca.SX:
             return self.flow_and_energy(x, u, p) if energy else self.flow(x, u, p)[0]
 
-        middle = rk4(flow, state, (at[0], at[1], at[2]), step / 2)
-        return middle, rk4(flow, middle, (at[2], at[3], at[4]), step / 2)
+        count = 2 * substeps
+        rise, states = torque_after - torque, [state]
+        for i in range(count):
+            torques = tuple(torque + rise * ((i + part) / count) for part in (0, 0.5, 1))
+            states.append(rk4(flow, states[-1], torques, step / count))
+        return states[substeps], states[count]
 
     def power(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
         """Return the joint powers, shape (n_u, 1) [W]."""
@@ -102,9 +113,7 @@ class Stance:
         return p[[parameter.name for parameter in self.robot.parameters].index("friction")]
 
 
-def rk4(
-    flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ca.SX, ca.SX], step: ca.SX
-) -> ca.SX:
+def rk4(flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ...], step: ca.SX) -> ca.SX:
     """Return the state after one classical Runge-Kutta step, torques given at its start, middle and end."""
     start, middle, end = torques
     k1 = flow(state, start)

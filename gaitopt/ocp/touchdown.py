@@ -93,7 +93,16 @@ def touchdown_block(
     ]
     period = ca.sum1(durations)
     constraints = ca.vertcat(
-        after - relabelled, momentum, excess, guard, guard_rate, armed, v_plus[1], length - travel, travel / period, period
+        after - relabelled,
+        momentum,
+        excess,
+        guard,
+        guard_rate,
+        armed,
+        v_plus[1],
+        length - travel,
+        travel / period,
+        period,
     )
     return Block(
         name="touchdown",

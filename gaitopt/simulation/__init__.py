@@ -1,0 +1,1 @@
+"""Event-driven stick-slip simulation and the verification of gaits by replay."""

@@ -5,7 +5,6 @@ the law's Function once per robot, mode and law form.
 """
 
 import functools
-from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
@@ -54,23 +53,31 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> tuple[ca.Funct
     )
 
 
-def numeric(function: ca.Function, p: Array, data: Array) -> Callable[[float, Array], tuple[Array, ...]]:
-    """Return a fast callable (t, y) -> outputs with fixed parameters and data (arrays are reused between calls)."""
-    buffer, evaluate = function.buffer()
-    clock, state = np.zeros(1), np.zeros(function.size1_in(1))
-    fixed = [np.ascontiguousarray(p, dtype=float), np.ascontiguousarray(data, dtype=float)]
-    outputs = tuple(np.zeros(function.size1_out(i)) for i in range(function.n_out()))
-    for i, array in enumerate((clock, state, *fixed)):
-        if array.size:
-            buffer.set_arg(i, memoryview(array))
-    for i, array in enumerate(outputs):
-        buffer.set_res(i, memoryview(array))
+class Numeric:
+    """A fast callable (t, y) -> outputs of a Function with fixed parameters and data.
 
-    def call(t: float, y: Array) -> tuple[Array, ...]:
-        clock[0], state[:] = t, y
-        evaluate()
-        return outputs
+    The arrays returned are reused by the next call.
 
-    # CasADi keeps bare pointers into these: they must live as long as the callable.
-    call.keep = (buffer, fixed)  # type: ignore[attr-defined]
-    return call
+    Parameters
+    ----------
+    function : (t, y, p, data) -> ... Function
+    p, data : arrays
+    """
+
+    def __init__(self, function: ca.Function, p: Array, data: Array) -> None:
+        # CasADi keeps bare pointers into these arrays: they must live as long as the buffer.
+        self._buffer, self._evaluate = function.buffer()
+        self._clock, self._state = np.zeros(1), np.zeros(function.size1_in(1))
+        self._fixed = [np.ascontiguousarray(values, dtype=float) for values in (p, data)]
+        self._outputs = tuple(np.zeros(function.size1_out(i)) for i in range(function.n_out()))
+        for i, array in enumerate((self._clock, self._state, *self._fixed)):
+            if array.size:
+                self._buffer.set_arg(i, array.data)
+        for i, array in enumerate(self._outputs):
+            self._buffer.set_res(i, array.data)
+
+    def __call__(self, t: float, y: Array) -> tuple[Array, ...]:
+        """Evaluate."""
+        self._clock[0], self._state[:] = t, y
+        self._evaluate()
+        return self._outputs

@@ -1,5 +1,6 @@
 """The reference engine: scipy's DOP853 with guards located on its dense output."""
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,10 +12,7 @@ from gaitopt.control.law import Law
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import closed_loop, guard_names, numeric
-
-
-Watch = Callable[[float, Array], tuple[Array, ...]]
+from gaitopt.simulation.closed_loop import Numeric, closed_loop, guard_names
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +57,7 @@ class ScipyEngine:
     samples: int = 4
     name = "scipy"
 
-    def flow(
-        self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
-    ) -> Arc:
+    def flow(self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float) -> Arc:
         """Integrate one contact mode until a guard falls through zero, or the clock reaches `until`.
 
         Parameters
@@ -80,7 +76,7 @@ class ScipyEngine:
             last = piece + 1 >= law.breakpoints.size
             end = until if last else min(until, law.breakpoints[piece + 1])
             data = law.table[:, piece]
-            rhs, watch = numeric(flow, p, data), numeric(guards, p, data)
+            rhs, watch = Numeric(flow, p, data), Numeric(guards, p, data)
             integrator = DOP853(
                 lambda t, y, rhs=rhs: rhs(t, y)[0].copy(),
                 clock,
@@ -120,7 +116,7 @@ def _torque(robot: Robot, law: Law, clock: float, state: Array, piece: int | Non
 
 
 def _first_event(
-    mode: Mode, watch: Watch, dense: Callable[[float], Array], span: tuple[float, float], before: Array, now: Array
+    mode: Mode, watch: Numeric, dense: Callable[[float], Array], span: tuple[float, float], before: Array, now: Array
 ) -> tuple[str | None, float]:
     """Return the first guard that falls through zero in a time span, given its values at both ends, and when.
 
@@ -136,7 +132,7 @@ def _first_event(
             if name not in ("touchdown", "painleve"):
                 found.append((span[0], i, name))
             continue
-        at = _root(lambda t, i=i: float(watch(t, dense(t))[0][i]), span)
+        at = _root(functools.partial(_value, watch, dense, i), span)
         if name == "touchdown" and watch(at, dense(at))[1][0] <= 0:
             continue
         found.append((at, i, name))
@@ -144,6 +140,10 @@ def _first_event(
         return None, span[1]
     at, _, name = min(found)
     return name, at
+
+
+def _value(watch: Numeric, dense: Callable[[float], Array], i: int, t: float) -> float:
+    return float(watch(t, dense(t))[0][i])
 
 
 def _root(guard: Callable[[float], float], span: tuple[float, float]) -> float:

@@ -113,7 +113,9 @@ def simulate(
     p = robot.vector(values)
     q, v = _checked(robot, "q", q), _checked(robot, "v", v)
     if v[1] != 0:
-        raise InputError(f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}.")
+        raise InputError(
+            f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
+        )
     walk = _Walk(robot, law, p)
     stop = Stop.STEPS_DONE
     for step in range(steps):
@@ -129,7 +131,9 @@ def simulate(
 def _checked(robot: Robot, name: str, value: Array) -> Array:
     array = np.array(value, dtype=float)
     if array.shape != (robot.n_q,):
-        raise InputError(f"{name} needs {robot.n_q} entries (x, y, {', '.join(robot.angles)}), got shape {array.shape}.")
+        raise InputError(
+            f"{name} needs {robot.n_q} entries (x, y, {', '.join(robot.angles)}), got shape {array.shape}."
+        )
     if not np.all(np.isfinite(array)):
         raise InputError(f"{name} must be finite, got {array.tolist()}.")
     return array

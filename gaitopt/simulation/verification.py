@@ -148,6 +148,4 @@ def _state_error(planned: Motion, walked: Motion) -> float:
     if not walked.jumps:
         return float("inf")
     plan, real = planned.jumps[0], walked.jumps[0]
-    return float(
-        max(np.max(np.abs(plan.q_next[2:] - real.q_next[2:])), np.max(np.abs(plan.v_next - real.v_next)))
-    )
+    return float(max(np.max(np.abs(plan.q_next[2:] - real.q_next[2:])), np.max(np.abs(plan.v_next - real.v_next))))
