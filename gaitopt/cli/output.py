@@ -67,7 +67,8 @@ def _numbers(gait: Gait, facts: dict[str, Any]) -> list[tuple[str, str]]:
         (
             "energy",
             f"actuators {energy.actuator:.6f} J + gravity {energy.gravity + 0.0:.6f} J = "
-            f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J, closing error {energy.relative_residual:.1e}",
+            f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J, "
+            f"closing error {energy.relative_residual:.1e}",
         ),
         ("replay", _replay(gait)),
     ]

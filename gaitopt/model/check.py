@@ -50,7 +50,7 @@ class RobotCheck:
         """Whether every error is small enough for a correct robot."""
         exact = max(self.asymmetry, self.contact, self.momentum, self.impact)
         differenced = max(self.energy, self.force, self.derivatives)
-        return self.least_eigenvalue > 0 and exact < 1e-9 and differenced < 1e-6
+        return bool(self.least_eigenvalue > 0 and exact < 1e-9 and differenced < 1e-6)
 
 
 def check_robot(
@@ -95,7 +95,7 @@ def check_robot(
                 _derivative_error(robot, q, v, u, p),
             )
         )
-    worst = np.max(np.array(rows, dtype=float), axis=0)
+    worst = np.max(np.array(rows, dtype=float), axis=0).tolist()
     return RobotCheck(worst[0], -worst[1], *worst[2:])
 
 

@@ -50,11 +50,31 @@ class Word:
         for first, second in zip(self.phases, self.phases[1:], strict=False):
             if first is second:
                 raise WordError(f"The word {str(self)!r} repeats {first.value!r}; two equal phases in a row are one.")
+
+    def check_periodic(self) -> "Word":
+        """Return the word itself if a periodic gait can have it: what follows the impact must begin the step.
+
+        A single step of a walk that is not periodic may well land slipping and have begun sticking.
+
+        Raises
+        ------
+        WordError
+            If the impact leaves the foot sliding another way than the first phase.
+
+        Examples
+        --------
+        >>> Word.parse("stick | slip+").check_periodic()
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.WordError: The word 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the foot \
+sliding, so the step must begin with 'slip+', not 'stick'.
+        """
         if self.impact.slips and self.phases[0] is not self.impact:
             raise WordError(
                 f"The word {str(self)!r} cannot be: an impact that ends in {self.impact.value!r} leaves the foot "
                 f"sliding, so the step must begin with {self.impact.value!r}, not {self.phases[0].value!r}."
             )
+        return self
 
     @classmethod
     def parse(cls, text: "str | Word") -> "Word":
@@ -63,15 +83,15 @@ class Word:
         Raises
         ------
         WordError
-            If the spelling cannot be read or the word cannot be walked.
+            If the spelling cannot be read or no step can be so.
 
         Examples
         --------
-        >>> Word.parse("stick | slip+")
+        >>> Word.parse("slip | stick")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.WordError: The word 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the foot \
-sliding, so the step must begin with 'slip+', not 'stick'.
+        gaitopt.errors.WordError: The word 'slip | stick' has an unknown mode 'slip'. Did you mean 'slip-'? Known: \
+stick, slip+, slip-.
         """
         if isinstance(text, Word):
             return text

@@ -78,7 +78,7 @@ class GaitProblem:
         set_ = object.__setattr__
         if not isinstance(self.robot, Robot):
             raise InputError(f"robot must be a Robot such as compass_biped(), got {self.robot!r}.")
-        set_(self, "word", Word.parse(self.word))
+        set_(self, "word", Word.parse(self.word).check_periodic())
         set_(self, "objective", objective_named(self.objective))
         for ground in ("slope", "friction"):
             if ground in self.parameters:

@@ -2,8 +2,8 @@
 
 Unknowns per node: angles, rates, torques (continuous and linear between nodes); per slip phase also the foot's slide
 and slide rate; one duration per phase; the landing impulse; the travel of the step.  The last node of a phase *is*
-the first node of the next.  Each half of an interval is one classical Runge-Kutta step (or several), so that its middle is
-a point of the trajectory, at which the friction cone, the slip direction and the joint powers are held as well.
+the first node of the next.  Each half of an interval is one classical Runge-Kutta step (or several), so that its
+middle is a point of the trajectory, at which the friction cone, the slip direction and the joint powers are held too.
 """
 
 import functools
