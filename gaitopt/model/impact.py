@@ -11,12 +11,14 @@ M (v+ - v-) = W^T (L_t, L_n) with
 (c is the slip speed).  In the plane the outcome is stick, slip+ or slip-, found exactly by checking the three.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 
@@ -121,30 +123,48 @@ def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> I
     >>> impact.mode.value, impact.energy_lost > 0
     ('stick', True)
     """
-    friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
-    mass = np.asarray(robot.dynamics(q, v, p)[0])
-    jacobian = np.asarray(robot.landing(q, v, p)[2])
-    spread = np.linalg.solve(mass, jacobian.T)
-    mobility, velocity = jacobian @ spread, jacobian @ v
-    found: list[tuple[Mode, np.ndarray]] = []
-
-    stick = -np.linalg.solve(mobility, velocity)
-    if stick[1] >= 0 and abs(stick[0]) <= friction * stick[1]:
-        found.append((Mode.STICK, stick))
-    for mode in (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD):
-        if not np.isfinite(friction):
-            continue
-        direction = np.array([-mode.sign * friction, 1.0])
-        response = mobility @ direction
-        if response[1] <= 0:
-            continue
-        impulse = direction * (-velocity[1] / response[1])
-        slip = mode.sign * (velocity + mobility @ impulse)[0]
-        if impulse[1] >= 0 and slip > 0:
-            found.append((mode, impulse))
+    friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
+    velocity, mobility, spread = _collision(robot)(q, v, p)
+    found = outcomes(velocity, mobility.reshape(2, 2), friction)
     if not found:
         return Impact(None, np.full(2, np.nan), np.full(robot.n_q, np.nan), np.nan, np.nan, False)
     mode, impulse = found[0]
-    v_plus = v + spread @ impulse
-    lost = (v @ mass @ v - v_plus @ mass @ v_plus) / 2
+    v_plus = v + impulse @ spread.reshape(2, -1)
+    lost = -(velocity @ impulse + impulse @ mobility.reshape(2, 2) @ impulse / 2)
     return Impact(mode, impulse, v_plus, float(lost), float(v_plus[1]), len(found) > 1)
+
+
+@functools.lru_cache(maxsize=32)
+def _collision(robot: Robot) -> Buffered:
+    return Buffered(robot.collision)
+
+
+def outcomes(velocity: np.ndarray, mobility: np.ndarray, friction: float) -> list[tuple[Mode, np.ndarray]]:
+    """Return every consistent outcome of an impact with its impulse.
+
+    Parameters
+    ----------
+    velocity : (2,) array [m/s]
+        Of the landing foot before the impact, (v_t, v_n).
+    mobility : (2, 2) array [1/kg]
+        Foot velocity per unit impulse.
+    friction : float
+    """
+    (tt, tn), (_, nn) = mobility
+    v_t, v_n = velocity
+    found: list[tuple[Mode, np.ndarray]] = []
+    determinant = tt * nn - tn * tn
+    stick = np.array([(tn * v_n - nn * v_t) / determinant, (tn * v_t - tt * v_n) / determinant])
+    if stick[1] >= 0 and abs(stick[0]) <= friction * stick[1]:
+        found.append((Mode.STICK, stick))
+    if np.isinf(friction):
+        return found
+    for mode in (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD):
+        slide = -mode.sign * friction
+        response = nn + tn * slide
+        if response <= 0:
+            continue
+        normal = -v_n / response
+        if normal >= 0 and mode.sign * (v_t + (tt * slide + tn) * normal) > 0:
+            found.append((mode, np.array([slide * normal, normal])))
+    return found

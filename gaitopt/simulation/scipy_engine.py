@@ -1,38 +1,24 @@
 """The reference engine: scipy's DOP853 with guards located on its dense output."""
 
 import functools
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from gaitopt.control.law import Law
+from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import Numeric, closed_loop, guard_names
+from gaitopt.simulation.arc import Arc
+from gaitopt.simulation.closed_loop import ClosedLoop, closed_loop
 
-
-@dataclass(frozen=True, eq=False)
-class Arc:
-    """A smooth stretch of simulated motion.
-
-    Attributes
-    ----------
-    time : (K,) array [s]
-        Clock since the start of the step.
-    states : (2 n_q + n_u + 1, K) array
-    torque : (n_u, K) array [N m]
-    event : str or None
-        Name of the guard that ended it; None at the time limit.
-    """
-
-    time: Array
-    states: Array
-    torque: Array
-    event: str | None
+Dense = Callable[[float], Array]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,71 +38,98 @@ class ScipyEngine:
     'scipy'
     """
 
-    relative: float = 1e-11
-    absolute: float = 1e-13
+    relative: float = 1e-12
+    absolute: float = 1e-14
     samples: int = 4
     name = "scipy"
 
-    def flow(self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float) -> Arc:
-        """Integrate one contact mode until a guard falls through zero, or the clock reaches `until`.
-
-        Parameters
-        ----------
-        clock : float [s]
-            Time since the start of the step.
-        state : (2 n_q + n_u + 1,) array
-            q, v, works, friction loss.
-        p : (n_p,) array
-        """
-        flow, guards = closed_loop(robot, mode, law.torque)
-        times, states, torques = [clock], [state], [_torque(robot, law, clock, state)]
-        hint = None
-        while clock < until:
-            piece = law.piece(clock)
-            last = piece + 1 >= law.breakpoints.size
-            end = until if last else min(until, law.breakpoints[piece + 1])
+    def flow(
+        self,
+        robot: Robot,
+        law: Law,
+        mode: Mode,
+        clock: float,
+        state: Array,
+        p: Array,
+        *,
+        until: float,
+        record: bool = False,
+    ) -> Arc:
+        """Integrate one contact mode; see :class:`gaitopt.simulation.arc.Engine`."""
+        loop, n_y = closed_loop(robot, mode, law.torque), 2 * robot.n_q
+        start = np.concatenate([state, np.zeros(robot.n_u + 1)]) if record else np.array(state, dtype=float)
+        times, states, event = [clock], [start], None
+        for piece, begin, end in pieces(law, clock, until):
             data = law.table[:, piece]
-            rhs, watch = Numeric(flow, p, data), Numeric(guards, p, data)
-            integrator = DOP853(
-                lambda t, y, rhs=rhs: rhs(t, y)[0].copy(),
-                clock,
-                state,
-                end,
-                rtol=self.relative,
-                atol=self.absolute,
-                first_step=min(hint, end - clock) if hint else None,
-            )
-            before = watch(clock, state)[0].copy()
+            watch = Buffered(loop.guards, p, data)
+            rates = [Buffered(f, p, data) for f in ((loop.flow, loop.energy) if record else (loop.flow,))]
+            before = watch(begin, states[-1][:n_y])[0].copy()
+            for dense, span in self._steps(rates, n_y, begin, end, states[-1]):
+                y = dense(span[1])
+                now = watch(span[1], y[:n_y])[0].copy()
+                event, at = _first_event(loop, watch, dense, n_y, span, before, now)
+                times.append(at)
+                states.append(y if at == span[1] else dense(at) if at > span[0] else states[-1])
+                before = now
+                if event is not None:
+                    break
+            if event is not None:
+                break
+        time, path = np.array(times), np.array(states).T
+        if not record:
+            return Arc(time[[0, -1]], path[:, [0, -1]], event)
+        return Arc(time, path[:n_y], event, path[n_y:])
+
+    def sensitivity(
+        self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
+    ) -> Array:
+        """Integrate the variational equations; see :class:`gaitopt.simulation.arc.Engine`."""
+        loop, n_y = closed_loop(robot, mode, law.torque), 2 * robot.n_q
+        jacobian = loop.flow.factory("flow_jacobian", ["i0", "i1", "i2", "i3"], ["jac:o0:i1"])
+        jacobian = ca.Function("dense", jacobian.sx_in(), [ca.densify(jacobian(*jacobian.sx_in()))])
+        start = np.concatenate([state, np.eye(n_y).ravel()])
+        for piece, begin, end in pieces(law, clock, until):
+            flow = Buffered(loop.flow, p, law.table[:, piece])
+            slope = Buffered(jacobian, p, law.table[:, piece])
+
+            def rate(t: float, y: Array, flow: Buffered = flow, slope: Buffered = slope) -> Array:
+                matrix = slope(t, y[:n_y])[0].reshape(n_y, n_y).T  # CasADi stores by column
+                return np.concatenate([flow(t, y[:n_y])[0], (matrix @ y[n_y:].reshape(n_y, n_y)).ravel()])
+
+            integrator = DOP853(rate, begin, start, end, rtol=self.relative, atol=self.absolute)
             while integrator.status == "running":
                 integrator.step()
-                dense = integrator.dense_output()
-                grid = np.linspace(integrator.t_old, integrator.t, self.samples + 1)[1:]
-                for t in grid:
-                    y = dense(t) if t < integrator.t else integrator.y
-                    now = watch(t, y)[0].copy()
-                    name, at = _first_event(mode, watch, dense, (times[-1], t), before, now)
-                    if name is not None:
-                        times.append(at)
-                        states.append(dense(at) if at > integrator.t_old else states[-1])
-                        torques.append(_torque(robot, law, at, states[-1], piece))
-                        return Arc(np.array(times), np.array(states).T, np.array(torques).T, name)
-                    before = now
-                    times.append(t)
-                    states.append(y.copy())
-                    torques.append(_torque(robot, law, t, y, piece))
-                hint = integrator.step_size
-            clock, state = end, states[-1]
-        return Arc(np.array(times), np.array(states).T, np.array(torques).T, None)
+            start = integrator.y
+        return start[n_y:].reshape(n_y, n_y)
+
+    def _steps(
+        self, rates: list[Buffered], n_y: int, begin: float, end: float, start: Array
+    ) -> Iterator[tuple[Dense, tuple[float, float]]]:
+        """Yield the dense output of the integrator with each of the short spans its steps are divided into."""
+
+        def rate(t: float, y: Array) -> Array:
+            return np.concatenate([function(t, y[:n_y])[0] for function in rates])
+
+        integrator = DOP853(rate, begin, start, end, rtol=self.relative, atol=self.absolute)
+        while integrator.status == "running":
+            integrator.step()
+            dense = integrator.dense_output()
+            grid = np.linspace(integrator.t_old, integrator.t, self.samples + 1)
+            for span in itertools.pairwise(grid):
+                yield dense, span
 
 
-def _torque(robot: Robot, law: Law, clock: float, state: Array, piece: int | None = None) -> Array:
-    n = robot.n_q
-    data = law.table[:, law.piece(clock) if piece is None else piece]
-    return np.asarray(law.torque(clock, state[:n], state[n : 2 * n], data)).ravel()
+def pieces(law: Law, clock: float, until: float) -> Iterator[tuple[int, float, float]]:
+    """Yield (piece, begin, end) of the stretches of a law between two clock times."""
+    while clock < until:
+        piece = law.piece(clock)
+        end = until if piece + 1 >= law.breakpoints.size else min(until, law.breakpoints[piece + 1])
+        yield piece, clock, end
+        clock = end
 
 
 def _first_event(
-    mode: Mode, watch: Numeric, dense: Callable[[float], Array], span: tuple[float, float], before: Array, now: Array
+    loop: ClosedLoop, watch: Buffered, dense: Dense, n_y: int, span: tuple[float, float], before: Array, now: Array
 ) -> tuple[str | None, float]:
     """Return the first guard that falls through zero in a time span, given its values at both ends, and when.
 
@@ -124,7 +137,7 @@ def _first_event(
     negative at the next sample: then the mode was left at once.
     """
     found: list[tuple[float, int, str]] = []
-    for i, name in enumerate(guard_names(mode)):
+    for i, name in enumerate(loop.guard_names):
         if now[i] > 0 or (before[i] <= 0 and now[i] == 0):
             continue
         if before[i] <= 0:
@@ -132,8 +145,8 @@ def _first_event(
             if name not in ("touchdown", "painleve"):
                 found.append((span[0], i, name))
             continue
-        at = _root(functools.partial(_value, watch, dense, i), span)
-        if name == "touchdown" and watch(at, dense(at))[1][0] <= 0:
+        at = _root(functools.partial(_value, watch, dense, n_y, i), span)
+        if name == "touchdown" and watch(at, dense(at)[:n_y])[1][0] <= 0:
             continue
         found.append((at, i, name))
     if not found:
@@ -142,8 +155,8 @@ def _first_event(
     return name, at
 
 
-def _value(watch: Numeric, dense: Callable[[float], Array], i: int, t: float) -> float:
-    return float(watch(t, dense(t))[0][i])
+def _value(watch: Buffered, dense: Dense, n_y: int, i: int, t: float) -> float:
+    return float(watch(t, dense(t)[:n_y])[0][i])
 
 
 def _root(guard: Callable[[float], float], span: tuple[float, float]) -> float:

@@ -7,13 +7,14 @@ import numpy as np
 
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
-from gaitopt.model.impact import solve_impact
+from gaitopt.model.impact import Impact
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
-from gaitopt.motion.sampling import make_jump, make_motion, make_segment
-from gaitopt.simulation.contact_choice import REST, choose_mode, wellposed
-from gaitopt.simulation.scipy_engine import Arc, ScipyEngine
+from gaitopt.motion.sampling import make_motion, make_segment
+from gaitopt.simulation.arc import Arc, Engine
+from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.status import Stop
 
 
@@ -30,6 +31,10 @@ class Event:
         What happened: ``slip+``, ``slip-``, ``at rest``, ``touchdown``, or the reason of a stop.
     before, after : str
         Contact modes; `after` is ``"-"`` where the simulation ended.
+    impulse : (float, float) or None [N s]
+        (L_t, L_n) of a touchdown.
+    energy_lost : float [J]
+        At a touchdown.
     """
 
     time: float
@@ -37,6 +42,8 @@ class Event:
     name: str
     before: str
     after: str
+    impulse: tuple[float, float] | None = None
+    energy_lost: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +76,7 @@ def simulate(
     steps: int = 1,
     step_time_limit: float = 10.0,
     most_events: int = 50,
-    engine: ScipyEngine | None = None,
+    engine: Engine | None = None,
 ) -> Rollout:
     """Simulate a walk with stick-slip contact.
 
@@ -87,7 +94,7 @@ def simulate(
         A step without touchdown ends the simulation after this time.
     most_events : int
         Contact events allowed in one step, so that chattering ends with a named stop.
-    engine : ScipyEngine, optional
+    engine : Engine, optional
 
     Returns
     -------
@@ -116,16 +123,23 @@ def simulate(
         raise InputError(
             f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
         )
-    walk = _Walk(robot, law, p)
-    stop = Stop.STEPS_DONE
+    walker = Walker(robot, law, p, engine, step_time_limit=step_time_limit, most_events=most_events)
+    segments: list[Segment] = []
+    jumps: list[Jump] = []
+    events: list[Event] = []
+    state, began, stop = np.concatenate([q, v]), 0.0, Stop.STEPS_DONE
     for step in range(steps):
-        outcome = walk.step(engine, step, q, v, step_time_limit, most_events)
-        if isinstance(outcome, Stop):
-            stop = outcome
+        stride = walker.stride(state, record=True)
+        segments += [_segment(walker, step, began, mode, arc) for mode, arc in stride.arcs]
+        events += _events(stride, step, began)
+        began += stride.duration
+        if stride.stop is not None or stride.impact is None or stride.following is None:
+            stop = stride.stop or stop
             break
-        q, v = outcome.q_next, outcome.v_next
-    motion = make_motion(robot, values, tuple(walk.segments), tuple(walk.jumps))
-    return Rollout(motion, stop, tuple(walk.events), engine.name)
+        jumps.append(_jump(walker, step, began, stride.arcs[-1][1].states[:, -1], stride.impact, stride.following))
+        state = stride.following
+    motion = make_motion(robot, values, tuple(segments), tuple(jumps))
+    return Rollout(motion, stop, tuple(events), engine.name)
 
 
 def _checked(robot: Robot, name: str, value: Array) -> Array:
@@ -139,96 +153,56 @@ def _checked(robot: Robot, name: str, value: Array) -> Array:
     return array
 
 
-_STOPS = {"lift-off": Stop.LIFT_OFF, "fall": Stop.FELL, "painleve": Stop.PAINLEVE}
+def _segment(walker: Walker, step: int, began: float, mode: Mode, arc: Arc) -> Segment:
+    robot, n = walker.robot, walker.robot.n_q
+    torque = [walker.torque(t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
+    energy = np.zeros((robot.n_u + 1, arc.time.size)) if arc.energy is None else arc.energy
+    return make_segment(
+        robot,
+        walker.p,
+        mode=mode,
+        step=step,
+        time=began + arc.time,
+        q=arc.states[:n],
+        v=arc.states[n:],
+        torque=np.array(torque).reshape(-1, robot.n_u).T,
+        work=energy[:-1],
+        friction_work=energy[-1],
+    )
 
 
-class _Walk:
-    """A walk in progress: what has been recorded so far."""
+def _jump(walker: Walker, step: int, time: float, state: Array, impact: Impact, following: Array) -> Jump:
+    n = walker.robot.n_q
+    mode = impact.mode
+    assert mode is not None
+    return Jump(
+        step=step,
+        time=time,
+        mode=mode,
+        impulse=impact.impulse,
+        q=state[:n],
+        v_minus=state[n:],
+        v_plus=impact.v_plus,
+        q_next=following[:n],
+        v_next=following[n:],
+        energy_lost=impact.energy_lost,
+        separation=impact.separation,
+    )
 
-    def __init__(self, robot: Robot, law: Law, p: Array) -> None:
-        self.robot, self.law, self.p = robot, law, p
-        self.segments: list[Segment] = []
-        self.jumps: list[Jump] = []
-        self.events: list[Event] = []
-        self._began = 0.0
 
-    def step(self, engine: ScipyEngine, step: int, q: Array, v: Array, limit: float, most_events: int) -> Jump | Stop:
-        """Walk one step; return its touchdown, or why there was none."""
-        robot, n = self.robot, self.robot.n_q
-        v = np.where(np.arange(n) == 0, np.where(abs(v[0]) > REST, v[0], 0.0), v)
-        mode, clock = choose_mode(robot, q, v, self._torque(0.0, q, v), self.p), 0.0
-        for _ in range(most_events):
-            if not wellposed(robot, mode, q, self.p):
-                return self._stopped(step, clock, mode, "painleve")
-            state = np.concatenate([q, v, np.zeros(robot.n_u + 1)])
-            arc = engine.flow(robot, self.law, mode, clock, state, self.p, until=limit)
-            self._record(step, mode, arc)
-            clock, state = arc.time[-1], arc.states[:, -1]
-            q, v = state[:n].copy(), state[n : 2 * n].copy()
-            if arc.event is None:
-                self.events.append(Event(self._began + clock, step, "time limit", mode.value, "-"))
-                return Stop.NO_TOUCHDOWN
-            if arc.event in _STOPS:
-                return self._stopped(step, clock, mode, arc.event)
-            if arc.event == "touchdown":
-                return self._touchdown(step, clock, mode, q, v)
-            after = self._after(arc.event, mode, clock, q, v)
-            self.events.append(Event(self._began + clock, step, arc.event, mode.value, after.value))
-            mode = after
-        return Stop.TOO_MANY_EVENTS
-
-    def _after(self, event: str, mode: Mode, clock: float, q: Array, v: Array) -> Mode:
-        """Return the mode after a contact event; a foot that comes to rest rests exactly."""
-        if event != "at rest":
-            return Mode(event)
-        v[0] = 0.0
-        return choose_mode(self.robot, q, v, self._torque(clock, q, v), self.p, leaving=mode)
-
-    def _touchdown(self, step: int, clock: float, mode: Mode, q: Array, v: Array) -> Jump | Stop:
-        impact = solve_impact(self.robot, q, v, self.p)
-        if impact.mode is None or impact.separation < 0:
-            self.events.append(Event(self._began + clock, step, "double support", mode.value, "-"))
-            return Stop.DOUBLE_SUPPORT
-        jump = make_jump(
-            self.robot,
-            self.p,
-            step=step,
-            time=self._began + clock,
-            mode=impact.mode,
-            impulse=impact.impulse,
-            q=q,
-            v_minus=v,
-            v_plus=impact.v_plus,
-        )
-        jump.v_next[1] = 0.0
-        if not impact.mode.slips:
-            jump.v_next[0] = 0.0
-        self.events.append(Event(jump.time, step, "touchdown", mode.value, impact.mode.value))
-        self.jumps.append(jump)
-        self._began = jump.time
-        return jump
-
-    def _stopped(self, step: int, clock: float, mode: Mode, event: str) -> Stop:
-        self.events.append(Event(self._began + clock, step, event, mode.value, "-"))
-        return _STOPS[event]
-
-    def _torque(self, clock: float, q: Array, v: Array) -> Array:
-        data = self.law.table[:, self.law.piece(clock)]
-        return np.asarray(self.law.torque(clock, q, v, data)).ravel()
-
-    def _record(self, step: int, mode: Mode, arc: Arc) -> None:
-        robot, n = self.robot, self.robot.n_q
-        self.segments.append(
-            make_segment(
-                robot,
-                self.p,
-                mode=mode,
-                step=step,
-                time=self._began + arc.time,
-                q=arc.states[:n],
-                v=arc.states[n : 2 * n],
-                torque=arc.torque,
-                work=arc.states[2 * n : 2 * n + robot.n_u],
-                friction_work=arc.states[-1],
-            )
-        )
+def _events(stride: Stride, step: int, began: float) -> list[Event]:
+    """Return the log of a step: every change of mode, the touchdown, or the reason of the stop."""
+    log = []
+    following = [mode.value for mode, _ in stride.arcs[1:]]
+    for (mode, arc), after in zip(stride.arcs, following, strict=False):
+        log.append(Event(began + float(arc.time[-1]), step, str(arc.event), mode.value, after))
+    last = stride.modes[-1].value if stride.arcs else "-"
+    end = began + stride.duration
+    if stride.stop is None and stride.impact is not None and stride.impact.mode is not None:
+        impact = stride.impact
+        after = impact.mode.value if impact.mode else "-"
+        impulse = (float(impact.impulse[0]), float(impact.impulse[1]))
+        log.append(Event(end, step, "touchdown", last, after, impulse, impact.energy_lost))
+    elif stride.stop is not None:
+        log.append(Event(end, step, stride.stop.key.replace("_", " "), last, "-"))
+    return log

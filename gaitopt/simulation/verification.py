@@ -11,7 +11,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
 from gaitopt.motion.motion import Motion
-from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.simulator import Rollout, simulate
 from gaitopt.status import Stop
 
@@ -37,7 +37,7 @@ class Tolerances:
     energy: float = 1e-8
 
 
-def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: ScipyEngine | None = None) -> Rollout:
+def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: Engine | None = None) -> Rollout:
     """Play a gait's torques back in the event-driven simulator, open loop, from its first state.
 
     Parameters
@@ -67,7 +67,7 @@ def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: ScipyEngine | No
 
 
 def verify(
-    gait: Gait, robot: Robot | None = None, *, tolerances: Tolerances | None = None, engine: ScipyEngine | None = None
+    gait: Gait, robot: Robot | None = None, *, tolerances: Tolerances | None = None, engine: Engine | None = None
 ) -> Gait:
     """Replay a gait and attach the verdict.
 

@@ -1,0 +1,122 @@
+"""The hybrid automaton: one step of a walk, from a state after touchdown to the next touchdown."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.control.law import Law
+from gaitopt.model.buffered import Buffered
+from gaitopt.model.impact import Impact, solve_impact
+from gaitopt.model.modes import Mode
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.arc import Arc, Engine
+from gaitopt.simulation.contact_choice import REST, ContactChoice
+from gaitopt.status import Stop
+
+STOPS = {"lift-off": Stop.LIFT_OFF, "fall": Stop.FELL, "painleve": Stop.PAINLEVE, None: Stop.NO_TOUCHDOWN}
+"""Reasons for which an arc ends a walk."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stride:
+    """One step: its arcs, and the touchdown that ended it or the reason why none did.
+
+    Attributes
+    ----------
+    arcs : tuple of (Mode, Arc)
+    stop : Stop or None
+        None when the step ended in a touchdown.
+    impact : Impact or None
+    following : (2 n_q,) array or None
+        State after the leg swap, (q, v).
+    """
+
+    arcs: tuple[tuple[Mode, Arc], ...]
+    stop: Stop | None
+    impact: Impact | None
+    following: Array | None
+
+    @property
+    def duration(self) -> float:
+        """Time until the touchdown or the stop [s]."""
+        return float(self.arcs[-1][1].time[-1]) if self.arcs else 0.0
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Contact modes in order."""
+        return tuple(mode for mode, _ in self.arcs)
+
+
+class Walker:
+    """A robot under a law with given parameters, ready to take steps.
+
+    Parameters
+    ----------
+    robot : Robot
+    law : Law
+    p : (n_p,) array
+    engine : Engine
+    step_time_limit : float [s]
+    most_events : int
+        Contact events allowed in one step.
+    """
+
+    def __init__(
+        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_time_limit: float = 10.0, most_events: int = 50
+    ) -> None:
+        self.robot, self.law, self.p, self.engine = robot, law, p, engine
+        self.step_time_limit, self.most_events = step_time_limit, most_events
+        self.contact = ContactChoice(robot, p)
+        self._torque = Buffered(law.torque)
+        self._swap = Buffered(robot.swap, p)
+
+    def torque(self, clock: float, state: Array) -> Array:
+        """Return the torque at a clock time and state, shape (n_u,) [N m]."""
+        n = self.robot.n_q
+        return self._torque(clock, state[:n], state[n:], self.law.table[:, self.law.piece(clock)])[0]
+
+    def stride(self, state: Array, *, record: bool = False) -> Stride:
+        """Walk one step.
+
+        Parameters
+        ----------
+        state : (2 n_q,) array
+            (q, v) after a touchdown and leg swap.
+        record : bool
+            Whether arcs are sampled for plots and ledgers.
+        """
+        n, state, clock = self.robot.n_q, np.array(state, dtype=float), 0.0
+        if abs(state[n]) <= REST:
+            state[n] = 0.0
+        mode = self.contact.choose(state[:n], state[n:], self.torque(clock, state))
+        arcs: list[tuple[Mode, Arc]] = []
+        for _ in range(self.most_events):
+            if not self.contact.wellposed(mode, state[:n]):
+                return Stride(tuple(arcs), Stop.PAINLEVE, None, None)
+            arc = self.engine.flow(
+                self.robot, self.law, mode, clock, state, self.p, until=self.step_time_limit, record=record
+            )
+            arcs.append((mode, arc))
+            clock, state = float(arc.time[-1]), arc.states[:, -1].copy()
+            if arc.event in STOPS:
+                return Stride(tuple(arcs), STOPS[arc.event], None, None)
+            if arc.event == "touchdown":
+                return self._touchdown(tuple(arcs), state)
+            if arc.event == "at rest":
+                state[n] = 0.0
+                mode = self.contact.choose(state[:n], state[n:], self.torque(clock, state), leaving=mode)
+            else:
+                mode = Mode(arc.event)
+        return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
+
+    def _touchdown(self, arcs: tuple[tuple[Mode, Arc], ...], state: Array) -> Stride:
+        n = self.robot.n_q
+        impact = solve_impact(self.robot, state[:n], state[n:], self.p)
+        if impact.mode is None or impact.separation < 0:
+            return Stride(arcs, Stop.DOUBLE_SUPPORT, impact, None)
+        following = np.concatenate(self._swap(state[:n], impact.v_plus))
+        following[n + 1] = 0.0  # the landing foot stays on the ground, exactly
+        if not impact.mode.slips:
+            following[n] = 0.0
+        return Stride(arcs, None, impact, following)
