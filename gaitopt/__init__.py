@@ -9,6 +9,7 @@ from typing import Any
 __version__ = metadata.version("gaitopt")
 
 _PUBLIC = {
+    "gaitopt.continuation.branch": ("Branch", "trace_branch"),
     "gaitopt.control.law": ("Law", "feedforward", "passive"),
     "gaitopt.errors": ("ArchiveError", "GaitoptError", "InputError", "ScriptError", "WordError"),
     "gaitopt.model.catalogue": ("robot_named",),
@@ -37,14 +38,23 @@ _PUBLIC = {
     "gaitopt.plot.animation": ("animate",),
     "gaitopt.plot.gait_figure": ("plot_gait",),
     "gaitopt.progress": ("Iteration",),
+    "gaitopt.simulation.engines": ("default_engine",),
     "gaitopt.simulation.scipy_engine": ("ScipyEngine",),
     "gaitopt.simulation.simulator": ("Event", "Rollout", "simulate"),
     "gaitopt.simulation.verification": ("Tolerances", "replay", "verify"),
+    "gaitopt.stability.assessment": ("assess_stability",),
+    "gaitopt.stability.critical_friction": ("CriticalFriction",),
+    "gaitopt.stability.cycle": ("Cycle",),
+    "gaitopt.stability.search": ("find_cycles",),
     "gaitopt.status": ("Status", "Stop"),
+    "gaitopt.study.basin": ("basin", "basin_edges"),
+    "gaitopt.study.basin_file": ("Basin", "load_basin", "save_basin"),
+    "gaitopt.study.reproduction": ("Number", "Study"),
+    "gaitopt.study.settling": ("Patience",),
 }
 _HOME = {name: module for module, names in _PUBLIC.items() for name in names}
 
-__all__ = ["__version__", *sorted(_HOME)]  # noqa: PLE0604 - one table serves __all__ and lazy loading
+__all__ = ["__version__", *sorted(_HOME)]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,1 @@
+"""Continuation of gaits over a parameter."""

@@ -1,0 +1,1 @@
+"""Stability of gaits: return maps, saltation, periodic gaits and their multipliers."""

@@ -1,0 +1,63 @@
+"""assess_stability: the multipliers of an optimised gait under a law."""
+
+import numpy as np
+
+from gaitopt.control.law import Law, feedforward
+from gaitopt.errors import InputError
+from gaitopt.model.catalogue import robot_named
+from gaitopt.model.robot import Robot
+from gaitopt.motion.gait import Gait
+from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.search import cycle_from
+from gaitopt.stability.section import Section
+
+
+def assess_stability(
+    gait: Gait, law: Law | None = None, *, robot: Robot | None = None, engine: Engine | None = None
+) -> Cycle:
+    """Return the periodic gait of the controlled walker near an optimised gait, with its exact multipliers.
+
+    Parameters
+    ----------
+    gait : Gait
+    law : Law, optional
+        By default the gait's torques played back with a clock reset at touchdown (open loop).
+    robot : Robot, optional
+        Needed for a robot that is not in gaitopt's catalogue.
+    engine : Engine, optional
+
+    Returns
+    -------
+    Cycle
+        Its state may differ slightly from the plan's.
+
+    Raises
+    ------
+    InputError
+        If the gait is not a solution, or no periodic gait is found near it.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> cycle = assess_stability(load("docs/examples/compass_slip.h5"))
+    >>> cycle.stable, round(cycle.radius, 2)
+    (True, 0.62)
+    """
+    gait.require()
+    robot = robot or robot_named(gait.robot)
+    p = robot.vector(gait.motion.parameters)
+    walker = Walker(
+        robot, law or feedforward(robot, gait.motion), p, engine or default_engine(), step_time_limit=3 * gait.period
+    )
+    first = gait.motion.segments[0]
+    state = np.concatenate([first.q[:, 0], first.v[:, 0]])
+    cycle = cycle_from(walker, Section(robot, p, sliding=True).project(state))
+    if cycle is None:
+        raise InputError(
+            f"No periodic gait of the walker under the law {walker.law.name!r} was found near the planned one; "
+            f"check the gait with verify, or use a law that holds it."
+        )
+    return cycle

@@ -1,0 +1,137 @@
+"""Periodic gaits of a walker: state, word, multipliers, cost in energy and friction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.model.modes import Mode
+from gaitopt.motion.energy import Ledger, ledger
+from gaitopt.motion.motion import Array
+from gaitopt.motion.word import Word
+from gaitopt.simulation.simulator import record_walk
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.critical_friction import CriticalFriction, critical_friction
+from gaitopt.stability.newton import FixedPoint
+from gaitopt.stability.one_sided import one_sided_derivatives
+from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.section import Section
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Cycle:
+    """A periodic gait and its stability.
+
+    Attributes
+    ----------
+    robot : str
+    parameters : dict of str to float
+        SI units, slope and friction included.
+    words : tuple of Word
+        Of each step of the period.
+    section : Section
+    z : (n_z,) array
+        The gait's point on the section.
+    period : float [s]
+    travel : float [m]
+        Forward travel over the period, foot slide included.
+    derivative : (n_z, n_z) array
+        Of the return map over the period.
+    multipliers : (n_z,) complex array
+        Eigenvalues of `derivative`, largest modulus first.
+    one_sided : tuple of (m, m) arrays
+        Where the impact rests on the edge of its friction cone: the derivatives on its sticking and slipping side.
+    residual : float
+        Largest entry of P(z) - z.
+    drift : float [m/s]
+        Change of the foot speed over the period: 0 unless the gait slips throughout (relative periodicity).
+    critical_friction : CriticalFriction or None
+        None for a gait that slips.
+    impact_ratio : float
+        Impulse ratio of the last touchdown.
+    energy : Ledger
+        Of the period [J].
+    engine : str
+    """
+
+    robot: str
+    parameters: dict[str, float]
+    words: tuple[Word, ...]
+    section: Section
+    z: Array
+    period: float
+    travel: float
+    derivative: Array
+    multipliers: NDArray[np.complex128]
+    one_sided: tuple[Array, ...]
+    residual: float
+    drift: float
+    critical_friction: CriticalFriction | None
+    impact_ratio: float
+    energy: Ledger
+    engine: str
+
+    @property
+    def word(self) -> str:
+        """The words of the period, joined by ``"; "``."""
+        return "; ".join(str(word) for word in self.words)
+
+    @property
+    def state(self) -> dict[str, float]:
+        """The gait's point on the section by name."""
+        values = dict(zip(self.section.names, self.z.tolist(), strict=True))
+        return values if self.section.sliding or not self.drift else values | {"foot_speed": self.section.foot_speed}
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius: the largest modulus of a multiplier, on the worse side if one-sided."""
+        sides = [np.linalg.eigvals(matrix) for matrix in self.one_sided]
+        return float(max(np.max(np.abs(values), initial=0.0) for values in (self.multipliers, *sides)))
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie inside the unit circle, on both sides if one-sided."""
+        return self.radius < 1
+
+
+def slips_throughout(modes: tuple[Mode, ...], impact: Mode | None) -> bool:
+    """Return whether a step slips in one direction from impact to impact (complete slip)."""
+    return len(modes) == 1 and modes[0].slips and impact is modes[0]
+
+
+def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle:
+    """Return the gait of a fixed point with everything that follows from it.
+
+    A gait whose impacts stick is described on the section without foot speed, one that slips throughout too.
+    """
+    last = point.passage.strides[-1]
+    assert last.impact is not None
+    assert last.following is not None
+    section, z, derivative = returning.section, point.z, point.derivative
+    n = walker.robot.n_q
+    if section.sliding and last.impact.mode is Mode.STICK:
+        section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
+    motion = record_walk(walker, point.passage.states[0], returning.steps).motion
+    words = tuple(word for step in range(returning.steps) if (word := motion.word(step)) is not None)
+    eigenvalues = np.linalg.eigvals(derivative).astype(complex)
+    sticks = all(mode is Mode.STICK for stride in point.passage.strides for mode in stride.modes)
+    return Cycle(
+        robot=walker.robot.name,
+        parameters=motion.parameters,
+        words=words,
+        section=section,
+        z=z,
+        period=motion.period,
+        travel=motion.travel,
+        derivative=derivative,
+        multipliers=eigenvalues[np.argsort(-np.abs(eigenvalues))],
+        one_sided=one_sided_derivatives(walker, point.passage.states[0], last) if returning.steps == 1 else (),
+        residual=point.residual,
+        drift=0.0
+        if not slips_throughout(last.modes, last.impact.mode)
+        else float(last.following[n] - point.passage.states[0][n]),
+        critical_friction=critical_friction(walker, point.passage) if sticks else None,
+        impact_ratio=float(last.impact.impulse[0] / last.impact.impulse[1]),
+        energy=ledger(motion),
+        engine=walker.engine.name,
+    )

@@ -1,0 +1,144 @@
+"""The exact derivative of a step: variational flow between events, saltation at every event and at the impact.
+
+Where a guard g falls through zero at (t, y) and the flow f goes over into f' after a reset R,
+
+    dy+ = DR (dy + f dt) - f' dt,    dt = -(grad g . dy) / (grad g . f + g_t)
+
+and the step ends on the section, whose clock starts anew: dy+ = DR (dy + f dt).
+"""
+
+import functools
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.model.buffered import Buffered
+from gaitopt.model.modes import Mode
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.closed_loop import closed_loop
+from gaitopt.simulation.walker import Stride, Walker
+
+
+@dataclass(frozen=True, eq=False)
+class _Slopes:
+    """A mode's flow, and gradients of its guards, ready for numbers."""
+
+    flow: Buffered
+    guards: Buffered
+
+
+class Linearisation:
+    """Derivatives of a walker's steps.
+
+    Parameters
+    ----------
+    walker : Walker
+    """
+
+    def __init__(self, walker: Walker) -> None:
+        self.walker = walker
+        self._known: dict[Mode, _Slopes] = {}
+        self._resets: dict[Mode, Buffered] = {}
+
+    def derivative(self, state: Array, stride: Stride, *, impact: Mode | None = None) -> Array:
+        """Return d (state after the step) / d (state before it), shape (2 n_q, 2 n_q).
+
+        Parameters
+        ----------
+        state : (2 n_q,) array
+            Where the step began.
+        stride : Stride
+            The step taken from there, ended by a touchdown.
+        impact : Mode, optional
+            Another outcome of the impact than the one taken, for one-sided derivatives on the edge between two.
+        """
+        walker, n_y = self.walker, 2 * self.walker.robot.n_q
+        matrix, start, clock = np.eye(n_y), np.array(state, dtype=float), 0.0
+        for i, (mode, arc) in enumerate(stride.arcs):
+            until = float(arc.time[-1])
+            if until > clock:
+                flow = walker.engine.sensitivity(walker.robot, walker.law, mode, clock, start, walker.p, until=until)
+                matrix = flow @ matrix
+            end, clock = arc.states[:, -1], until
+            if i + 1 < len(stride.arcs):
+                following = stride.arcs[i + 1][0]
+                matrix = self._change_of_mode(mode, following, str(arc.event), clock, end) @ matrix
+                start = stride.arcs[i + 1][1].states[:, 0]
+        outcome = impact or (stride.impact.mode if stride.impact else None)
+        assert outcome is not None
+        return self._touchdown(stride.arcs[-1][0], outcome, clock, end) @ matrix
+
+    def _change_of_mode(self, mode: Mode, following: Mode, event: str, clock: float, state: Array) -> Array:
+        n = self.walker.robot.n_q
+        reset = np.eye(2 * n)
+        if event == "at rest":
+            reset[n, n] = 0.0
+        before, shift = self._time_shift(mode, event, clock, state)
+        after = self._slopes(following).flow(clock, reset @ state, self._data(clock))[0]
+        return reset + np.outer(reset @ before - after, shift)
+
+    def _touchdown(self, mode: Mode, outcome: Mode, clock: float, state: Array) -> Array:
+        n = self.walker.robot.n_q
+        before, shift = self._time_shift(mode, "touchdown", clock, state)
+        if outcome not in self._resets:
+            self._resets[outcome] = Buffered(reset_slope(self.walker.robot, outcome), self.walker.p)
+        reset = self._resets[outcome](state[:n], state[n:])[0].reshape(2 * n, 2 * n).T
+        return reset @ (np.eye(2 * n) + np.outer(before, shift))
+
+    def _time_shift(self, mode: Mode, event: str, clock: float, state: Array) -> tuple[Array, Array]:
+        """Return the flow before an event, and d (event time) / d y, each of shape (2 n_q,)."""
+        slopes, data = self._slopes(mode), self._data(clock)
+        before = slopes.flow(clock, state, data)[0].copy()
+        gradient, drift = slopes.guards(clock, state, data)
+        names = closed_loop(self.walker.robot, mode, self.walker.law.torque).guard_names
+        which = names.index(event)
+        row = gradient.reshape(2 * self.walker.robot.n_q, len(names))[:, which]
+        return before, -row / (row @ before + drift[which])
+
+    def _data(self, clock: float) -> Array:
+        # Just before the event: at a breakpoint of the law, the piece that ends there.
+        return self.walker.law.table[:, self.walker.law.piece(clock)]
+
+    def _slopes(self, mode: Mode) -> _Slopes:
+        if mode not in self._known:
+            walker = self.walker
+            loop = closed_loop(walker.robot, mode, walker.law.torque)
+            flow = _reordered(loop.flow)
+            self._known[mode] = _Slopes(Buffered(flow, walker.p), Buffered(_guard_slopes(loop.guards), walker.p))
+        return self._known[mode]
+
+
+@functools.lru_cache(maxsize=128)
+def _reordered(function: ca.Function) -> ca.Function:
+    """Return (t, y, data, p) -> first output: the parameters, which never change, come last."""
+    t, y, p, data = function.sx_in()
+    return ca.Function("flow", [t, y, data, p], [function(t, y, p, data)])
+
+
+@functools.lru_cache(maxsize=128)
+def _guard_slopes(function: ca.Function) -> ca.Function:
+    """Return (t, y, data, p) -> gradients of the guards (n_guards, n_y) and their rates at constant y (n_guards)."""
+    t, y, p, data = function.sx_in()
+    guards = function(t, y, p, data)[0]
+    outputs = [ca.densify(ca.jacobian(guards, y)), ca.densify(ca.jacobian(guards, t))]
+    return ca.Function("guard_slopes", [t, y, data, p], outputs)
+
+
+@functools.lru_cache(maxsize=64)
+def reset_slope(robot: Robot, outcome: Mode) -> ca.Function:
+    """Return (q, v, p) -> Jacobian of the touchdown map y -> y+ for a given outcome, shape (2 n_q, 2 n_q)."""
+    n = robot.n_q
+    y, p = ca.SX.sym("y", 2 * n), ca.SX.sym("p", len(robot.parameters))
+    q, v = ca.SX.sym("q", n), ca.SX.sym("v", n)
+    velocity, mobility, spread = robot.collision(y[:n], y[n:], p)
+    if outcome is Mode.STICK:
+        impulse = -ca.solve(mobility, velocity)
+    else:
+        friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
+        direction = ca.vertcat(-outcome.sign * friction, 1)
+        impulse = direction * (-velocity[1] / (mobility[1, :] @ direction))
+    following = ca.vertcat(*robot.swap(y[:n], y[n:] + spread @ impulse, p))
+    jacobian = ca.Function("jacobian", [y, p], [ca.densify(ca.jacobian(following, y))])
+    return ca.Function("reset_slope", [q, v, p], [jacobian(ca.vertcat(q, v), p)])

@@ -1,0 +1,98 @@
+"""Fixed points of return maps by Newton's method with exact derivatives."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.motion.motion import Array
+from gaitopt.stability.return_map import Passage, ReturnMap
+
+
+@dataclass(frozen=True, kw_only=True)
+class Newton:
+    """Damped Newton iteration z <- z + s (P(z) - z) / (1 - DP).
+
+    Attributes
+    ----------
+    tolerance : float
+        Largest entry of P(z) - z accepted; the iteration goes on while it still improves.
+    max_iterations : int
+    smallest_step : float
+        Smallest damping s tried.
+    """
+
+    tolerance: float = 1e-11
+    max_iterations: int = 25
+    smallest_step: float = 1 / 64
+
+
+@dataclass(frozen=True, eq=False)
+class FixedPoint:
+    """A fixed point of a return map.
+
+    Attributes
+    ----------
+    z : (n_z,) array
+    derivative : (n_z, n_z) array
+        Of the return map.
+    residual : float
+        Largest entry of P(z) - z.
+    passage : Passage
+        The steps from z.
+    iterations : int
+    """
+
+    z: Array
+    derivative: Array
+    residual: float
+    passage: Passage
+    iterations: int
+
+
+def find_fixed_point(returning: ReturnMap, z: Array, newton: Newton | None = None) -> FixedPoint | None:
+    """Return the fixed point Newton's method reaches from a start, or None if it reaches none.
+
+    Parameters
+    ----------
+    returning : ReturnMap
+    z : (n_z,) array
+        Where to start.
+    newton : Newton, optional
+    """
+    newton = newton or Newton()
+    z = np.array(z, dtype=float)
+    passage = returning(z)
+    if passage.end is None:
+        return None
+    gap = passage.end - z
+    for iteration in range(newton.max_iterations):
+        matrix = returning.derivative(z, passage)
+        error = float(np.max(np.abs(gap)))
+        try:
+            direction: Array = np.asarray(np.linalg.solve(np.eye(z.size) - matrix, gap), dtype=float)
+        except np.linalg.LinAlgError:
+            return None
+        found = _line_search(returning, z, direction, error, newton)
+        if found is None:
+            return FixedPoint(z, matrix, error, passage, iteration) if error <= newton.tolerance else None
+        z, passage, gap = found
+    return None
+
+
+def _line_search(
+    returning: ReturnMap, z: Array, direction: Array, error: float, newton: Newton
+) -> tuple[Array, Passage, Array] | None:
+    """Return the first damped step that reduces the residual, or None when none does."""
+    step = 1.0
+    while step >= newton.smallest_step:
+        trial = z + step * direction
+        if np.all(np.isfinite(trial)) and np.max(np.abs(trial)) < 1e3:
+            passage = returning(trial)
+            if passage.end is not None:
+                gap = passage.end - trial
+                if np.max(np.abs(gap)) < (1 - step / 4) * error:
+                    return trial, passage, gap
+        if error <= newton.tolerance:
+            return None
+        step /= 2
+    return None

@@ -1,0 +1,158 @@
+"""Search for periodic gaits from many starts."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from gaitopt.control.law import Law, passive
+from gaitopt.model.modes import Mode
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.motion.word import Word
+from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.walker import Stride, Walker
+from gaitopt.stability.cycle import Cycle, make_cycle, slips_throughout
+from gaitopt.stability.newton import Newton, find_fixed_point
+from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.section import Section
+
+
+def find_cycles(
+    robot: Robot,
+    parameters: Mapping[str, float],
+    *,
+    law: Law | None = None,
+    word: Word | str | None = None,
+    steps: int = 1,
+    starts: int = 200,
+    seed: int = 0,
+    engine: Engine | None = None,
+) -> tuple[Cycle, ...]:
+    """Find periodic gaits from many starts and return every distinct one.
+
+    Parameters
+    ----------
+    robot : Robot
+    parameters : mapping of str to float
+        Robot and ground parameters; those not named keep their defaults.
+    law : Law, optional
+        Passive by default.
+    word : Word or str, optional
+        Keep only gaits with this word.
+    steps : int
+        Period of the gaits in steps (gaits whose period divides it are found too).
+    starts : int
+        Random starts on the section.
+    seed : int
+    engine : Engine, optional
+
+    Returns
+    -------
+    tuple of Cycle
+        Stable gaits first, then by word.
+
+    Raises
+    ------
+    InputError
+        If a parameter or the word cannot be.
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import find_cycles, rimless_wheel
+    >>> gaits = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, starts=20)
+    >>> [(gait.word, round(gait.radius, 6)) for gait in gaits]
+    [('stick | stick', 0.734042)]
+    """
+    wanted = None if word is None else str(Word.parse(word))
+    found = search_cycles(robot, parameters, law=law, steps=steps, starts=starts, seed=seed, engine=engine)
+    cycles = [cycle for cycle in found if wanted is None or cycle.word == wanted]
+    return tuple(sorted(cycles, key=lambda cycle: (not cycle.stable, cycle.word, cycle.radius)))
+
+
+def search_cycles(
+    robot: Robot,
+    parameters: Mapping[str, float],
+    *,
+    law: Law | None = None,
+    steps: int = 1,
+    starts: int = 200,
+    seed: int = 0,
+    engine: Engine | None = None,
+) -> Iterator[Cycle]:
+    """Yield each distinct periodic gait when it is found; see :func:`find_cycles`."""
+    p = robot.vector(robot.resolve(parameters))
+    walker = Walker(robot, law or passive(robot), p, engine or default_engine(), step_time_limit=_patience(robot, p))
+    known: list[Cycle] = []
+    for z in random_starts(walker, starts, seed):
+        cycle = cycle_from(walker, z, steps)
+        if cycle is not None and not any(same_gait(cycle, other) for other in known):
+            known.append(cycle)
+            yield cycle
+
+
+def cycle_from(walker: Walker, z: Array, steps: int = 1, newton: Newton | None = None) -> Cycle | None:
+    """Return the periodic gait Newton's method reaches from a point of the section with foot speed, or None.
+
+    Parameters
+    ----------
+    walker : Walker
+    z : (n_z,) array
+        Coordinates of ``Section(robot, p, sliding=True)``.
+    steps : int
+    """
+    section = Section(walker.robot, walker.p, sliding=True)
+    returning = ReturnMap(walker, section, steps)
+    passage = returning(z)
+    if passage.end is None:
+        return None
+    if all(slips_throughout(s.modes, _outcome(s)) for s in passage.strides):
+        # The foot speed drifts: look for a gait that repeats in everything else.
+        section, z = Section(walker.robot, walker.p, sliding=False, foot_speed=float(z[-1])), z[:-1]
+        returning = ReturnMap(walker, section, steps)
+    point = find_fixed_point(returning, z, newton)
+    if point is None:
+        return None
+    if not section.sliding and not all(slips_throughout(s.modes, _outcome(s)) for s in point.passage.strides):
+        return None
+    return make_cycle(walker, returning, point)
+
+
+def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:
+    """Return whether two cycles are one gait; in complete slip the foot speed is no mark of difference."""
+    return one.word == other.word and one.z.shape == other.z.shape and bool(np.allclose(one.z, other.z, atol=tolerance))
+
+
+def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:
+    """Yield points of the section with foot speed from which at least one step can be taken.
+
+    Small steps are slow steps: rates are drawn up to three times the last angle over the natural time sqrt(l / g), so
+    that pendulum-like motions of every size are met alike.  Every other start has its foot at rest.
+    """
+    robot, rng = walker.robot, np.random.default_rng(seed)
+    section, n = Section(robot, walker.p, sliding=True), len(robot.angles)
+    natural, height = _natural_rate(robot, walker.p)
+    for i in range(count):
+        angles = -rng.uniform(0.02, 0.5, n - 1)
+        z = np.concatenate([angles, np.zeros(n + 1)])
+        size = 3 * natural * abs(section.embed(z)[robot.n_q - 1])
+        z[n - 1 :] = rng.uniform(-1, 1, n + 1) * size
+        z[-1] = z[-1] * height if i % 2 and np.isfinite(walker.contact.friction) else 0.0
+        if walker.stride(section.embed(z)).following is not None:
+            yield z
+
+
+def _natural_rate(robot: Robot, p: Array) -> tuple[float, float]:
+    """Return sqrt(g / l) [rad/s] and l [m], the height of the highest point drawn in the upright pose."""
+    values = dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))
+    height = float(np.max(np.asarray(robot.figure(np.zeros(robot.n_q), p))[1]))
+    return float(np.sqrt(values["gravity"] / height)), height
+
+
+def _patience(robot: Robot, p: Array) -> float:
+    return 20.0 / _natural_rate(robot, p)[0]
+
+
+def _outcome(stride: Stride) -> Mode | None:
+    return stride.impact.mode if stride.impact is not None else None

@@ -1,0 +1,119 @@
+"""Poincare sections just after touchdown: which numbers make a state, and how to go from one to the other."""
+
+import functools
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """States after a touchdown and leg swap, both feet on the ground.
+
+    The touchdown condition fixes the last angle, so the coordinates are the other angles, all rates, and the speed of
+    the new stance foot where the impact lets it slip.
+
+    Attributes
+    ----------
+    robot : Robot
+    p : (n_p,) array
+    sliding : bool
+        Whether the foot speed is a coordinate.
+    foot_speed : float [m/s]
+        Speed of the foot where it is not a coordinate: 0 after a sticking impact; any value in complete slip, whose
+        motion is the same at every speed.
+    """
+
+    robot: Robot
+    p: Array
+    sliding: bool
+    foot_speed: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates; a rate is written with the suffix ``_rate``."""
+        angles = self.robot.angles
+        rates = tuple(f"{angle}_rate" for angle in angles)
+        return (*angles[:-1], *rates, *(("foot_speed",) if self.sliding else ()))
+
+    @property
+    def places(self) -> list[int]:
+        """Entries of the state y = (q, v) that are the coordinates, in order."""
+        n = self.robot.n_q
+        return [*range(2, n - 1), *range(n + 2, 2 * n), *([n] if self.sliding else [])]
+
+    def embed(self, z: Array) -> Array:
+        """Return the state y = (q, v) of a point of the section, shape (2 n_q,).
+
+        Raises
+        ------
+        InputError
+            If `z` has the wrong shape or is not finite.
+        """
+        z = np.asarray(z, dtype=float)
+        if z.shape != (len(self.names),) or not np.all(np.isfinite(z)):
+            raise InputError(
+                f"A point of this section has {len(self.names)} finite entries {self.names}, got {z.tolist()}."
+            )
+        n = self.robot.n_q
+        y = np.zeros(2 * n)
+        y[n] = self.foot_speed
+        y[self.places] = z
+        y[n - 1] = float(_last_angle(self.robot)(y[2 : n - 1], self.p))
+        return y
+
+    def tangent(self, z: Array) -> Array:
+        """Return d embed / d z, shape (2 n_q, n_z)."""
+        n, places = self.robot.n_q, self.places
+        basis = np.zeros((2 * n, len(places)))
+        basis[places, range(len(places))] = 1.0
+        if n > 3:
+            y = self.embed(z)
+            slope = np.asarray(_last_angle_slope(self.robot)(y[2 : n - 1], self.p)).ravel()
+            basis[n - 1, : n - 3] = slope
+        return basis
+
+    def project(self, y: Array) -> Array:
+        """Return the coordinates of a state on the section, shape (n_z,)."""
+        return np.asarray(y, dtype=float)[self.places]
+
+
+@functools.lru_cache(maxsize=32)
+def _last_angle(robot: Robot) -> ca.Function:
+    """Return (other angles, p) -> last angle of a state just after the swap, both feet on the ground.
+
+    The swap of the angles is linear; a touchdown guard that is linear too needs one Newton step, others a few.
+    """
+    others, p = ca.SX.sym("others", len(robot.angles) - 1), ca.SX.sym("p", len(robot.parameters))
+    last = ca.SX.sym("last")
+    condition = _touching(robot, ca.vertcat(others, last), p)
+    newton = ca.Function("newton", [last, others, p], [last - condition / ca.jacobian(condition, last)])
+    start = others[-1] if others.numel() else ca.SX(0)
+    value = ca.MX.sym("others", others.numel()), ca.MX.sym("p", p.numel())
+    guess = ca.Function("start", [others], [start])(value[0])
+    for _ in range(8):
+        guess = newton(guess, *value)
+    return ca.Function("last_angle", list(value), [guess])
+
+
+@functools.lru_cache(maxsize=32)
+def _last_angle_slope(robot: Robot) -> ca.Function:
+    function = _last_angle(robot)
+    others, p = function.mx_in()
+    return ca.Function("last_angle_slope", [others, p], [ca.jacobian(function(others, p), others)])
+
+
+def _touching(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
+    """Return the touchdown guard as a function of the angles after the swap."""
+    n, zero = robot.n_q, ca.SX.zeros(robot.n_q)
+    before = ca.SX.sym("before", len(robot.angles))
+    swapped = robot.swap(ca.vertcat(0, 0, before), zero, p)[0][2:]
+    matrix = ca.DM(ca.jacobian(swapped, before))
+    offset = ca.substitute(swapped, before, ca.SX.zeros(before.numel()))
+    old = ca.solve(matrix, following - offset)
+    return robot.touchdown(ca.vertcat(0, 0, old), ca.SX.zeros(n), p)[0]

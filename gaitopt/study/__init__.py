@@ -1,0 +1,1 @@
+"""Studies: basins, figures and numbers over many gaits."""

@@ -1,0 +1,160 @@
+"""Basins as data and in files."""
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.motion import Array
+from gaitopt.motion.summary import plain
+
+FORMAT, VERSION, PENDING = "gaitopt basin", 1, -1
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Basin:
+    """Endings of walks on a grid of starts.
+
+    Attributes
+    ----------
+    robot : str
+    parameters : dict of str to float
+        Parameters that are not axes.
+    base : dict of str to float
+        Coordinates of the start that are not axes.
+    axes : dict of str to (K,) array
+        One or two axes, in order.
+    most_steps : int
+    labels : tuple of str
+        Kinds of ending: words of gaits, keys of stops, ``"unsettled"``.
+    outcome : (n_starts,) int array
+        Index into `labels`, or -1 where not computed yet; starts in C order of the axes.
+    steps : (n_starts,) int array
+        Steps until the ending.
+    final : (n_starts, n_z) array
+        Last point of each walk on the section with foot speed.
+    """
+
+    robot: str
+    parameters: dict[str, float]
+    base: dict[str, float]
+    axes: dict[str, Array]
+    most_steps: int
+    labels: tuple[str, ...]
+    outcome: NDArray[np.int16]
+    steps: NDArray[np.int32]
+    final: Array
+
+    @classmethod
+    def empty(
+        cls, robot: str, parameters: dict[str, float], base: dict[str, float], axes: dict[str, Array], most_steps: int
+    ) -> "Basin":
+        """Return a basin with nothing computed."""
+        size = int(np.prod([values.size for values in axes.values()]))
+        n_z = len(set(base) | {name for name in axes if name not in parameters})
+        return cls(
+            robot=robot,
+            parameters={name: value for name, value in parameters.items() if name not in axes},
+            base=base,
+            axes=axes,
+            most_steps=most_steps,
+            labels=(),
+            outcome=np.full(size, PENDING, dtype=np.int16),
+            steps=np.zeros(size, dtype=np.int32),
+            final=np.full((size, n_z), np.nan),
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of starts."""
+        return int(self.outcome.size)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each axis."""
+        return tuple(values.size for values in self.axes.values())
+
+    def pending(self) -> NDArray[np.bool_]:
+        """Return which starts are not computed yet, shape (n_starts,)."""
+        return self.outcome == PENDING
+
+    def labels_on_grid(self) -> NDArray[np.str_]:
+        """Return the ending of each start, in the shape of the axes; ``""`` where not computed yet."""
+        return np.array([*self.labels, ""])[self.outcome].reshape(self.shape)
+
+    def fractions(self) -> dict[str, float]:
+        """Return the share of the computed starts with each ending, largest first."""
+        computed = self.outcome[~self.pending()]
+        shares = {label: float(np.mean(computed == i)) for i, label in enumerate(self.labels)} if computed.size else {}
+        return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+    def with_endings(self, index: NDArray[np.intp], answers: list[tuple[str, Array, int]]) -> "Basin":
+        """Return the basin with the endings of some starts filled in."""
+        labels = list(self.labels)
+        outcome, steps, final = self.outcome.copy(), self.steps.copy(), self.final.copy()
+        for i, (label, z, count) in zip(index, answers, strict=True):
+            if label not in labels:
+                labels.append(label)
+            outcome[i], steps[i], final[i] = labels.index(label), count, z
+        return replace(self, labels=tuple(labels), outcome=outcome, steps=steps, final=final)
+
+    def check_same(self, other: "Basin", path: str | Path) -> "Basin":
+        """Return the basin itself if it answers the same question as another, to go on with it."""
+        if json.dumps(self._question()) != json.dumps(other._question()):
+            raise InputError(f"{path} holds another basin; name another file, or delete this one.")
+        return self
+
+    def _question(self) -> dict[str, Any]:
+        axes = {name: values.tolist() for name, values in self.axes.items()}
+        question = [self.robot, self.parameters, self.base, axes, self.most_steps]
+        return plain(dict(zip(("robot", "parameters", "base", "axes", "most_steps"), question, strict=True)))
+
+
+def save_basin(basin: Basin, path: str | Path) -> Path:
+    """Write a basin to an HDF5 file, whole or not at all."""
+    path = Path(path)
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(format=FORMAT, format_version=VERSION, question=json.dumps(basin._question()))
+        file.attrs["labels"] = json.dumps(basin.labels)
+        for name, values in basin.axes.items():
+            file.create_dataset(f"axes/{name}", data=values)
+        for name in ("outcome", "steps", "final"):
+            file.create_dataset(name, data=getattr(basin, name))
+    return path
+
+
+def load_basin(path: str | Path) -> Basin:
+    """Read a basin from a file.
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing, damaged or of another kind.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ArchiveError(f"There is no file {path}.")
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT or int(file.attrs["format_version"]) > VERSION:
+                raise ArchiveError(f"{path} is not a basin this gaitopt can read.")
+            question = json.loads(file.attrs["question"])
+            return Basin(
+                robot=question["robot"],
+                parameters={name: float(value) for name, value in question["parameters"].items()},
+                base=question["base"],
+                axes={name: file[f"axes/{name}"][...] for name in question["axes"]},
+                most_steps=int(question["most_steps"]),
+                labels=tuple(json.loads(file.attrs["labels"])),
+                outcome=file["outcome"][...],
+                steps=file["steps"][...],
+                final=file["final"][...],
+            )
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise ArchiveError(f"{path} is damaged or another kind of file ({type(error).__name__}: {error}).") from None
