@@ -1,0 +1,147 @@
+"""Animations of a gait, as GIF or MP4."""
+
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from tempfile import TemporaryFile
+
+import numpy as np
+
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.gait import Gait
+from gaitopt.plot.playback import Playback
+from gaitopt.plot.saving import checked_suffix
+from gaitopt.plot.skeleton import is_drawable
+from gaitopt.plot.stage import Picture, draw_pictures
+from gaitopt.plot.style import SETTINGS
+
+FrameObserver = Callable[[int, int], object]
+
+_KINDS = {".gif": "image", ".mp4": "film"}
+_COLOURS = 128
+
+
+def animate(
+    gait: Gait,
+    path: str | Path,
+    *,
+    steps: int = 3,
+    fps: int = 30,
+    slow: float = 2.0,
+    observer: FrameObserver | None = None,
+) -> Path:
+    """Write an animation of a gait: the walker, its contact force in the friction cone, and the slides of its feet.
+
+    The step repeats, the legs swapping roles.  Slides are drawn to scale with their length written beside them, and
+    again under a magnifying glass with a ruler.  A slip phase is slowed further where it would be too short to be
+    seen; every frame says how slow it is.
+
+    Parameters
+    ----------
+    gait : Gait
+    path : str or Path
+        Ends in ``.gif`` or ``.mp4``.
+    steps : int
+        How often the step is played.
+    fps : int
+        Frames per second; a GIF keeps time in hundredths of a second, so 30 becomes 33.3, and 50 is its most.
+    slow : float
+        Seconds on the screen for a second of motion.
+    observer : callable, optional
+        Receives the number of frames done and of all frames, after each frame.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one, `steps`, `fps` or `slow` is not positive, or the gait holds nan.
+    ArchiveError
+        If the file cannot be written; an older file of that name is then left as it was.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from gaitopt import load, animate
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     animate(gait, f"{folder}/gait.gif", steps=1, fps=5, slow=1.0).name
+    'gait.gif'
+    """
+    from matplotlib import rc_context
+
+    path = Path(path)
+    suffix = checked_suffix(path, _KINDS)
+    _check(gait, steps, fps, slow)
+    # A GIF holds a frame for whole hundredths of a second, and viewers take fewer than two for a mistake.
+    rate = 100 / max(2, round(100 / fps)) if suffix == ".gif" else float(fps)
+    film = Playback(gait.motion, steps=steps, rate=rate, slow=slow)
+    with replacing(path) as temporary, rc_context(SETTINGS):
+        pictures = _observed(draw_pictures(gait, film), len(film), observer)
+        if suffix == ".gif":
+            _write_gif(pictures, rate, temporary)
+        else:
+            _write_mp4(pictures, rate, temporary)
+    return path
+
+
+def _check(gait: Gait, steps: int, fps: int, slow: float) -> None:
+    for name, value in (("steps", steps), ("fps", fps), ("slow", slow)):
+        if not value > 0 or not np.isfinite(value):
+            raise InputError(f"An animation needs {name} greater than 0, got {value}.")
+    if not is_drawable(gait.motion):
+        raise InputError(f"This gait cannot be animated: its motion is not made of numbers ({gait.status.key}).")
+
+
+def _observed(pictures: Iterator[Picture], total: int, observer: FrameObserver | None) -> Iterator[Picture]:
+    """Yield pictures, telling the observer each time one has been used."""
+    for number, picture in enumerate(pictures):
+        yield picture
+        if observer is not None:
+            observer(number + 1, total)
+
+
+def _write_gif(pictures: Iterator[Picture], rate: float, path: Path) -> None:
+    """Write pictures one by one, so that a long film need not fit in memory before it is written."""
+    from PIL import Image
+
+    images = (
+        Image.fromarray(picture[:, :, :3]).quantize(_COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        for picture in pictures
+    )
+    first = next(images)
+    # Disposal 1, draw over what is there, lets Pillow store only what changes.
+    settings = {"duration": round(1000 / rate), "loop": 0, "disposal": 1}
+    with path.open("wb") as file:
+        first.save(file, "GIF", save_all=True, append_images=images, **settings)
+
+
+def _write_mp4(pictures: Iterator[Picture], rate: float, path: Path) -> None:
+    """Write pictures with the ffmpeg of imageio-ffmpeg, in H.264 and the colour format that every player knows."""
+    from imageio_ffmpeg import get_ffmpeg_exe
+
+    first = next(pictures)
+    height, width, _ = first.shape
+    source = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{width}x{height}", "-r", f"{rate:g}", "-i", "-"]
+    target = ["-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(path)]
+    # Complaints go to a file: a pipe nobody reads would fill up and stop ffmpeg.
+    with TemporaryFile() as complaints:
+        command = [get_ffmpeg_exe(), "-y", "-v", "error", *source, *target]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints) as ffmpeg:
+            assert ffmpeg.stdin is not None
+            try:
+                ffmpeg.stdin.write(first.tobytes())
+                for picture in pictures:
+                    ffmpeg.stdin.write(picture.tobytes())
+            except BrokenPipeError:
+                pass  # ffmpeg gave up; its exit status and complaint say why
+            except BaseException:
+                ffmpeg.kill()
+                raise
+        if ffmpeg.returncode != 0:
+            complaints.seek(0)
+            said = complaints.read().decode(errors="replace").strip().splitlines() or ["no message"]
+            raise ArchiveError(f"The film cannot be written: ffmpeg stopped with {said[-1]!r}.")

@@ -1,0 +1,171 @@
+"""The small pictures of an animation: contact force, stance foot enlarged, word and time."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.model.modes import Mode
+from gaitopt.motion.gait import Gait
+from gaitopt.plot.playback import Frame, Playback
+from gaitopt.plot.skeleton import read_skeleton
+from gaitopt.plot.style import CONE, FIRST_LEG, FORCE, GROUND, MODE_FILL, MODE_INK, SECOND_LEG, WARNING
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PLAIN_GROUND = 5e-3
+"""Length of ground seen under a foot that does not slide [m]."""
+
+
+class ForceDiagram:
+    """The contact force over the weight, tangential against normal, in the friction cone.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    gait : Gait
+
+    Attributes
+    ----------
+    moving : list of Artist
+        What each frame draws again.
+    """
+
+    def __init__(self, axes: "Axes", gait: Gait) -> None:
+        motion = gait.motion
+        self._weight = motion.total_mass * motion.parameters["gravity"]
+        friction = motion.parameters["friction"]
+        f_t, f_n = motion.channel("force") / self._weight
+        top = 1.2 * max(float(np.max(f_n)), 0.1)
+        side = 1.2 * max(float(np.max(np.abs(f_t))), min(friction, 1.0) * top / 1.2)
+        if np.isfinite(friction):
+            axes.fill([0, -friction * top, friction * top], [0, top, top], facecolor=CONE, edgecolor="0.6")
+        axes.plot(f_t, f_n, ".", color="0.6", markersize=2)
+        (self._line,) = axes.plot([], [], color=FORCE, linewidth=2)
+        (self._tip,) = axes.plot([], [], "o", color=FORCE, markersize=6)
+        axes.set(xlim=(-side, side), ylim=(0, top), xlabel=r"$f_t$ / weight", ylabel=r"$f_n$ / weight")
+        axes.set_title("contact force in the friction cone")
+        axes.locator_params(nbins=5)
+        self.moving: list[Artist] = [self._line, self._tip]
+
+    def show(self, frame: Frame) -> None:
+        """Move the force to where it is in a frame."""
+        f_t, f_n = frame.force / self._weight
+        self._line.set_data([0, f_t], [0, f_n])
+        self._tip.set_data([f_t], [f_n])
+
+
+class FootGlass:
+    """The stance foot under a magnifying glass that stays where the foot landed, with a ruler in mm.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    gait : Gait
+    film : Playback
+    scale : float
+        Inches on the screen for a metre in the main picture, to say how many times larger the foot is.
+
+    Attributes
+    ----------
+    moving : list of Artist
+        What each frame draws again.
+    """
+
+    def __init__(self, axes: "Axes", gait: Gait, film: Playback, scale: float) -> None:
+        motion, skeleton = gait.motion, read_skeleton(gait.motion)
+        self._axes, self._film, self._travel = axes, film, motion.travel
+        self._landing, self._foot_point = float(motion.segments[0].q[0, 0]), skeleton.stance_foot
+        self._neighbours = [a if b == self._foot_point else b for a, b in skeleton.stance if self._foot_point in (a, b)]
+        slid = motion.channel("q")[0] - self._landing
+        width = 1e3 * max(3 * float(np.ptp(slid)), PLAIN_GROUND)
+        middle = 1e3 * float(slid.max() + slid.min()) / 2
+        box = axes.get_window_extent()
+        self._tall = width * box.height / box.width
+        axes.set(xlim=(middle - width / 2, middle + width / 2), ylim=(-0.3 * self._tall, 0.7 * self._tall))
+        axes.set(xlabel="slide since touchdown [mm]", yticks=[])
+        larger = box.width / axes.figure.dpi / (width / 1e3) / scale
+        axes.set_title(f"stance foot, {float(f'{larger:.2g}'):g} times larger")
+        self._add_artists()
+
+    def show(self, frame: Frame) -> None:
+        """Move the foot to where it is in a frame."""
+        landing = self._landing + frame.step * self._travel
+        x = 1e3 * (frame.foot[0] - landing)
+        for neighbour, leg in zip(self._neighbours, self._legs, strict=True):
+            direction = frame.points[:, neighbour] - frame.points[:, self._foot_point]
+            end = 3 * self._tall * direction / np.linalg.norm(direction)
+            leg.set(xdata=[x, x + end[0]], ydata=[0, end[1]], color=SECOND_LEG if frame.step % 2 else FIRST_LEG)
+        self._foot.set(xdata=[x], ydata=[0], markerfacecolor=MODE_FILL[frame.mode])
+        slides = [slide for slide in self._film.slides(frame) if slide.step == frame.step]
+        for slide, mark in zip(slides, self._marks, strict=False):
+            ends = 1e3 * (np.array([slide.start, slide.end]) - landing)
+            mark.set(xdata=ends, ydata=[-self._tall * (0.08 + 0.07 * slide.order)] * 2, color=MODE_FILL[slide.mode])
+        for mark in self._marks[len(slides) :]:
+            mark.set_data([], [])
+        self._air.set_facecolor((MODE_FILL[frame.mode], 0.18) if frame.mode.slips else "none")
+
+    def _add_artists(self) -> None:
+        """Create what :meth:`show` moves."""
+        axes = self._axes
+        axes.axhspan(-self._tall, 0, color="0.93", zorder=0)
+        self._air = axes.axhspan(0, self._tall, zorder=0)
+        axes.axhline(0, color=GROUND, linewidth=1.2, zorder=2)
+        axes.plot([0, 0], [-0.3 * self._tall, 0], color="0.5", linewidth=1, zorder=2)
+        leg: dict[str, Any] = {"linewidth": 7, "solid_capstyle": "round", "zorder": 3}
+        self._legs = [axes.plot([], [], **leg)[0] for _ in self._neighbours]
+        (self._foot,) = axes.plot([], [], "o", color="0.2", markersize=13, zorder=4)
+        slips = sum(segment.mode.slips for segment in self._film.motion.segments)
+        style: dict[str, Any] = {"linewidth": 5, "solid_capstyle": "butt", "zorder": 3}
+        self._marks = [axes.plot([], [], **style)[0] for _ in range(slips)]
+        self.moving: list[Artist] = [self._air, *self._legs, self._foot, *self._marks]
+
+
+class Header:
+    """The word with its current phase highlighted, the time, and whether the gait is a solution.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    gait : Gait
+    film : Playback
+
+    Attributes
+    ----------
+    moving : list of Artist
+        What each frame draws again.
+    """
+
+    def __init__(self, figure: "Figure", gait: Gait, film: Playback) -> None:
+        self._steps, self._slowest = film.steps, film.slow
+        tokens = [*str(gait.word).split(" | ")[0].split(), "|", gait.word.impact.value]
+        size, left = 14.0, 0.025
+        self._tokens = []
+        for token in tokens:
+            text = figure.text(left, 0.935, token, family="DejaVu Sans Mono", size=size, va="center")
+            self._tokens.append(text)
+            left += (len(token) + 1.2) * 0.602 * size / 72 / figure.get_figwidth()
+        self._stamp = figure.text(0.975, 0.935, "", family="DejaVu Sans Mono", size=10.5, va="center", ha="right")
+        self.moving: list[Artist] = [*self._tokens, self._stamp]
+        slope, friction = (gait.motion.parameters[name] for name in ("slope", "friction"))
+        ground = rf"friction $\mu$ = {friction:g}"
+        ground += f", slope {np.rad2deg(slope):.3g}\N{DEGREE SIGN} downhill" if slope else ""
+        figure.text(0.025, 0.03, ground, size=9, va="center")
+        if not gait.status.ok:
+            verdict = f"NOT A SOLUTION ({gait.status.key})"
+            figure.text(0.025, 0.075, verdict, color=WARNING, weight="bold", size=12, va="center")
+
+    def show(self, frame: Frame) -> None:
+        """Highlight the phase of a frame, and its impact just after touchdown; write the time."""
+        current = {frame.phase} | ({len(self._tokens) - 1} if frame.touchdown else set())
+        for number, text in enumerate(self._tokens):
+            mode = Mode(text.get_text()) if text.get_text() != "|" else Mode.FREE
+            box = {"boxstyle": "round,pad=0.25", "facecolor": (MODE_FILL[mode], 0.55), "edgecolor": "0.2"}
+            text.set_bbox(box if number in current else None)
+            text.set_color("black" if number in current else "0.45")
+        slower = frame.slowness > 1.01 * self._slowest
+        self._stamp.set_color(MODE_INK[frame.mode] if slower else "0.2")
+        pace = f"slowed {frame.slowness:.2g}\N{MULTIPLICATION SIGN}"
+        self._stamp.set_text(f"step {frame.step + 1}/{self._steps}   t = {frame.time:.3f} s   {pace:>11}")

@@ -1,0 +1,76 @@
+"""The frames of an animation as pictures."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.motion.gait import Gait
+from gaitopt.plot.insets import FootGlass, ForceDiagram, Header
+from gaitopt.plot.playback import Frame, Playback
+from gaitopt.plot.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+
+Picture = NDArray[np.uint8]
+
+WIDTH, HEIGHT, DOTS_PER_INCH = 9.6, 5.44, 100
+"""Size of a frame in inches; in pixels both are multiples of 16, the blocks films are coded in."""
+
+
+class Part(Protocol):
+    """A part of the picture: what moves in it is drawn again in every frame, all else only once."""
+
+    moving: list["Artist"]
+
+    def show(self, frame: Frame) -> None:
+        """Move everything to where it is in a frame."""
+
+
+def draw_pictures(gait: Gait, film: Playback) -> Iterator[Picture]:
+    """Yield the picture of each frame, an array of shape (544, 960, 4) that holds until the next is asked for.
+
+    Parameters
+    ----------
+    gait : Gait
+    film : Playback
+        Of the gait's motion.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> next(draw_pictures(gait, Playback(gait.motion, steps=1, rate=30, slow=2.0))).shape
+    (544, 960, 4)
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DOTS_PER_INCH)
+    canvas = FigureCanvasAgg(figure)
+    scene = Scene(figure.add_axes((0.0, 0.02, 0.67, 0.86), label="walker"), gait, film)
+    forces = ForceDiagram(figure.add_axes((0.735, 0.52, 0.24, 0.3), label="force"), gait)
+    glass = FootGlass(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), gait, film, scene.scale)
+    parts: tuple[Part, ...] = (scene, forces, glass, Header(figure, gait, film))
+    for part in parts:
+        part.show(film.frame(0))  # the view of the still background depends on it
+    _animate_moving(parts)
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)
+    for number in range(len(film)):
+        frame = film.frame(number)
+        canvas.restore_region(still)
+        for part in parts:
+            part.show(frame)
+            for artist in sorted(part.moving, key=lambda artist: artist.get_zorder()):
+                artist.draw(canvas.get_renderer())
+        yield np.asarray(canvas.buffer_rgba())
+
+
+def _animate_moving(parts: tuple[Part, ...]) -> None:
+    """Keep what moves out of the still background."""
+    for part in parts:
+        for artist in part.moving:
+            artist.set_animated(True)

@@ -1,0 +1,167 @@
+"""The figure of a gait: what is drawn, and that everything is legible."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import combinations
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from gaitopt import plot_gait
+from gaitopt.plot.panels import force_ratio, short_slips
+from gaitopt.plot.stick_figures import choose_instants
+
+PANELS = ("angles", "torques", "force ratio", "foot speed")
+
+
+def axes_of(figure):
+    return {axes.get_label(): axes for axes in figure.axes}
+
+
+def shades(axes):
+    return [patch.get_gid() for patch in axes.patches if patch.get_gid()]
+
+
+def every_text(figure):
+    """Return all texts that are seen, after a layout."""
+    FigureCanvasAgg(figure).draw()
+    return [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+
+
+def test_panels_share_a_time_axis_and_name_their_units(slipping):
+    axes = axes_of(plot_gait(slipping))
+    labels = [axes[name].get_ylabel() for name in PANELS]
+    assert labels == ["angle [deg]", "torque [N m]", "force ratio $f_t/f_n$", "foot speed [m/s]"]
+    assert axes["foot speed"].get_xlabel() == "time [s]"
+    assert all(axes[name].get_xlim() == pytest.approx((0.0, slipping.period)) for name in PANELS)
+
+
+def test_title_sums_up_the_gait(slipping):
+    title = plot_gait(slipping, title="A walker on ice").get_suptitle()
+    assert title.startswith("A walker on ice\n")
+    for part in (str(slipping.word), "0.01586", "0.633 m/s", "0.4713 m", r"$\mu$ = 0.14"):
+        assert part in title
+
+
+def test_title_says_whether_the_gait_was_replayed(slipping):
+    assert "verified by replay" in plot_gait(slipping).get_suptitle()
+    assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()
+
+
+def test_only_slip_phases_are_shaded(slipping, sticking, slipping_both_ways):
+    for gait, expected in ((slipping, ["slip+"]), (sticking, []), (slipping_both_ways, ["slip+", "slip-"])):
+        axes = axes_of(plot_gait(gait))
+        assert all(shades(axes[name]) == expected for name in PANELS)
+
+
+def test_phases_are_named_above_the_panels(slipping_both_ways):
+    texts = [text.get_text() for text in axes_of(plot_gait(slipping_both_ways))["angles"].texts]
+    assert texts == ["slip+", "stick", "slip\N{MINUS SIGN}"]
+
+
+def test_short_slip_phases_are_enlarged(slipping, sticking, slipping_both_ways):
+    for gait, count in ((slipping, 1), (sticking, 0), (slipping_both_ways, 2)):
+        figure = plot_gait(gait)
+        enlarged = [axes for axes in figure.axes if axes.get_label() == "foot speed enlarged"]
+        assert len(enlarged) == len(short_slips(gait.motion)) == count
+        for axes, phase in zip(enlarged, short_slips(gait.motion), strict=True):
+            assert axes.get_xlim()[0] < phase.time[0] < phase.time[-1] < axes.get_xlim()[1]
+            assert np.ptp(axes.get_xlim()) < 2 * phase.duration
+
+
+def test_torque_limits_and_cone_are_drawn_where_they_are_finite(slipping):
+    axes = axes_of(plot_gait(slipping))
+
+    def levels(name):
+        return {round(line.get_ydata()[0], 9) for line in axes[name].lines if len(line.get_ydata()) == 2}
+
+    assert levels("torques") == {6.0, -6.0}
+    assert levels("force ratio") == {0.14, -0.14}
+    free = replace(slipping, problem={**slipping.problem, "torque_limit": {"ankle": np.inf, "hip": np.inf}})
+    motion = replace(slipping.motion, parameters={**slipping.motion.parameters, "friction": np.inf})
+    axes = axes_of(plot_gait(replace(free, motion=motion)))
+    assert levels("torques") == levels("force ratio") == set()
+
+
+def test_force_ratio_of_a_slip_lies_on_the_cone_and_lost_contact_is_left_out(slipping):
+    slip = slipping.motion.segments[0]
+    np.testing.assert_allclose(force_ratio(slip), -0.14, rtol=1e-6)
+    assert np.isnan(force_ratio(replace(slip, force=slip.force * [[1.0], [0.0]]))).all()
+
+
+def test_jumps_between_phases_are_left_open(slipping):
+    line = axes_of(plot_gait(slipping))["torques"].lines[0]
+    assert np.isnan(line.get_ydata()).sum() == len(slipping.motion.segments)
+
+
+def test_every_slip_phase_has_a_stick_figure(slipping_both_ways):
+    instants = choose_instants(slipping_both_ways.motion)
+    assert len(instants) == 9
+    assert [instant.time for instant in instants] == sorted(instant.time for instant in instants)
+    assert {instant.segment.mode.value for instant in instants} == {"slip+", "stick", "slip-"}
+
+
+def test_a_failed_gait_says_so(infeasible, slipping):
+    texts = [text.get_text() for text in axes_of(plot_gait(infeasible))["warning"].texts]
+    assert any(text.startswith("NOT A SOLUTION (infeasible)") for text in texts)
+    assert "warning" not in axes_of(plot_gait(slipping))
+
+
+def test_a_gait_of_nan_is_drawn_as_a_message(not_a_number):
+    texts = [text.get_text() for text in every_text(plot_gait(not_a_number))]
+    assert any("not made of numbers" in text for text in texts)
+
+
+def test_ground_is_inclined_on_a_slope(sloping, slipping):
+    def slope(gait):
+        ground = max(axes_of(plot_gait(gait))["stick figures"].lines, key=lambda line: np.ptp(line.get_xdata()))
+        return float(np.ptp(ground.get_ydata()) / np.ptp(ground.get_xdata()))
+
+    assert slope(slipping) == 0
+    assert slope(sloping) == pytest.approx(np.tan(np.deg2rad(3)))
+    assert "slope of 3\N{DEGREE SIGN} downhill" in plot_gait(sloping).get_suptitle()
+
+
+@pytest.mark.parametrize("name", ["slipping", "sticking", "slipping_both_ways", "sloping", "infeasible"])
+def test_texts_are_large_enough_inside_the_page_and_apart(name, request):
+    figure = plot_gait(request.getfixturevalue(name))
+    texts = every_text(figure)
+    assert min(text.get_fontsize() for text in texts) >= 8
+    page = figure.bbox.padded(1)
+    # Ticks beyond the limits are laid out but not drawn.
+    hidden = {
+        id(label)
+        for axes in figure.axes
+        for axis in (axes.xaxis, axes.yaxis)
+        for tick in axis.get_major_ticks()
+        for label in (tick.label1, tick.label2)
+        if not axes.axison or not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+    }
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts if id(text) not in hidden]
+    assert all(page.contains(*box.min) and page.contains(*box.max) for _, box in boxes)
+    overlapping = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.padded(-0.5).overlaps(two)]
+    assert overlapping == []
+
+
+def test_settings_of_matplotlib_are_left_alone(slipping):
+    before = dict(matplotlib.rcParams)
+    plot_gait(slipping)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_importing_the_wing_does_not_import_matplotlib():
+    modules = "animation, gait_figure, insets, panels, playback, saving, scene, skeleton, stage, stick_figures, style"
+    code = f"import sys; from gaitopt.plot import {modules}; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_drawing_does_not_import_pyplot():
+    code = (
+        "import sys; from gaitopt import load, plot_gait;"
+        "plot_gait(load('docs/examples/compass_slip.h5')); sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
