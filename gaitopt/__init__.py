@@ -46,6 +46,8 @@ _PUBLIC = {
     "gaitopt.stability.critical_friction": ("CriticalFriction",),
     "gaitopt.stability.cycle": ("Cycle",),
     "gaitopt.stability.search": ("find_cycles",),
+    "gaitopt.stability.summary": ("summarise_cycle",),
+    "gaitopt.stability.walk_problem": ("WalkProblem",),
     "gaitopt.status": ("Status", "Stop"),
     "gaitopt.study.basin": ("basin", "basin_edges"),
     "gaitopt.study.basin_file": ("Basin", "load_basin", "save_basin"),

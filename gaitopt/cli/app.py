@@ -7,11 +7,14 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from gaitopt import __version__
-from gaitopt.cli import commands
+from gaitopt.cli import commands, walking
 from gaitopt.cli.output import err, print_json
 from gaitopt.errors import GaitoptError
+
+_INTERRUPTED = 128 + signal.SIGINT
 
 app = typer.Typer(
     name="gaitopt",
@@ -28,6 +31,10 @@ for command in (
     commands.plot,
     commands.animate,
     commands.problems,
+    walking.simulate,
+    walking.stability,
+    walking.basin,
+    walking.run,
 ):
     app.command()(command)
 
@@ -47,20 +54,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         status = app(given, prog_name="gaitopt", standalone_mode=False) or 0
     except GaitoptError as error:
-        if "--json" in given:
-            print_json({"status": "error", "error": str(error)})
-        err.print(f"[red]Error:[/] {_escaped(error)}", soft_wrap=True)
+        _report(given, "error", str(error))
+        err.print(f"[red]Error:[/] {escape(str(error))}", soft_wrap=True)
         status = 2
     except (KeyboardInterrupt, typer.Abort):
-        err.print("Interrupted; nothing was written.")
-        status = 128 + signal.SIGINT
-    except typer.Exit as stop:
-        status = stop.exit_code
+        status = _INTERRUPTED
     except Exception as error:
-        if not hasattr(error, "exit_code") or not hasattr(error, "show"):
+        if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):
             raise
-        error.show()  # a usage error of the command-line parser
+        _report(given, "error", error.format_message())  # a usage error of the command-line parser
+        error.show()
         status = error.exit_code
+    if status == _INTERRUPTED:
+        _report(given, "interrupted", "Interrupted; nothing was written.")
+        err.print("Interrupted; nothing was written.")
     sys.exit(status)
 
 
@@ -69,5 +76,17 @@ def run_script(path: str) -> None:
     main(["solve", str(Path(path)), *sys.argv[1:]])
 
 
-def _escaped(error: Exception) -> str:
-    return str(error).replace("[", r"\[")
+def run_stability(path: str) -> None:
+    """Find the gaits of a script that is run as ``python SCRIPT``; further arguments are those of ``stability``."""
+    main(["stability", str(Path(path)), *sys.argv[1:]])
+
+
+def run_study(path: str) -> None:
+    """Run a study script that is run as ``python SCRIPT``; further arguments are those of ``run``."""
+    main(["run", str(Path(path)), *sys.argv[1:]])
+
+
+def _report(given: Sequence[str], status: str, error: str) -> None:
+    """Print what went wrong as the JSON object that was asked for, if it was."""
+    if "--json" in given:
+        print_json({"status": status, "error": error})

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gaitopt.cli.output import err, out, print_gait, print_json
+from gaitopt.cli.output import err, out, print_gait, print_json, print_written
 from gaitopt.errors import InputError
 from gaitopt.progress import Iteration
 
@@ -32,6 +32,8 @@ def solve(
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
+    from rich.markup import escape
+
     from gaitopt.cli.script import build_problem
     from gaitopt.motion.archive import save
     from gaitopt.motion.atomic import check_writable
@@ -44,7 +46,7 @@ def solve(
     check_writable(path)  # before the work, not after it
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
-        task = progress.add_task(f"{problem.name}: building")
+        task = progress.add_task(f"{escape(problem.name)}: building")
 
         def observe(step: Iteration) -> None:
             progress.update(
@@ -62,7 +64,10 @@ def solve(
         print_json(summarise(gait) | {"file": None if written is None else str(written)})
     elif not quiet:
         print_gait(gait)
-        out.print(f"wrote {written}" if written else "no verified gait; nothing was written")
+        if written:
+            print_written(written)
+        else:
+            out.print("no verified gait; nothing was written")
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
@@ -125,7 +130,7 @@ def plot(
     from gaitopt.plot.saving import save_figure
 
     gait = load(file)
-    out.print(f"wrote {save_figure(plot_gait(gait), output or Path(f'{file.stem}.png'))}")
+    print_written(save_figure(plot_gait(gait), output or Path(f"{file.stem}.png")))
 
 
 def animate(
@@ -153,7 +158,7 @@ def animate(
             progress.update(task, completed=done, total=total)
 
         written = animate_gait(gait, output or Path(f"{file.stem}.gif"), steps=steps, slow=slow, observer=observe)
-    out.print(f"wrote {written}")
+    print_written(written)
 
 
 def problems(
@@ -165,6 +170,7 @@ def problems(
     Example: gaitopt problems
     """
     from rich import box
+    from rich.markup import escape
     from rich.table import Table
 
     folder = folder or Path("problems")
@@ -179,7 +185,7 @@ def problems(
         table.add_column(column)
     for entry in entries:
         values = ", ".join(f"{name}={value!r}" for name, value in entry["parameters"].items())
-        table.add_row(entry["script"], entry["description"], entry.get("error", values))
+        table.add_row(*map(escape, (entry["script"], entry["description"], entry.get("error", values))))
     out.print(table)
 
 
@@ -191,8 +197,8 @@ def _entry(path: Path) -> dict[str, Any]:
     from gaitopt.motion.summary import plain
 
     try:
-        description = (ast.get_docstring(ast.parse(path.read_text())) or "").split("\n")[0]
         parameters = plain(script_parameters(load_script(path)))
-    except (GaitoptError, SyntaxError, OSError) as error:
+        description = (ast.get_docstring(ast.parse(path.read_bytes())) or "").split("\n")[0]
+    except GaitoptError as error:
         return {"script": str(path), "description": "", "parameters": {}, "error": str(error)}
     return {"script": str(path), "description": description, "parameters": parameters}

@@ -1,10 +1,12 @@
 """What commands print: tables for people, one JSON object for programs."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.motion.gait import Gait
@@ -18,6 +20,11 @@ err = Console(stderr=True, highlight=False)
 def print_json(data: dict[str, Any]) -> None:
     """Print one JSON object on standard output, as it is (no wrapping, no colour)."""
     print(json.dumps(data, indent=2, allow_nan=False))
+
+
+def print_written(path: Path) -> None:
+    """Print which file was written, on one line however long."""
+    out.print(f"wrote {escape(str(path))}", soft_wrap=True)
 
 
 def print_gait(gait: Gait) -> None:
@@ -37,7 +44,10 @@ def _rows(gait: Gait, facts: dict[str, Any]) -> list[tuple[str, str]]:
     rows = [
         ("status", f"[{colour}]{gait.status.key}[/]: {gait.status.hint}"),
         ("word", str(gait.word)),
-        ("robot", f"{gait.robot}, friction {gait.motion.parameters['friction']:g}, objective {problem['objective']}"),
+        (
+            "robot",
+            escape(f"{gait.robot}, friction {gait.motion.parameters['friction']:g}, objective {problem['objective']}"),
+        ),
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED):
         rows += _numbers(gait, facts)
@@ -48,8 +58,8 @@ def _rows(gait: Gait, facts: dict[str, Any]) -> list[tuple[str, str]]:
             f"build {gait.solver.build_seconds:.2f} s, solve {gait.solver.solve_seconds:.2f} s",
         )
     )
-    rows += [("warning", f"[yellow]{warning}[/]") for warning in gait.solver.warnings]
-    rows += [("not met", str(violation)) for violation in gait.solver.violations]
+    rows += [("warning", f"[yellow]{escape(warning)}[/]") for warning in gait.solver.warnings]
+    rows += [("not met", escape(str(violation))) for violation in gait.solver.violations]
     return rows
 
 
@@ -79,7 +89,7 @@ def _replay(gait: Gait) -> str:
     if verdict is None:
         return "not replayed"
     if not verdict.passed:
-        return f"[red]failed[/]: {'; '.join(verdict.reasons)}"
+        return f"[red]failed[/]: {escape('; '.join(verdict.reasons))}"
     return (
         f"[green]passed[/]: word '{verdict.word}', state within {verdict.state_error:.1e}, "
         f"cost of transport {verdict.cost_of_transport:.6f}"

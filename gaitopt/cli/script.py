@@ -6,21 +6,23 @@ import inspect
 import math
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.stability.walk_problem import WalkProblem
 
 
-def load_script(path: Path) -> Callable[..., Any]:
-    """Return the ``problem`` function of a script.
+def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
+    """Return a function of a script, ``problem`` or ``study``.
 
     Raises
     ------
     InputError
-        If the script is missing or has no ``problem``.
+        If the script is missing or has no such function.
     ScriptError
         If it raises while it loads; the message names the script's line.
     """
@@ -28,23 +30,20 @@ def load_script(path: Path) -> Callable[..., Any]:
         folder = path.parent
         scripts = [str(folder / other.name) for other in sorted(folder.glob("*.py"))] if folder.is_dir() else []
         raise InputError(f"There is no problem script {path}. {suggest(str(path), scripts)}")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    name = f"problem script {path.stem}"  # not the name of any module the script may want to import
+    spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")
     module = importlib.util.module_from_spec(spec)
-    sys.path.insert(0, str(path.parent.resolve()))
-    try:
+    sys.modules[name] = module  # dataclasses look their own module up
+    with _running(path):
         spec.loader.exec_module(module)
-    except GaitoptError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise _script_error(path, error) from error
-    finally:
-        sys.path.pop(0)
-    function = getattr(module, "problem", None)
-    if not callable(function):
-        raise InputError(f"{path} has no function problem(**parameters); define one that returns a GaitProblem.")
-    return function
+    found = getattr(module, function, None)
+    if not callable(found):
+        others = [name for name in ("problem", "study") if callable(getattr(module, name, None))]
+        hint = f" It has {others[0]}(...): use a command for that kind of script." if others else ""
+        raise InputError(f"{path} has no function {function}(**parameters).{hint}")
+    return found
 
 
 def script_parameters(function: Callable[..., Any]) -> dict[str, Any]:
@@ -57,7 +56,17 @@ def script_parameters(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def build_problem(path: Path, settings: Sequence[str]) -> GaitProblem:
-    """Return the problem of a script with ``NAME=VALUE`` settings applied.
+    """Return the gait problem of a script with ``NAME=VALUE`` settings applied; errors as :func:`call_script`."""
+    problem = call_script(path, settings)
+    if isinstance(problem, WalkProblem):
+        raise InputError(f"{path} is a walking problem without optimisation; use 'gaitopt stability {path}'.")
+    if not isinstance(problem, GaitProblem):
+        raise InputError(f"problem() of {path} must return a GaitProblem, it returned {type(problem).__name__}.")
+    return problem
+
+
+def call_script(path: Path, settings: Sequence[str], function: str = "problem") -> Any:
+    """Return what a function of a script returns with ``NAME=VALUE`` settings applied.
 
     Raises
     ------
@@ -66,18 +75,11 @@ def build_problem(path: Path, settings: Sequence[str]) -> GaitProblem:
     ScriptError
         If the script raises anything else.
     """
-    function = load_script(path)
-    defaults = script_parameters(function)
+    called = load_script(path, function)
+    defaults = script_parameters(called)
     arguments = dict(_setting(text, defaults, path) for text in settings)
-    try:
-        problem = function(**arguments)
-    except GaitoptError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise _script_error(path, error) from error
-    if not isinstance(problem, GaitProblem):
-        raise InputError(f"problem() of {path} must return a GaitProblem, it returned {type(problem).__name__}.")
-    return problem
+    with _running(path):
+        return called(**arguments)
 
 
 def _setting(text: str, defaults: dict[str, Any], path: Path) -> tuple[str, Any]:
@@ -106,10 +108,26 @@ def _value(text: str) -> Any:
         return number if math.isinf(number) or math.isnan(number) else text
 
 
+@contextmanager
+def _running(path: Path) -> Iterator[None]:
+    """Let a script import its neighbours, as ``python SCRIPT`` would, and turn what it raises into a ScriptError."""
+    former = list(sys.path)
+    sys.path.insert(0, str(path.parent.resolve()))
+    try:
+        yield
+    except GaitoptError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise _script_error(path, error) from error
+    finally:
+        sys.path[:] = former
+
+
 def _script_error(path: Path, error: BaseException) -> ScriptError:
     """Return one sentence for whatever a script raised, with the script's own line where there is one."""
     if isinstance(error, SyntaxError) and error.lineno is not None:
         return ScriptError(f"{path}, line {error.lineno}: {error.msg}.")
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename) == path]
+    own, frames = path.resolve(), traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == own]
     place = f"{path}, line {lines[-1]}" if lines else str(path)
-    return ScriptError(f"{place} raised {type(error).__name__}: {error}")
+    return ScriptError(f"{place} raised {type(error).__name__}: {' '.join(str(error).split())}")

@@ -50,8 +50,8 @@ def trace_branch(
 ) -> Branch:
     """Follow a periodic gait over increasing or decreasing values of a parameter.
 
-    Each gait starts Newton's method from the line through the two before it.  Where that fails, the step is halved until
-    it is `smallest_step` of the spacing; the last gait found then lies that close to the end of the branch.
+    Each gait starts Newton's method from the line through the two before it.  Where that fails, the step is halved
+    until it is `smallest_step` of the spacing; the last gait found then lies that close to the end of the branch.
 
     Parameters
     ----------

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.errors import InputError
 from gaitopt.model.impact import Impact, complementarity_pairs, solve_impact
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
@@ -21,13 +22,13 @@ class RobotCheck:
     asymmetry : float
         Of the mass matrix.
     least_eigenvalue : float
-        Smallest eigenvalue of the mass matrix over its largest; must be positive.
+        Smallest eigenvalue of the mass matrix over the largest in size; must be positive.
     energy : float
         Rate of total energy along the motion against the power of torques and contact force.
     force : float
         Rate of linear momentum along the motion against gravity and contact force.
     contact : float
-        Conditions of the contact modes: foot acceleration and friction law.
+        Conditions of the contact modes: equations of motion, foot acceleration and friction law.
     momentum : float
         Change of linear momentum at impact against the impulse, and of angular momentum about the landing foot.
     impact : float
@@ -48,8 +49,9 @@ class RobotCheck:
     @property
     def passed(self) -> bool:
         """Whether every error is small enough for a correct robot."""
-        exact = max(self.asymmetry, self.contact, self.momentum, self.impact)
-        differenced = max(self.energy, self.force, self.derivatives)
+        # np.max keeps a nan, which max can lose.
+        exact = np.max([self.asymmetry, self.contact, self.momentum, self.impact])
+        differenced = np.max([self.energy, self.force, self.derivatives])
         return bool(self.least_eigenvalue > 0 and exact < 1e-9 and differenced < 1e-6)
 
 
@@ -71,6 +73,11 @@ def check_robot(
     -------
     RobotCheck
 
+    Raises
+    ------
+    InputError
+        If a parameter cannot be, or the friction is infinite.
+
     Examples
     --------
     >>> from gaitopt import compass_biped
@@ -78,7 +85,10 @@ def check_robot(
     True
     """
     rng = np.random.default_rng(seed)
-    p = robot.vector(robot.resolve({"friction": 0.3, "slope": 0.1, **(parameters or {})}))
+    values = robot.resolve({"friction": 0.3, "slope": 0.1, **(parameters or {})})
+    if np.isinf(values["friction"]):
+        raise InputError("check_robot needs a finite friction, got inf: it checks slipping too.")
+    p = robot.vector(values)
     rows = []
     for _ in range(states):
         q = np.concatenate([rng.normal(size=2), rng.uniform(-0.5, 0.5, robot.n_q - 2)])
@@ -86,10 +96,11 @@ def check_robot(
         u = rng.normal(size=robot.n_u)
         mass = np.asarray(robot.dynamics(q, v, p)[0])
         eigenvalues = np.linalg.eigvalsh((mass + mass.T) / 2)
+        largest = np.max(np.abs(eigenvalues))
         rows.append(
             (
-                np.max(np.abs(mass - mass.T)) / eigenvalues[-1],
-                -eigenvalues[0] / eigenvalues[-1],
+                np.max(np.abs(mass - mass.T)) / largest,
+                -eigenvalues[0] / largest,
                 *_motion_errors(robot, q, v, u, p),
                 *_impact_errors(robot, q, v, p),
                 _derivative_error(robot, q, v, u, p),
@@ -103,26 +114,30 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
     """Return energy, force and contact errors, the largest over the modes."""
     names = [parameter.name for parameter in robot.parameters]
     slope, friction, gravity = (p[names.index(name)] for name in ("slope", "friction", "gravity"))
-    energy_error = force_error = contact_error = 0.0
+    worst = np.zeros(3)
     for mode in Mode:
         speed = v + np.eye(robot.n_q)[0] * mode.sign
         a, f = (np.asarray(part).ravel() for part in robot.acceleration[mode](q, speed, u, p))
-        ahead = (q + _STEP * speed + _STEP**2 / 2 * a, speed + _STEP * a)
-        behind = (q - _STEP * speed + _STEP**2 / 2 * a, speed - _STEP * a)
+        # Short against the time scales of the motion, which a light leg makes fast.
+        step = 10 * _STEP / (np.max(np.abs(speed)) + np.sqrt(np.max(np.abs(a))) + 1)
+        ahead = (q + step * speed + step**2 / 2 * a, speed + step * a)
+        behind = (q - step * speed + step**2 / 2 * a, speed - step * a)
         energy = [sum(float(part) for part in robot.energy(*state, p)) for state in (ahead, behind)]
         rates = np.asarray(robot.joint_rates(q, speed, p)).ravel()
         power = float(u @ rates + f @ speed[:2])
         scale = abs(power) + abs(energy[0]) + 1
-        energy_error = max(energy_error, abs((energy[0] - energy[1]) / (2 * _STEP) - power) / scale)
+        energy_error = abs((energy[0] - energy[1]) / (2 * step) - power) / scale
         momentum = [np.asarray(robot.momentum(*state, p)[0]).ravel() for state in (ahead, behind)]
         weight = float(robot.momentum(q, speed, p)[2]) * gravity * np.array([np.sin(slope), -np.cos(slope)])
-        change = (momentum[0] - momentum[1]) / (2 * _STEP)
-        force_error = max(
-            force_error, np.max(np.abs(change - f - weight)) / (np.max(np.abs(weight)) + np.max(np.abs(f)))
-        )
+        change = (momentum[0] - momentum[1]) / (2 * step)
+        force_error = np.max(np.abs(change - f - weight)) / (np.max(np.abs(weight)) + np.max(np.abs(f)))
+        mass, bias, actuation = (np.asarray(part) for part in robot.dynamics(q, speed, p))
+        balance = mass @ a + bias.ravel() - actuation @ u - np.concatenate([f, np.zeros(robot.n_q - 2)])
         law = [f[0] + mode.sign * friction * f[1], a[1]] if mode.slips else [*a[:2]] if mode is Mode.STICK else [*f]
-        contact_error = max(contact_error, np.max(np.abs(law)) / (np.max(np.abs(f)) + np.max(np.abs(a)) + 1))
-    return energy_error, force_error, contact_error
+        scale = np.max(np.abs(f)) + np.max(np.abs(a)) + np.max(np.abs(bias)) + 1
+        contact_error = np.max(np.abs([*balance, *law])) / scale
+        worst = np.maximum(worst, [energy_error, force_error, contact_error])  # keeps a nan, which max can lose
+    return tuple(worst)
 
 
 def _impact_errors(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> tuple[float, float]:
@@ -137,8 +152,7 @@ def _impact_errors(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) ->
     expected = np.array([*impact.impulse, 0.0])  # the impulse acts at the foot, so its moment there is zero
     scale = np.max(np.abs(before)) + np.max(np.abs(impact.impulse)) + 1
     momentum_error = float(np.max(np.abs(after - before - expected)) / scale)
-    gain = max(-impact.energy_lost, 0.0)
-    return momentum_error, max(_complementarity_error(robot, q, impact, p), gain)
+    return momentum_error, float(np.max([_complementarity_error(robot, q, impact, p), -impact.energy_lost]))
 
 
 def _momenta(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:
@@ -155,7 +169,7 @@ def _complementarity_error(robot: Robot, q: np.ndarray, impact: Impact, p: np.nd
     )
     scale = np.max(np.abs(impact.impulse)) + 1
     products = np.abs(np.array(left) * np.array(right))
-    return float(max(np.max(products), -min(left), -min(right), 0.0) / scale)
+    return float(np.max([*products, *(-np.array(left)), *(-np.array(right))]) / scale)
 
 
 def _derivative_error(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p: np.ndarray) -> float:
@@ -173,5 +187,6 @@ def _derivative_error(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray,
                     for s in (shift, -shift)
                 ]
                 difference = (sides[0] - sides[1]) / (2 * _STEP)
-                worst = max(worst, float(np.max(np.abs(difference - jacobian[:, j])) / (np.max(np.abs(jacobian)) + 1)))
+                error = np.max(np.abs(difference - jacobian[:, j])) / (np.max(np.abs(jacobian)) + 1)
+                worst = float(np.maximum(worst, error))
     return worst

@@ -32,26 +32,35 @@ def accelerations(mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX)
     force : SX, shape (2, 1)
         (f_t, f_n) on the foot [N].
     """
-    n = drive.numel()
     if mode is Mode.FREE:
-        return ca.solve(mass_matrix, drive), ca.SX.zeros(2)
+        return solve_symmetric(mass_matrix, drive), ca.SX.zeros(2)
     if mode is Mode.STICK:
-        inner = ca.solve(mass_matrix[2:, 2:], drive[2:])
+        inner = solve_symmetric(mass_matrix[2:, 2:], drive[2:])
         acceleration = ca.vertcat(ca.SX.zeros(2), inner)
         return acceleration, mass_matrix[:2, 2:] @ inner - drive[:2]
     slide = mode.sign * friction
-    moving = [0, *range(2, n)]
-    rows = ca.vertcat(mass_matrix[0, moving] + slide * mass_matrix[1, moving], mass_matrix[2:, moving])
-    load = ca.vertcat(drive[0] + slide * drive[1], drive[2:])
-    solution = ca.solve(rows, load)
-    normal = mass_matrix[1, moving] @ solution - drive[1]
-    acceleration = ca.vertcat(solution[0], 0, solution[1:])
+    # Angles first, as functions of the foot's acceleration a_x; then one scalar equation for a_x.
+    row = mass_matrix[0, :] + slide * mass_matrix[1, :]
+    both = solve_symmetric(mass_matrix[2:, 2:], ca.horzcat(drive[2:], mass_matrix[2:, 0]))
+    at_rest, per_foot = both[:, 0], both[:, 1]
+    load = drive[0] + slide * drive[1] - row[2:] @ at_rest
+    foot = load / (row[0] - row[2:] @ per_foot)
+    acceleration = ca.vertcat(foot, 0, at_rest - per_foot * foot)
+    normal = mass_matrix[1, :] @ acceleration - drive[1]
     return acceleration, ca.vertcat(-slide * normal, normal)
 
 
 def foot_mobility(mass_matrix: ca.SX, jacobian: ca.SX) -> ca.SX:
     """Return J M^-1 J^T, shape (2, 2): foot velocity change per unit impulse [1/kg]."""
-    return jacobian @ ca.solve(mass_matrix, jacobian.T)
+    return jacobian @ solve_symmetric(mass_matrix, jacobian.T)
+
+
+def solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:
+    """Return matrix^-1 right for a symmetric positive definite matrix, by its LDL^T factors.
+
+    Expanding by minors, as CasADi does for small systems, loses the square of the mass ratio in digits for light legs.
+    """
+    return ca.ldl_solve(right, *ca.ldl(ca.densify(matrix)))
 
 
 def wellposedness(mobility: ca.SX, friction: ca.SX) -> ca.SX:

@@ -22,6 +22,8 @@ from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 
+_ROUNDING = 1e-12
+
 
 def complementarity_pairs(
     normal: Any, forward: Any, backward: Any, excess: Any, v_normal: Any, v_tangent: Any, friction: Any
@@ -167,4 +169,7 @@ def outcomes(velocity: np.ndarray, mobility: np.ndarray, friction: float) -> lis
         normal = -v_n / response
         if normal >= 0 and mode.sign * (v_t + (tt * slide + tn) * normal) > 0:
             found.append((mode, np.array([slide * normal, normal])))
+    # Exactly on the edge of the cone rounding may refuse the stick and the slip that coincide there.
+    if not found and v_n < 0 and abs(stick[0]) - friction * stick[1] <= _ROUNDING * np.hypot(*stick):
+        found.append((Mode.STICK, stick))
     return found

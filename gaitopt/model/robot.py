@@ -85,7 +85,7 @@ class Robot:
     wellposed : (q, p) -> (2), positive where slip+ / slip- is well posed
     landing : (q, v, p) -> position (2), velocity (2), jacobian (2, n_q) of the landing foot
     impact : (q, v_minus, v_plus, impulse, p) -> momentum residual (n_q), landing-foot velocity after (2)
-    collision : (q, v, p) -> velocity (2) of the landing foot, its mobility (2, 2) and the rates per unit impulse (n_q, 2)
+    collision : (q, v, p) -> landing-foot velocity (2), its mobility (2, 2), rates per unit impulse (n_q, 2)
     touchdown : (q, v, p) -> guard, rate, armed; the step ends when the guard falls through 0 while armed > 0
     swap : (q, v, p) -> q, v in the coordinates of the next step, the landing foot being (x, y)
     unswap : (q_before, v_next, p) -> v before the swap
@@ -222,7 +222,7 @@ def assemble(
     qp, qvp = {"q": q, "p": p}, {"q": q, "v": v, "p": p}
     rate = ca.jacobian(touchdown, q) @ v
     mobility = contact.foot_mobility(parts.mass_matrix, ca.SX.eye(n)[:2, :])
-    spread = ca.solve(parts.mass_matrix, landing_jacobian.T)
+    spread = contact.solve_symmetric(parts.mass_matrix, landing_jacobian.T)
     residual = parts.mass_matrix @ (w - v) - landing_jacobian.T @ impulse
     acceleration = {}
     for mode in Mode:

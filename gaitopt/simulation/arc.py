@@ -20,7 +20,7 @@ class Arc:
     states : (2 n_q, K) array
         y = (q, v).
     event : str or None
-        Name of the guard that ended it; None at the time limit.
+        Name of the guard that ended it, or "singular" where the integrator could not go on; None at the time limit.
     energy : (n_u + 1, K) array or None [J]
         Work of each actuator and friction loss since the arc began; None unless recorded.
     """

@@ -6,6 +6,7 @@ and law form.
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
@@ -42,6 +43,21 @@ class ClosedLoop:
     guards: ca.Function
 
 
+def paradox_guard(wellposed: Any, mode: Mode) -> Any:
+    """Return what stays positive while a slip mode is well posed; works on symbols and on numbers.
+
+    Near Painleve's paradox the contact force grows without bound and an integrator would creep for ever, so the guard
+    falls through zero a little before: where the foot's normal mobility is 1e-6 of what it is without friction.
+
+    Parameters
+    ----------
+    wellposed : SX or array, shape (2,)
+        Output of ``robot.wellposed``: for slip+ and slip-; their mean is the mobility without friction.
+    mode : Mode
+    """
+    return wellposed[0 if mode.sign > 0 else 1] - 1e-6 * (wellposed[0] + wellposed[1]) / 2
+
+
 @functools.lru_cache(maxsize=128)
 def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
     """Return the closed loop of a robot, a mode and the Function of a law; composed once."""
@@ -55,11 +71,12 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
     guard, _, armed = robot.touchdown(q, v, p)
     friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
     if mode.slips:
-        wellposed = robot.wellposed(q, p)[0 if mode.sign > 0 else 1]
-        own = [mode.sign * v[0], force[1], wellposed]
+        own = [mode.sign * v[0], force[1], paradox_guard(robot.wellposed(q, p), mode)]
     else:
-        # f_t falls to -mu f_n: slip forward; f_t rises to +mu f_n: slip backward (1/mu allows mu = inf).
-        own = [force[1], force[1] + force[0] / friction, force[1] - force[0] / friction]
+        # f_t falls to -mu f_n: slip forward; f_t rises to +mu f_n: slip backward (over 1 + mu, so mu may be 0 or inf).
+        share = 1 / (1 + friction)
+        tangential, normal = share * force[0], (1 - share) * force[1]
+        own = [force[1], normal + tangential, normal - tangential]
     guards = ca.vertcat(*own, guard, robot.upright(q, p))
     moving = [*([0] if mode.slips else []), *range(2, n)]
 

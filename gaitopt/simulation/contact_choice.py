@@ -4,6 +4,7 @@ from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.closed_loop import paradox_guard
 
 REST = 1e-12
 """Foot speeds below this [m/s] count as rest; impacts and located events leave exact zeros."""
@@ -25,7 +26,7 @@ class ContactChoice:
     def __init__(self, robot: Robot, p: Array) -> None:
         self._stick = Buffered(robot.acceleration[Mode.STICK], p)
         self._wellposed = Buffered(robot.wellposed, p)
-        self._friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
+        self.friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
 
     def choose(self, q: Array, v: Array, torque: Array, *, leaving: Mode | None = None) -> Mode:
         """Return the mode in which the foot goes on.
@@ -40,11 +41,11 @@ class ContactChoice:
         if abs(v[0]) > REST:
             return Mode.slipping(v[0])
         tangential, normal = self._stick(q, v, torque)[1]
-        if abs(tangential) <= self._friction * normal or self._friction == float("inf"):
+        if abs(tangential) <= self.friction * normal or self.friction == float("inf"):
             return Mode.STICK
         chosen = Mode.slipping(-tangential)
         return Mode.STICK if chosen is leaving else chosen
 
     def wellposed(self, mode: Mode, q: Array) -> bool:
         """Return whether slip in a mode is well posed (no Painleve paradox); sticking always is."""
-        return not mode.slips or bool(self._wellposed(q)[0][0 if mode.sign > 0 else 1] > 0)
+        return not mode.slips or bool(paradox_guard(self._wellposed(q)[0], mode) > 0)

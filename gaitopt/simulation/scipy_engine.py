@@ -73,6 +73,8 @@ class ScipyEngine:
                 before = now
                 if event is not None:
                     break
+            if event is None and times[-1] < end:
+                event = "singular"  # the integrator gave up
             if event is not None:
                 break
         time, path = np.array(times), np.array(states).T
@@ -105,14 +107,21 @@ class ScipyEngine:
     def _steps(
         self, rates: list[Buffered], n_y: int, begin: float, end: float, start: Array
     ) -> Iterator[tuple[Dense, tuple[float, float]]]:
-        """Yield the dense output of the integrator with each of the short spans its steps are divided into."""
+        """Yield the dense output of the integrator with each of the short spans its steps are divided into.
+
+        It ends early where the integrator cannot go on.
+        """
 
         def rate(t: float, y: Array) -> Array:
             return np.concatenate([function(t, y[:n_y])[0] for function in rates])
 
+        if not np.all(np.isfinite(rate(begin, start))):
+            return
         integrator = DOP853(rate, begin, start, end, rtol=self.relative, atol=self.absolute)
         while integrator.status == "running":
             integrator.step()
+            if integrator.status == "failed":
+                return
             dense = integrator.dense_output()
             grid = np.linspace(integrator.t_old, integrator.t, self.samples + 1)
             for span in itertools.pairwise(grid):

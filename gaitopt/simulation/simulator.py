@@ -1,5 +1,6 @@
 """simulate: event-driven walking, with the contact mode chosen by the exact rules after every event."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -13,6 +14,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_motion, make_segment
 from gaitopt.simulation.arc import Arc, Engine
+from gaitopt.simulation.contact_choice import REST
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.status import Stop
@@ -103,7 +105,8 @@ def simulate(
     Raises
     ------
     InputError
-        If the state has the wrong shape, is not finite, or lets the foot leave the ground.
+        If the state has the wrong shape, is not finite, or lets the foot leave the ground or slide despite infinite
+        friction.
 
     Examples
     --------
@@ -116,18 +119,24 @@ def simulate(
     """
     engine = engine or ScipyEngine()
     law = law or passive(robot)
-    values = robot.resolve(parameters)
-    p = robot.vector(values)
+    p = robot.vector(robot.resolve(parameters))
     q, v = _checked(robot, "q", q), _checked(robot, "v", v)
     if v[1] != 0:
         raise InputError(
             f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
         )
+    if abs(v[0]) > REST and math.isinf(p[[parameter.name for parameter in robot.parameters].index("friction")]):
+        raise InputError(f"A foot with infinite friction cannot slide: its velocity v[0] must be 0, got {v[0]:g}.")
     walker = Walker(robot, law, p, engine, step_time_limit=step_time_limit, most_events=most_events)
+    return record_walk(walker, np.concatenate([q, v]), steps)
+
+
+def record_walk(walker: Walker, state: Array, steps: int) -> Rollout:
+    """Walk from a state (q, v), shape (2 n_q,), and record everything."""
     segments: list[Segment] = []
     jumps: list[Jump] = []
     events: list[Event] = []
-    state, began, stop = np.concatenate([q, v]), 0.0, Stop.STEPS_DONE
+    began, stop = 0.0, Stop.STEPS_DONE
     for step in range(steps):
         stride = walker.stride(state, record=True)
         segments += [_segment(walker, step, began, mode, arc) for mode, arc in stride.arcs]
@@ -138,8 +147,10 @@ def simulate(
             break
         jumps.append(_jump(walker, step, began, stride.arcs[-1][1].states[:, -1], stride.impact, stride.following))
         state = stride.following
-    motion = make_motion(robot, values, tuple(segments), tuple(jumps))
-    return Rollout(motion, stop, tuple(events), engine.name)
+    names = [parameter.name for parameter in walker.robot.parameters]
+    values = dict(zip(names, walker.p.tolist(), strict=True))
+    motion = make_motion(walker.robot, values, tuple(segments), tuple(jumps))
+    return Rollout(motion, stop, tuple(events), walker.engine.name)
 
 
 def _checked(robot: Robot, name: str, value: Array) -> Array:
@@ -165,7 +176,7 @@ def _segment(walker: Walker, step: int, began: float, mode: Mode, arc: Arc) -> S
         time=began + arc.time,
         q=arc.states[:n],
         v=arc.states[n:],
-        torque=np.array(torque).reshape(-1, robot.n_u).T,
+        torque=np.array(torque).reshape(arc.time.size, robot.n_u).T,
         work=energy[:-1],
         friction_work=energy[-1],
     )

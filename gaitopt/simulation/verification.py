@@ -110,7 +110,7 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verificati
     spelled = str(word) if word is not None else " ".join(segment.mode.value for segment in walked.segments)
     if rollout.stop is not Stop.STEPS_DONE:
         reasons.append(f"the replay stopped: {rollout.stop.hint}")
-    if spelled != str(gait.word):
+    if walked.segments and spelled != str(gait.word):
         reasons.append(f"the replay walked '{spelled}' instead of '{gait.word}'")
     state_error = _state_error(planned, walked)
     period_error, cost, residual = abs(walked.period - planned.period), float("nan"), ledger(walked).relative_residual

@@ -14,7 +14,13 @@ from gaitopt.simulation.arc import Arc, Engine
 from gaitopt.simulation.contact_choice import REST, ContactChoice
 from gaitopt.status import Stop
 
-STOPS = {"lift-off": Stop.LIFT_OFF, "fall": Stop.FELL, "painleve": Stop.PAINLEVE, None: Stop.NO_TOUCHDOWN}
+STOPS = {
+    "lift-off": Stop.LIFT_OFF,
+    "fall": Stop.FELL,
+    "painleve": Stop.PAINLEVE,
+    "singular": Stop.SINGULAR,
+    None: Stop.NO_TOUCHDOWN,
+}
 """Reasons for which an arc ends a walk."""
 
 

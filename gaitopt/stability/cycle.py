@@ -83,10 +83,15 @@ class Cycle:
         return values if self.section.sliding or not self.drift else values | {"foot_speed": self.section.foot_speed}
 
     @property
+    def one_sided_multipliers(self) -> tuple[NDArray[np.complex128], ...]:
+        """Multipliers on the sticking and on the slipping side of an impact's edge; empty away from it."""
+        return tuple(np.linalg.eigvals(matrix).astype(complex) for matrix in self.one_sided)
+
+    @property
     def radius(self) -> float:
         """Spectral radius: the largest modulus of a multiplier, on the worse side if one-sided."""
-        sides = [np.linalg.eigvals(matrix) for matrix in self.one_sided]
-        return float(max(np.max(np.abs(values), initial=0.0) for values in (self.multipliers, *sides)))
+        sides = (self.multipliers, *self.one_sided_multipliers)
+        return float(max(np.max(np.abs(values), initial=0.0) for values in sides))
 
     @property
     def stable(self) -> bool:

@@ -8,6 +8,10 @@ from gaitopt.motion.motion import Array
 from gaitopt.stability.return_map import Passage, ReturnMap
 
 
+ROUNDING = 1e-15
+"""A residual this small is not improved further."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Newton:
     """Damped Newton iteration z <- z + s (P(z) - z) / (1 - DP).
@@ -64,15 +68,15 @@ def find_fixed_point(returning: ReturnMap, z: Array, newton: Newton | None = Non
     passage = returning(z)
     if passage.end is None:
         return None
-    gap = passage.end - z
-    for iteration in range(newton.max_iterations):
-        matrix = returning.derivative(z, passage)
-        error = float(np.max(np.abs(gap)))
+    gap, identity = passage.end - z, np.eye(z.size)
+    for iteration in range(newton.max_iterations + 1):
+        matrix, error = returning.derivative(z, passage), float(np.max(np.abs(gap)))
+        last = iteration == newton.max_iterations or error <= ROUNDING
         try:
-            direction: Array = np.asarray(np.linalg.solve(np.eye(z.size) - matrix, gap), dtype=float)
+            direction: Array = np.asarray(np.linalg.solve(identity - matrix, gap), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        found = _line_search(returning, z, direction, error, newton)
+        found = None if last else _line_search(returning, z, direction, error, newton)
         if found is None:
             return FixedPoint(z, matrix, error, passage, iteration) if error <= newton.tolerance else None
         z, passage, gap = found

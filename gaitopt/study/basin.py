@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.control.law import passive
+from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -36,6 +36,7 @@ class _Task:
     parameters: dict[str, float]
     base: dict[str, float]
     axes: tuple[str, ...]
+    law: Law
     patience: Patience
     engine: Engine
 
@@ -46,6 +47,7 @@ def basin(
     axes: Mapping[str, Sequence[float] | Array],
     *,
     base: Mapping[str, float] | None = None,
+    law: Law | None = None,
     patience: Patience | None = None,
     engine: Engine | None = None,
     workers: int = 1,
@@ -64,6 +66,8 @@ def basin(
         ``foot_speed``, ...) or parameters (``slope``, ``friction``, ...).
     base : mapping of str to float, optional
         The other coordinates of the start; 0 where not named.
+    law : Law, optional
+        Passive by default.
     patience : Patience, optional
     engine : Engine, optional
     workers : int
@@ -91,7 +95,9 @@ def basin(
     ['fell', 'stick | stick', 'lift_off']
     """
     values = {name: np.array(points, dtype=float) for name, points in axes.items()}
-    task = _task(robot, parameters, values, base or {}, patience or Patience(), engine or default_engine())
+    task = _task(
+        robot, parameters, values, base or {}, law or passive(robot), patience or Patience(), engine or default_engine()
+    )
     done = Basin.empty(robot.name, robot.resolve(task.parameters), task.base, values, task.patience.steps)
     if path is not None and Path(path).exists():
         done = load_basin(path).check_same(done, path)
@@ -120,6 +126,7 @@ def basin_edges(
     upper: float,
     *,
     base: Mapping[str, float] | None = None,
+    law: Law | None = None,
     samples: int = 40,
     tolerance: float = 1e-9,
     patience: Patience | None = None,
@@ -147,7 +154,13 @@ def basin_edges(
     """
     points = np.linspace(lower, upper, samples)
     task = _task(
-        robot, parameters, {coordinate: points}, base or {}, patience or Patience(), engine or default_engine()
+        robot,
+        parameters,
+        {coordinate: points},
+        base or {},
+        law or passive(robot),
+        patience or Patience(),
+        engine or default_engine(),
     )
 
     def ending(value: float) -> str:
@@ -170,6 +183,7 @@ def _task(
     parameters: Mapping[str, float],
     axes: Mapping[str, Array],
     base: Mapping[str, float],
+    law: Law,
     patience: Patience,
     engine: Engine,
 ) -> _Task:
@@ -193,7 +207,7 @@ def _task(
         if name not in coordinates:
             raise InputError(f"The section of {robot.name!r} has no coordinate {name!r}. {suggest(name, coordinates)}")
     start = {name: float(base.get(name, 0.0)) for name in coordinates if name not in axes}
-    return _Task(robot, fixed, start, tuple(axes), patience, engine)
+    return _Task(robot, fixed, start, tuple(axes), law, patience, engine)
 
 
 Answer = tuple[str, Array, int]
@@ -245,7 +259,7 @@ def _run(task: _Task, points: list[tuple[float, ...]]) -> list[Answer]:
         parameters = {name: value for name, value in given.items() if name in known}
         if walker is None or parameters != last:
             p = robot.vector(robot.resolve({**task.parameters, **parameters}))
-            walker, last = Walker(robot, passive(robot), p, task.engine), parameters
+            walker, last = Walker(robot, task.law, p, task.engine), parameters
             section = Section(robot, p, sliding=True)
         start = {**task.base, **given}
         ending = settle(walker, np.array([start[name] for name in section.names]), task.patience)

@@ -1,0 +1,84 @@
+"""What a command on walks works on: a walking problem script or a saved gait."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitopt.cli.script import call_script
+from gaitopt.control.law import Law, feedforward, passive
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.catalogue import robot_named
+from gaitopt.model.robot import Robot
+from gaitopt.motion.archive import load
+from gaitopt.simulation.arc import Engine
+from gaitopt.stability.assessment import assess_stability
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.search import find_cycles
+from gaitopt.stability.section import Section
+from gaitopt.stability.walk_problem import WalkProblem
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What a command works on: a walker, and a gait to start from if there is one."""
+
+    robot: Robot
+    parameters: dict[str, float]
+    law: Law
+    gaits: tuple[Cycle, ...]
+
+
+def read_subject(source: Path, settings: list[str], engine: Engine, starts: int) -> Subject:
+    """Return what a script or a saved gait describes, with its gaits if `starts` > 0."""
+    if source.suffix != ".py":
+        if settings:
+            raise InputError("--set changes parameters of a script; a saved gait has none to change.")
+        gait = load(source)
+        robot = robot_named(gait.robot)
+        cycle = assess_stability(gait, engine=engine)
+        return Subject(robot, gait.motion.parameters, feedforward(robot, gait.motion), (cycle,))
+    problem = call_script(source, settings)
+    if not isinstance(problem, WalkProblem):
+        kind = type(problem).__name__
+        raise InputError(f"{source} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
+    gaits: tuple[Cycle, ...] = ()
+    if starts:
+        gaits = find_cycles(
+            problem.robot, problem.parameters, law=problem.law, word=problem.word, starts=starts, engine=engine
+        )
+    return Subject(problem.robot, dict(problem.parameters), problem.law or passive(problem.robot), gaits)
+
+
+def coordinates_missing(state: list[str] | None, axes: dict[str, Any]) -> bool:
+    """Return whether a start leaves coordinates open that a gait must fill in: it does unless some are named."""
+    return not state and len(axes) < 2
+
+
+def read_start(subject: Subject, p: np.ndarray, settings: list[str]) -> np.ndarray:
+    """Return the start on the section with foot speed: the first gait's, with some coordinates changed."""
+    names = Section(subject.robot, p, sliding=True).names
+    given = read_pairs(settings)
+    for name in given:
+        if name not in names:
+            raise InputError(
+                f"The section of {subject.robot.name!r} has no coordinate {name!r}. {suggest(name, names)}"
+            )
+    values = {"foot_speed": 0.0, **(subject.gaits[0].state if subject.gaits else {}), **given}
+    missing = [name for name in names if name not in values]
+    if missing:
+        raise InputError(f"No gait was found to start from; give the start with --state {missing[0]}=VALUE and so on.")
+    return np.array([values[name] for name in names])
+
+
+def read_pairs(settings: list[str] | None) -> dict[str, float]:
+    """Return NAME=NUMBER settings as a mapping."""
+    values = {}
+    for text in settings or []:
+        name, _, value = text.partition("=")
+        try:
+            values[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"--state needs NAME=NUMBER, got {text!r}.") from None
+    return values

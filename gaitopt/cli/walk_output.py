@@ -1,0 +1,103 @@
+"""What the commands on walks print."""
+
+from typing import Any
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from gaitopt.cli.output import out
+from gaitopt.motion.energy import ledger
+from gaitopt.motion.summary import plain
+from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.simulator import Rollout
+from gaitopt.stability.cycle import Cycle
+
+
+def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
+    """Print periodic gaits as a table."""
+    if not cycles:
+        out.print(f"no periodic gait found (engine {engine.name}); try more --starts or another slope or friction")
+        return
+    table = Table(box=box.SIMPLE, pad_edge=False, title=f"periodic gaits (engine {engine.name})", title_justify="left")
+    table.add_column("word")
+    for column in ("after touchdown", "period [s]", "multipliers"):
+        table.add_column(column, no_wrap=True)
+    table.add_column("stable")
+    table.add_column("critical friction")
+    for cycle in cycles:
+        critical = cycle.critical_friction
+        table.add_row(
+            cycle.word,
+            "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
+            f"{cycle.period:.7g}",
+            "\n".join(_spelled(value) for value in cycle.multipliers),
+            "[green]yes[/]" if cycle.stable else "[red]no[/]",
+            "slips" if critical is None else f"{critical.friction:.6g}",
+        )
+    out.print(table)
+
+
+def _spelled(value: complex) -> str:
+    return f"{value.real:.6g}" if abs(value.imag) < 1e-12 else f"{value.real:.6g} {value.imag:+.6g}i"
+
+
+def walk_facts(walk: Rollout) -> dict[str, Any]:
+    """Return a simulated walk as plain data."""
+    energy = ledger(walk.motion) if walk.motion.segments else None
+    return plain(
+        {
+            "engine": walk.engine,
+            "stop": walk.stop.key,
+            "hint": walk.stop.hint,
+            "steps": len(walk.motion.jumps),
+            "words": [
+                str(word) for step in range(len(walk.motion.jumps)) if (word := walk.motion.word(step)) is not None
+            ],
+            "events": [vars(event) for event in walk.events],
+            "energy": None
+            if energy is None
+            else {
+                "actuator": energy.actuator,
+                "gravity": energy.gravity,
+                "impact_loss": energy.impact_loss,
+                "friction_loss": energy.friction_loss,
+                "kinetic_change": energy.kinetic_change,
+                "residual": energy.residual,
+            },
+        }
+    )
+
+
+def print_walk(walk: Rollout) -> None:
+    """Print the event log of a walk as a table, and why it ended."""
+    table = Table(box=box.SIMPLE, pad_edge=False, title=f"events (engine {walk.engine})", title_justify="left")
+    for column in ("step", "time [s]", "event", "from", "to", "energy lost [J]"):
+        table.add_column(column)
+    for event in walk.events:
+        lost = f"{event.energy_lost:.6g}" if event.impulse else ""
+        table.add_row(str(event.step + 1), f"{event.time:.6f}", event.name, event.before, event.after, lost)
+    out.print(table)
+    out.print(f"{len(walk.motion.jumps)} steps: {walk.stop.hint}")
+
+
+def print_numbers(numbers: list[dict[str, Any]], remarks: tuple[str, ...]) -> None:
+    """Print computed numbers beside published ones."""
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for column in ("number", "ours", "published", "difference", "agrees", "source"):
+        table.add_column(column)
+    for n in numbers:
+        unit = "" if n["unit"] == "1" else f" {n['unit']}"
+        agrees = "[green]yes[/]" if n["agrees"] else "[red]no[/]"
+        table.add_row(
+            escape(n["name"]),
+            f"{n['value']:.10g}{unit}",
+            f"{n['reference']:.10g}{unit}",
+            f"{n['difference']:.1e}",
+            agrees,
+            escape(n["source"]),
+        )
+    if numbers:
+        out.print(table)
+    for remark in remarks:
+        out.print(escape(remark))

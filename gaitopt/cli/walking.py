@@ -1,0 +1,202 @@
+"""Commands on walks: simulate, stability, basin, run."""
+
+import dataclasses
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from gaitopt.cli.commands import Json, Quiet
+from gaitopt.cli.output import err, out, print_json, print_written
+from gaitopt.cli.script import call_script
+from gaitopt.errors import InputError
+
+Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="A walking problem script or a saved gait.")]
+Setting = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter of the script.")
+]
+EngineName = Annotated[str, typer.Option("--engine", help="heyoka, scipy, or auto for the fastest installed.")]
+Starts = Annotated[int, typer.Option(min=1, max=100000, help="Random starts of the search for gaits.")]
+
+
+def stability(
+    source: Source,
+    setting: Setting = None,
+    starts: Starts = 300,
+    engine: EngineName = "auto",
+    json: Json = False,
+) -> None:
+    """Find the periodic gaits of a walker, or take a saved gait in open loop, and give their exact multipliers.
+
+    Exit status 0 if a gait was found (stable or not), 1 if none was.
+
+    Example: gaitopt stability problems/compass_passive.py --set friction=0.14
+    """
+    from gaitopt.cli.subject import read_subject
+    from gaitopt.cli.walk_output import print_cycles
+    from gaitopt.simulation.engines import engine_named
+    from gaitopt.stability.summary import summarise_cycle
+
+    chosen = engine_named(engine)
+    subject = read_subject(source, setting or [], chosen, starts)
+    if json:
+        print_json({"engine": chosen.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
+    else:
+        print_cycles(subject.gaits, chosen)
+    raise typer.Exit(0 if subject.gaits else 1)
+
+
+def simulate(
+    source: Source,
+    setting: Setting = None,
+    state: Annotated[
+        list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Change a coordinate of the start.")
+    ] = None,
+    steps: Annotated[int, typer.Option(min=1, max=100000, help="Steps to walk.")] = 10,
+    engine: EngineName = "auto",
+    json: Json = False,
+) -> None:
+    """Walk step by step from a periodic gait, or from a state nearby, and log every contact event.
+
+    Exit status 0 if all steps were walked, 1 if the walk ended before.
+
+    Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20
+    """
+    from gaitopt.cli.subject import read_start, read_subject
+    from gaitopt.cli.walk_output import print_walk, walk_facts
+    from gaitopt.simulation.engines import engine_named
+    from gaitopt.simulation.simulator import record_walk
+    from gaitopt.simulation.walker import Walker
+    from gaitopt.stability.section import Section
+
+    chosen = engine_named(engine)
+    subject = read_subject(source, setting or [], chosen, 300)
+    p = subject.robot.vector(subject.parameters)
+    start = read_start(subject, p, state or [])
+    walker = Walker(subject.robot, subject.law, p, chosen)
+    walk = record_walk(walker, Section(subject.robot, p, sliding=True).embed(start), steps)
+    if json:
+        print_json(walk_facts(walk))
+    else:
+        print_walk(walk)
+    raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
+
+
+def basin(
+    source: Source,
+    over: Annotated[
+        list[str],
+        typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="An axis: a coordinate or parameter; once or twice."),
+    ],
+    setting: Setting = None,
+    state: Annotated[
+        list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Another coordinate of the start.")
+    ] = None,
+    steps: Annotated[int, typer.Option(min=2, max=100000, help="Most steps of a walk.")] = 100,
+    workers: Annotated[int, typer.Option(min=1, max=1024, help="Processes.")] = 1,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Keeps results; run again to go on.")
+    ] = None,
+    engine: EngineName = "auto",
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Walk from every start of a grid and tell in which gait, or how, each walk ends.
+
+    Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.h5
+    """
+    from gaitopt.cli.subject import coordinates_missing, read_pairs, read_start, read_subject
+    from gaitopt.simulation.engines import engine_named
+    from gaitopt.stability.section import Section
+    from gaitopt.study.basin import basin as find_basin
+    from gaitopt.study.basin import grid
+    from gaitopt.study.settling import Patience
+
+    chosen, began = engine_named(engine), time.perf_counter()
+    axes = dict(grid(text) for text in over)
+    subject = read_subject(source, setting or [], chosen, 300 if coordinates_missing(state, axes) else 0)
+    p = subject.robot.vector(subject.parameters)
+    names = Section(subject.robot, p, sliding=True).names
+    base = (
+        dict(zip(names, read_start(subject, p, state or []).tolist(), strict=True))
+        if subject.gaits
+        else read_pairs(state)
+    )
+    columns = (
+        TextColumn("walking"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
+        task = progress.add_task("", total=int(np.prod([values.size for values in axes.values()])))
+        found = find_basin(
+            subject.robot,
+            {name: value for name, value in subject.parameters.items() if name not in axes},
+            axes,
+            base={name: value for name, value in base.items() if name not in axes},
+            law=subject.law,
+            patience=Patience(steps=steps),
+            engine=chosen,
+            workers=workers,
+            path=output,
+            observer=lambda done, total: progress.update(task, completed=done, total=total),
+        )
+    facts = {
+        "engine": chosen.name,
+        "robot": found.robot,
+        "axes": {name: values.tolist() for name, values in found.axes.items()},
+        "fractions": found.fractions(),
+        "endings": found.labels_on_grid().tolist(),
+        "file": None if output is None else str(output),
+        "seconds": time.perf_counter() - began,
+    }
+    if json:
+        print_json(facts)
+    elif not quiet:
+        for label, share in found.fractions().items():
+            out.print(f"{100 * share:6.2f} %  {escape(label)}")
+        if output is not None:
+            print_written(output)
+
+
+def run(
+    script: Annotated[Path, typer.Argument(metavar="STUDY.py", help="A study script.")],
+    setting: Setting = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="Where to draw. [SCRIPT.png]")
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run a study script: save its figure and set its numbers beside published ones.
+
+    Exit status 0 if every number agrees to its printed digits, 1 if one does not.
+
+    Example: gaitopt run problems/studies/compass_multipliers.py
+    """
+    from gaitopt.cli.walk_output import print_numbers
+    from gaitopt.motion.atomic import check_writable
+    from gaitopt.plot.saving import save_figure
+    from gaitopt.study.reproduction import Study
+
+    path = output or Path(f"{script.stem}.png")
+    check_writable(path)
+    study = call_script(script, setting or [], "study")
+    if not isinstance(study, Study):
+        raise InputError(f"study() of {script} must return a Study, it returned {type(study).__name__}.")
+    written = save_figure(study.figure, path)
+    numbers = [
+        dataclasses.asdict(number) | {"difference": number.difference, "agrees": number.agrees}
+        for number in study.numbers
+    ]
+    if json:
+        print_json({"figure": str(written), "numbers": numbers, "remarks": list(study.remarks)})
+    elif not quiet:
+        print_numbers(numbers, study.remarks)
+        print_written(written)
+    raise typer.Exit(0 if all(n.agrees for n in study.numbers) else 1)

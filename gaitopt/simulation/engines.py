@@ -1,0 +1,50 @@
+"""Which engine runs."""
+
+import functools
+from importlib.util import find_spec
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.scipy_engine import ScipyEngine
+
+NAMES = ("auto", "heyoka", "scipy")
+
+
+@functools.cache
+def default_engine() -> Engine:
+    """Return the fastest engine installed: heyoka where it is, else scipy.
+
+    Examples
+    --------
+    >>> default_engine().name in ("heyoka", "scipy")
+    True
+    """
+    if find_spec("heyoka") is None or find_spec("gaitopt.simulation.heyoka_engine") is None:
+        return ScipyEngine()
+    from gaitopt.simulation.heyoka_engine import HeyokaEngine
+
+    return HeyokaEngine()
+
+
+def engine_named(name: str | None = None) -> Engine:
+    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` (also None) for the fastest installed.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or the engine is not installed.
+
+    Examples
+    --------
+    >>> engine_named("scipy").name
+    'scipy'
+    """
+    if name in (None, "auto"):
+        return default_engine()
+    if name == "scipy":
+        return ScipyEngine()
+    if name == "heyoka":
+        from gaitopt.simulation.heyoka_engine import HeyokaEngine
+
+        return HeyokaEngine()
+    raise InputError(f"There is no engine {name!r}. {suggest(str(name), NAMES)}")

@@ -1,0 +1,90 @@
+"""CasADi Functions as heyoka expressions."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+
+from gaitopt.errors import InputError
+
+SAME_NAME = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp", "log",
+             "sqrt", "erf", "expm1", "log1p", "atan2")  # fmt: skip
+"""Operations of CasADi that heyoka knows by the same name."""
+
+
+def heyoka_module() -> Any:
+    """Return heyoka, imported when first needed."""
+    try:
+        import heyoka
+    except ImportError:
+        raise InputError("The heyoka engine needs heyoka: pip install 'gaitopt[fast]'.") from None
+    return heyoka
+
+
+def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return the outputs of a Function as heyoka expressions, operation by operation.
+
+    Parameters
+    ----------
+    function : Function
+        Of SX type, inputs and outputs dense.
+    inputs : sequence of sequence of heyoka expressions
+        What stands for each entry of each input.
+
+    Raises
+    ------
+    InputError
+        If the Function holds an operation a Taylor integrator cannot follow, such as ``fabs`` or ``if_else``.
+
+    Examples
+    --------
+    >>> import heyoka
+    >>> x = ca.SX.sym("x")
+    >>> convert(ca.Function("f", [x], [ca.sin(x) / 2]), [heyoka.make_vars("z", "w")])
+    [[(0.50000000000000000 * sin(z))]]
+    """
+    heyoka = heyoka_module()
+    operations = _operations(heyoka)
+    held: dict[int, Any] = {}
+    outputs: list[list[Any]] = [[None] * function.numel_out(i) for i in range(function.n_out())]
+    for k in range(function.n_instructions()):
+        operation, sources = function.instruction_id(k), function.instruction_input(k)
+        targets = function.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            outputs[targets[0]][targets[1]] = held[sources[0]]
+        elif operation == ca.OP_INPUT:
+            held[targets[0]] = inputs[sources[0]][sources[1]]
+        elif operation == ca.OP_CONST:
+            held[targets[0]] = heyoka.expression(function.instruction_constant(k))
+        elif operation in operations:
+            held[targets[0]] = operations[operation](*[held[i] for i in sources])
+        else:
+            raise InputError(
+                f"The heyoka engine cannot integrate {function.name()!r}: it has no operation {_name(operation)!r}. "
+                "Use the scipy engine, or an expression without it."
+            )
+    return outputs
+
+
+def _operations(heyoka: Any) -> dict[int, Any]:
+    """Return what computes each operation."""
+    arithmetic = {
+        ca.OP_ADD: lambda a, b: a + b,
+        ca.OP_SUB: lambda a, b: a - b,
+        ca.OP_MUL: lambda a, b: a * b,
+        ca.OP_DIV: lambda a, b: a / b,
+        ca.OP_POW: lambda a, b: a**b,
+        ca.OP_CONSTPOW: lambda a, b: a**b,
+        ca.OP_NEG: lambda a: -a,
+        ca.OP_SQ: lambda a: a * a,
+        ca.OP_TWICE: lambda a: 2.0 * a,
+        ca.OP_INV: lambda a: 1.0 / a,
+        ca.OP_HYPOT: lambda a, b: heyoka.sqrt(a * a + b * b),
+    }
+    named = {getattr(ca, f"OP_{name.upper()}"): getattr(heyoka, name) for name in SAME_NAME}
+    return {**named, **arithmetic}
+
+
+def _name(operation: int) -> str:
+    names = {value: name for name, value in vars(ca).items() if name.startswith("OP_")}
+    return names[operation].removeprefix("OP_").lower()

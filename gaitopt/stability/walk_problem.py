@@ -1,0 +1,51 @@
+"""Walking problems: a robot on a slope, whose gaits are to be found rather than optimised."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gaitopt.control.law import Law
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.word import Word
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WalkProblem:
+    """A walker whose periodic gaits are asked for.
+
+    Attributes
+    ----------
+    robot : Robot
+    parameters : mapping of str to float
+        Of robot and ground, SI units, slope in rad; those not named keep their defaults.
+    law : Law or None
+        None for passive walking.
+    word : Word, str or None
+        The gait asked for; None for all that are found.
+    name : str
+        For people.
+
+    Raises
+    ------
+    InputError
+        At construction, if a parameter or the word cannot be.
+
+    Examples
+    --------
+    >>> from gaitopt import WalkProblem, rimless_wheel
+    >>> WalkProblem(robot=rimless_wheel(), parameters={"slope": 0.2}).parameters["spokes"]
+    10.0
+    """
+
+    robot: Robot
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    law: Law | None = None
+    word: Word | str | None = None
+    name: str = "walk"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.robot, Robot):
+            raise InputError(f"robot must be a Robot such as rimless_wheel(), got {self.robot!r}.")
+        object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
+        if self.word is not None:
+            object.__setattr__(self, "word", Word.parse(self.word).check_periodic())

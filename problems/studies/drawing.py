@@ -1,0 +1,73 @@
+"""Figures in gaitopt's style: one context manager and the few marks that several studies share."""
+
+from contextlib import contextmanager
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from gaitopt import Mode
+from gaitopt.plot.style import MODE_FILL, SETTINGS, spell
+
+WIDTH = 7.2
+"""Of the text of a page [inch]."""
+
+GAIT_STYLE = {
+    "A": {"color": "#0072B2", "linestyle": "-"},
+    "B": {"color": "#D55E00", "linestyle": (0, (5, 1.5))},
+    "C": {"color": "#009E73", "linestyle": (0, (5, 1.5, 1, 1.5))},
+    "D+": {"color": "#AA4499", "linestyle": "-"},
+    "D\N{MINUS SIGN}": {"color": "#AA4499", "linestyle": (0, (1.5, 1))},
+}
+"""Okabe and Ito's colours, which colour-blind readers can tell apart, with dashes for grey print."""
+
+STICK_LINE = {"color": "0.2", "linewidth": 1.3}
+SLIP_WIDTH = 2.6
+
+
+@contextmanager
+def figure_of(height):
+    """Yield a figure as wide as a page, laid out in gaitopt's style when the context ends.
+
+    Parameters
+    ----------
+    height : float [inch]
+    """
+    with rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH, height), layout="constrained")
+        yield figure
+        figure.draw_without_rendering()  # ticks are made only when drawn, and must be made with these settings
+
+
+def draw_by_mode(axes, horizontal, vertical, modes):
+    """Draw the stretches of a path, sticking thin and dark, slipping wide and in the colour of its direction."""
+    for x, y, mode in zip(horizontal, vertical, modes, strict=True):
+        style = {"color": MODE_FILL[mode], "linewidth": SLIP_WIDTH} if mode.slips else STICK_LINE
+        axes.plot(x, y, solid_capstyle="butt", **style)
+
+
+def draw_jump(axes, start, end):
+    """Draw the jump of an impact as a thin dashed line with an arrow half-way."""
+    (x0, y0), (x1, y1) = start, end
+    axes.plot([x0, x1], [y0, y1], color="0.55", linewidth=0.9, linestyle=(0, (3, 2)), zorder=1)
+    middle, beyond = np.array([x0 + x1, y0 + y1]) / 2, 0.02 * np.array([x1 - x0, y1 - y0])
+    axes.annotate(
+        "",
+        xy=tuple(middle + beyond),
+        xytext=tuple(middle - beyond),
+        arrowprops={"arrowstyle": "-|>", "color": "0.55", "linewidth": 0.9, "mutation_scale": 9},
+    )
+
+
+def key_of_modes(figure, modes=(Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)):
+    """Put a key of the contact modes and the impact below a figure."""
+    handles = [Line2D([], [], label="stick", **STICK_LINE)]
+    handles += [Line2D([], [], color=MODE_FILL[mode], linewidth=SLIP_WIDTH, label=spell(mode)) for mode in modes]
+    handles.append(Line2D([], [], color="0.55", linewidth=0.9, linestyle=(0, (3, 2)), label="impact and swap of legs"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def spelled(word):
+    """Return a word with true minus signs."""
+    return str(word).replace("-", "\N{MINUS SIGN}")

@@ -1,0 +1,55 @@
+"""Rimless wheel: from complete slip (Type D) to a gait that sticks and slips (Type B), step by step.
+
+In complete slip thd converges at once, but the foot speed falls by the same amount each step; when the foot comes to rest
+the walk changes its type.
+"""
+
+import numpy as np
+from drawing import figure_of, spelled
+from published import published
+from rimless_setup import RATE, SPEED, gait, speed_of, walk
+
+from gaitopt import Number, Study
+from gaitopt.plot.style import LIMIT
+
+MARKS = (("o", "#AA4499"), ("X", "0.2"), ("s", "#D55E00"), ("^", "#009E73"))
+
+
+def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau_c], [l/tau_c]
+    """Return the study."""
+    motion = walk(rate, friction, foot_speed, steps).motion
+    after = np.array([jump.v_next for jump in motion.jumps])  # of each step: foot speed, 0, rate
+    words = [spelled(motion.word(step)) for step in range(len(after))]
+    before, final = gait("D", friction), gait("B", friction)
+    with figure_of(4.4) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        _draw(upper, after[:, 2], words)
+        _draw(lower, after[:, 0], words)
+        for cycle, kind in ((before, "D"), (final, "B")):
+            upper.axhline(speed_of(cycle), **LIMIT)
+            upper.annotate(f"Type {kind}", (len(after), speed_of(cycle)), (0, 3), textcoords="offset points", ha="right")
+        upper.set(ylabel=rf"$\dot\theta$ [{RATE}]", ylim=(0.86, 1.11))
+        lower.set(ylabel=rf"foot speed $\dot x$ [{SPEED}]", xlabel="step")
+        figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    rest = 1 + int(np.argmax(after[:, 0] <= 0))
+    source = "own computation: its periodic gait"
+    numbers = (
+        published("step in which xd reaches zero", rest, "15"),
+        Number("thd after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"),
+    )
+    return Study(figure, numbers)
+
+
+def _draw(axes, values, words):
+    """Draw a value just after the touchdown of each step, marked by the word of the step."""
+    number = np.arange(1, values.size + 1)
+    axes.plot(number, values, color="0.75", linewidth=0.8, zorder=1)
+    for (marker, color), word in zip(MARKS, dict.fromkeys(words), strict=False):
+        where = np.array([other == word for other in words])
+        axes.plot(number[where], values[where], marker, color=color, markersize=4.5, linestyle="none", label=word)
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

@@ -1,0 +1,71 @@
+"""Closed forms of the rimless wheel that never slips, in natural units (l = 1, m = 1, tau_c = 1).
+
+Energy is conserved over a step, thd^2 / 2 + cos(theta + alpha) = const, and the impact keeps the share beta of thd.
+Angles in rad here.
+"""
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+
+def kept_share(spokes, inertia_ratio):
+    """Return beta, the share of thd an impact keeps."""
+    return (math.cos(2 * math.pi / spokes) + inertia_ratio) / (1 + inertia_ratio)
+
+
+def gait_speed(spokes, inertia_ratio, slope):
+    """Return thd* just after the impact of the sticking gait."""
+    squared = kept_share(spokes, inertia_ratio) ** 2
+    return math.sqrt(4 * math.sin(slope) * math.sin(math.pi / spokes) * squared / (1 - squared))
+
+
+def slowest_speed(spokes, slope):
+    """Return the smallest thd at theta = -pi/n with which the wheel rolls over."""
+    return 2 * math.sin(max(math.pi / spokes - slope, 0.0) / 2)
+
+
+def force(theta, rate, spokes, inertia_ratio, slope):
+    """Return (f_t, f_n) / (m g) at an angle of the step that began with a rate."""
+    squared = rate**2 + 2 * (math.cos(slope - math.pi / spokes) - np.cos(theta + slope))
+    bend, pull = np.sin(theta + slope) / (1 + inertia_ratio), squared / (1 + inertia_ratio)
+    tangential = np.cos(theta) * bend - np.sin(theta) * pull - math.sin(slope)
+    normal = math.cos(slope) - np.sin(theta) * bend - np.cos(theta) * pull
+    return tangential, normal
+
+
+def least_normal_force(rate, spokes, inertia_ratio, slope):
+    """Return the smallest f_n / (m g) of the step that began with a rate, and its angle."""
+    half = math.pi / spokes
+    theta = np.linspace(-half, half, 201)
+    k = int(np.argmin(force(theta, rate, spokes, inertia_ratio, slope)[1]))
+    found = minimize_scalar(
+        lambda angle: force(angle, rate, spokes, inertia_ratio, slope)[1],
+        bounds=(theta[max(k - 1, 0)], theta[min(k + 1, 200)]),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return min((float(force(angle, rate, spokes, inertia_ratio, slope)[1]), float(angle)) for angle in (theta[k], found.x))
+
+
+def fastest_speed(spokes, inertia_ratio, slope):
+    """Return the largest thd at theta = -pi/n with which the foot stays on the ground."""
+    return brentq(lambda rate: least_normal_force(rate, spokes, inertia_ratio, slope)[0], 1e-6, 5.0, xtol=1e-13)
+
+
+def slope_range(spokes, inertia_ratio):
+    """Return the slopes between which the sticking gait exists: it rolls over, and keeps contact.
+
+    The two are equal, or in reverse order, where there is no gait.
+    """
+
+    def spare(slope):
+        return gait_speed(spokes, inertia_ratio, slope) - slowest_speed(spokes, slope)
+
+    def contact(slope):
+        return least_normal_force(gait_speed(spokes, inertia_ratio, slope), spokes, inertia_ratio, slope)[0]
+
+    lower = brentq(spare, 1e-9, math.pi / spokes, xtol=1e-13)
+    upper = brentq(contact, 1e-9, math.pi / 2 - 1e-9, xtol=1e-13)
+    return lower, upper

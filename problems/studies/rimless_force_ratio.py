@@ -1,0 +1,60 @@
+"""Rimless wheel: ratio of tangential to normal contact force over a step of the gait without slip (Type A).
+
+Its largest value is the friction the gait needs; the ratio of the touchdown's impulses is smaller.
+"""
+
+import numpy as np
+from drawing import figure_of
+from published import OWN, published
+from rimless_closed_forms import force, gait_speed, kept_share
+from rimless_setup import HALF, INERTIA_RATIO, SLOPE, SPOKES, gait, speed_of, walk
+
+from gaitopt import Number, Study
+from gaitopt.plot.style import LIMIT
+
+
+def study():
+    """Return the study."""
+    cycle = gait("A", np.inf)
+    need, slope = cycle.critical_friction, np.deg2rad(SLOPE)
+    numbers = (
+        published("Type A: thd*", speed_of(cycle), "0.876031", "rad/tau_c"),
+        published("Type A: multiplier", cycle.multipliers[0].real, "0.734042"),
+        _exact("thd*", speed_of(cycle), gait_speed(SPOKES, INERTIA_RATIO, slope), "rad/tau_c"),
+        _exact("multiplier", cycle.multipliers[0].real, kept_share(SPOKES, INERTIA_RATIO) ** 2, "1"),
+        published("Type A: critical friction", need.friction, "0.914"),
+        Number("Type A: theta where it is needed", need.state[2], HALF, 1e-6, "Gamus & Or 2015: +pi/10", "rad"),
+        published("Type A: impulse ratio of the touchdown", cycle.impact_ratio, "-0.2374"),
+    )
+    return Study(_draw(cycle, slope), numbers)
+
+
+def _exact(name, value, closed_form, unit):
+    return Number(f"Type A: {name}, closed form", value, closed_form, 1e-10, OWN, unit)
+
+
+def _draw(cycle, slope):
+    """Draw the force ratio over the angle: simulated, and by the closed form."""
+    motion = walk(speed_of(cycle)).motion
+    theta = np.linspace(-HALF, HALF, 25)
+    f_t, f_n = force(theta, speed_of(cycle), SPOKES, INERTIA_RATIO, slope)
+    needed = cycle.critical_friction
+    with figure_of(3.2) as figure:
+        axes = figure.subplots()
+        ratio = motion.channel("force")[0] / motion.channel("force")[1]
+        axes.plot(np.rad2deg(motion.channel("q")[2]), ratio, color="#0072B2", label="simulated")
+        marks = {"fillstyle": "none", "markersize": 4.5, "color": "#0072B2", "label": "closed form"}
+        axes.plot(np.rad2deg(theta), f_t / f_n, "o", **marks)
+        axes.axhline(-needed.friction, label=rf"critical friction $\mu$ = {needed.friction:.3f}", **LIMIT)
+        end = (float(np.rad2deg(HALF)), cycle.impact_ratio)
+        axes.plot(*end, "D", color="black", markersize=5, label="touchdown impulse $L_t/L_n$", linestyle="none")
+        axes.annotate(f"{end[1]:.4f}", end, (-8, 0), textcoords="offset points", ha="right", va="center")
+        axes.set(xlabel=r"angle $\theta$ [deg]", ylabel=r"force ratio $f_t/f_n$", xlim=(-19, 19), ylim=(-1.0, 0.0))
+        axes.legend(loc="lower left", bbox_to_anchor=(0.02, 0.12))
+    return figure
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

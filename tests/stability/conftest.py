@@ -1,0 +1,49 @@
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import compass_biped, rimless_wheel
+from gaitopt.control.law import passive
+from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.search import cycle_from
+
+
+@pytest.fixture(scope="session")
+def cycle():
+    """Return a function (robot, parameters, start on the section with foot speed) -> Cycle, remembered."""
+    known = {}
+
+    def find(robot, parameters, z):
+        key = (robot.name, tuple(sorted(parameters.items())), tuple(z))
+        if key not in known:
+            p = robot.vector(robot.resolve(parameters))
+            known[key] = cycle_from(Walker(robot, passive(robot), p, ScipyEngine()), np.array(z, dtype=float))
+        assert known[key] is not None, "Newton's method found no gait"
+        return known[key]
+
+    return find
+
+
+COMPASS = {"slope": math.radians(1)}
+WHEEL = {"slope": math.radians(13)}
+NATURAL_TIME = math.sqrt((1 + 1 / 3) / 9.8)  # tau_c of the default wheel [s]
+
+# Every kind of passive gait of the study, by its number of stick-slip events: robot, parameters, start.
+GAITS = {
+    "compass A, no event": (compass_biped, {**COMPASS, "friction": 0.3}, [-0.1478, 0.7328, -0.5007, 0]),
+    "compass C, one event": (compass_biped, {**COMPASS, "friction": 0.14}, [-0.0790, 0.0438, -0.4318, 0.6342]),
+    "compass B, two events": (compass_biped, {**COMPASS, "friction": 0.14}, [-0.1408, 0.7102, -0.5168, 0]),
+    "wheel A, no event": (rimless_wheel, {**WHEEL, "friction": 1.0}, [2.4, 0]),
+    "wheel B, one event": (rimless_wheel, {**WHEEL, "friction": 0.3}, [2.4, 0]),
+    "wheel B, two events": (rimless_wheel, {**WHEEL, "friction": 0.25}, [2.39, 0]),
+    "wheel C, two events": (rimless_wheel, {**WHEEL, "friction": 0.24}, [2.37, 0.03]),
+    "wheel D, complete slip": (rimless_wheel, {**WHEEL, "friction": 0.3}, [2.9, 2.5]),
+}
+
+
+@pytest.fixture(params=GAITS, ids=lambda name: name.replace(", ", "-").replace(" ", "_"))
+def study_gait(request, cycle):
+    robot, parameters, z = GAITS[request.param]
+    return robot(), parameters, cycle(robot(), parameters, z)

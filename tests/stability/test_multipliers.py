@@ -1,0 +1,146 @@
+"""Exact derivatives of return maps against finite differences, closed forms and published multipliers."""
+
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import compass_biped, rimless_wheel
+from gaitopt.control.law import passive
+from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.walker import Walker
+
+from .conftest import COMPASS, GAITS, NATURAL_TIME, WHEEL
+
+
+def central_differences(robot, parameters, gait, step=2e-5):
+    """Return the derivative of the return map by fourth-order central differences (no variational equations)."""
+    p = robot.vector(robot.resolve(parameters))
+    walker, section = Walker(robot, passive(robot), p, ScipyEngine()), gait.section
+
+    def image(z):
+        return section.project(walker.stride(section.embed(z)).following)
+
+    columns = []
+    for unit in np.eye(gait.z.size):
+        one, two = (image(gait.z + k * step * unit) - image(gait.z - k * step * unit) for k in (1, 2))
+        columns.append((8 * one - two) / (12 * step))
+    return np.array(columns).T
+
+
+def test_exact_derivative_agrees_with_finite_differences(study_gait):
+    robot, parameters, gait = study_gait
+    numerical = central_differences(robot, parameters, gait)
+    assert np.max(np.abs(numerical - gait.derivative)) < 1e-6 * max(1, np.max(np.abs(numerical)))
+
+
+def test_passive_gait_loses_what_gravity_gives(study_gait):
+    robot, _, gait = study_gait
+    mass = gait.energy.gravity / (gait.parameters["gravity"] * math.sin(gait.parameters["slope"]) * gait.travel)
+    expected = 10.0 if robot.name == "compass_biped" else 1.0
+    assert mass == pytest.approx(expected, rel=1e-9)
+    assert gait.energy.relative_residual < 1e-9
+    lost = gait.energy.impact_loss + gait.energy.friction_loss + gait.energy.kinetic_change
+    assert lost == pytest.approx(gait.energy.gravity, rel=1e-9)
+
+
+def test_fixed_point_is_fixed_to_rounding(study_gait):
+    assert study_gait[2].residual < 1e-11
+
+
+# Words, speeds (rad/tau_c) and multipliers: Gamus & Or (2015), digits as printed there.
+@pytest.mark.parametrize(
+    ("name", "word", "speed", "multiplier", "digits"),
+    [
+        ("wheel A, no event", "stick | stick", 0.876031, 0.734042, 5e-7),
+        ("wheel B, one event", "stick slip+ | stick", 0.88075, 0.7623, 5e-5),
+        ("wheel D, complete slip", "slip+ | slip+", 1.07204, 0.356, 5e-4),
+    ],
+)
+def test_rimless_wheel_types(cycle, name, word, speed, multiplier, digits):
+    robot, parameters, z = GAITS[name]
+    gait = cycle(robot(), parameters, z)
+    assert gait.word == word
+    assert gait.z[0] * NATURAL_TIME == pytest.approx(speed, abs=max(digits / 10, 5e-7) if speed == 0.876031 else 5e-6)
+    assert gait.multipliers[0] == pytest.approx(multiplier, abs=digits)
+
+
+def test_rimless_wheel_words_over_friction(cycle):
+    # Gamus & Or (2015): Type B begins its step with a slide below 0.2676; below 0.2450 its impact slips (Type C).
+    words = {mu: cycle(rimless_wheel(), {**WHEEL, "friction": mu}, [2.39, 0]).word for mu in (0.268, 0.267, 0.2455)}
+    assert words == {
+        0.268: "stick slip+ | stick",
+        0.267: "slip+ stick slip+ | stick",
+        0.2455: "slip+ stick slip+ | stick",
+    }
+    assert cycle(rimless_wheel(), {**WHEEL, "friction": 0.2445}, [2.39, 0.01]).word == "slip+ stick slip+ | slip+"
+
+
+def test_complete_slip_drifts_as_the_centre_of_mass_accelerates(cycle):
+    robot, parameters, z = GAITS["wheel D, complete slip"]
+    gait = cycle(robot(), parameters, z)
+    # Newton's second law along the slope over a step: friction opposes the slide all the time, impact included.
+    closed = 9.8 * gait.period * (math.sin(WHEEL["slope"]) - 0.3 * math.cos(WHEEL["slope"]))
+    assert gait.drift == pytest.approx(closed, rel=1e-9)
+    assert gait.drift * NATURAL_TIME == pytest.approx(-0.0517, abs=5e-5)  # Gamus & Or (2015), l/tau_c
+
+
+def test_rimless_wheel_eigenvalue_is_four_ninths(cycle):
+    # n = 6, kappa = 1/2: beta = (cos(2 pi / 6) + 1/2) / (1 + 1/2) = 2/3, multiplier beta^2; time unit sqrt(l / g).
+    parameters = {"spokes": 6, "inertia_ratio": 0.5, "slope": 0.2, "gravity": 1.0}
+    gait = cycle(rimless_wheel(), parameters, [0.46, 0])
+    assert abs(gait.multipliers[0] - 4 / 9) < 1e-12
+    assert gait.z[0] == pytest.approx(0.460341126609, abs=1e-12)  # energy balance in closed form
+
+
+def test_compass_gait_a(cycle):
+    robot, parameters, z = GAITS["compass A, no event"]
+    gait = cycle(robot(), parameters, z)
+    # Independent computation with two other integrators, all printed digits.
+    assert gait.z == pytest.approx([-0.147836890, 0.732796791, -0.500667882], abs=5.1e-10)
+    assert gait.period == pytest.approx(0.744620868, abs=5.1e-10)
+    assert gait.travel == pytest.approx(0.471356685, abs=5.1e-10)
+    assert sorted(gait.multipliers, key=lambda m: m.imag) == pytest.approx(
+        [0.48361 - 0.51892j, 0.38575, 0.48361 + 0.51892j],
+        abs=7.2e-6,  # both parts rounded
+    )
+    assert gait.impact_ratio == pytest.approx(-0.14467, abs=5.1e-6)
+    assert gait.critical_friction.friction == pytest.approx(0.17492, abs=5.1e-6)
+    assert gait.critical_friction.time == pytest.approx(0, abs=1e-9)
+
+
+def test_compass_gaits_b_and_c(cycle):
+    b, c = (cycle(GAITS[n][0](), *GAITS[n][1:]) for n in ("compass B, two events", "compass C, one event"))
+    # Independent computation with two other integrators, all printed digits.
+    assert b.word == "slip+ stick slip- | stick"
+    assert b.z == pytest.approx([-0.140807105, 0.710208797, -0.516847656], abs=5.1e-10)
+    assert b.radius == pytest.approx(0.8206, abs=5.1e-5)
+    assert c.word == "slip+ stick | slip+"
+    assert c.z == pytest.approx([-0.079038, 0.043777, -0.431761, 0.634174], abs=5.1e-7)
+    assert c.period == pytest.approx(0.635815, abs=5.1e-7)
+    assert np.sort(c.multipliers.real) == pytest.approx([-1.0695, 0, 0.0579, 1.8235], abs=5.1e-5)
+    assert b.stable
+    assert not c.stable
+
+
+def test_goswami_compass(cycle):
+    # Goswami et al.: m = 5, m_h = 10, l = 1, d = 0.5, slope 3 deg, g = 9.81; independent computation.
+    parameters = {"leg_mass": 5, "hip_mass": 10, "leg_length": 1, "leg_com": 0.5, "gravity": 9.81}
+    gait = cycle(compass_biped(), {**parameters, "slope": math.radians(3)}, [-0.271, 1.092, -0.377, 0])
+    assert gait.z == pytest.approx([-0.2710286805, 1.0923835899, -0.3773739489], abs=1e-10)
+    assert gait.period == pytest.approx(0.7343464, abs=5.1e-8)
+
+
+def test_critical_friction_is_where_slipping_begins(cycle):
+    gait = cycle(compass_biped(), {**COMPASS, "friction": 0.3}, GAITS["compass A, no event"][2])
+    critical = gait.critical_friction.friction
+    for factor, slips in ((1 + 1e-6, False), (1 - 1e-6, True)):
+        word = cycle(compass_biped(), {**COMPASS, "friction": critical * factor}, [*gait.z, 0]).word
+        assert ("slip" in word) is slips
+
+
+def test_wheel_critical_friction(cycle):
+    gait = cycle(rimless_wheel(), {**WHEEL, "friction": 1.0}, [2.4, 0])
+    assert gait.critical_friction.friction == pytest.approx(0.914, abs=5e-4)  # Gamus & Or (2015)
+    assert gait.critical_friction.state[2] == pytest.approx(math.pi / 10, abs=1e-9)  # at the end of the step
+    assert gait.impact_ratio == pytest.approx(-0.2374, abs=5e-5)

@@ -1,0 +1,98 @@
+"""The search for gaits, and gaits of optimised torques."""
+
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, WalkProblem, assess_stability, compass_biped, find_cycles, load, rimless_wheel
+from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.stability.section import Section
+
+
+def test_search_finds_every_gait_of_the_study_at_once():
+    # At friction 0.14 Gaits B and C coexist (Gamus & Or 2015).
+    found = find_cycles(compass_biped(), {"slope": math.radians(1), "friction": 0.14}, starts=300)
+    assert {gait.word: gait.stable for gait in found} == {
+        "slip+ stick slip- | stick": True,
+        "slip+ stick | slip+": False,
+    }
+
+
+def test_search_keeps_the_word_asked_for():
+    downhill = {"slope": math.radians(13), "friction": 0.3}
+    found = find_cycles(rimless_wheel(), downhill, word="stick slip+ | stick", starts=40)
+    assert [gait.word for gait in found] == ["stick slip+ | stick"]
+
+
+def test_gaits_of_period_two_include_those_of_period_one():
+    found = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, steps=2, starts=10)
+    assert [gait.word for gait in found] == ["stick | stick; stick | stick"]
+    assert found[0].multipliers[0] == pytest.approx(0.734042**2, abs=2e-6)  # the square of one step's multiplier
+
+
+def test_no_gait_on_level_ground():
+    assert find_cycles(rimless_wheel(), {"slope": 0.0}, starts=20) == ()
+
+
+def test_section_of_compass_puts_both_feet_on_the_ground():
+    robot = compass_biped()
+    section = Section(robot, robot.vector(robot.resolve({})), sliding=True)
+    z = np.array([-0.2, 0.5, -0.4, 0.1])
+    y = section.embed(z)
+    assert section.names == ("th1", "th1_rate", "th2_rate", "foot_speed")
+    assert y == pytest.approx([0, 0, -0.2, -0.2, 0.1, 0, 0.5, -0.4])
+    assert section.project(y) == pytest.approx(z)
+    step = 1e-6
+    for i, unit in enumerate(np.eye(4)):
+        slope = (section.embed(z + step * unit) - section.embed(z - step * unit)) / (2 * step)
+        assert slope == pytest.approx(section.tangent(z)[:, i], abs=1e-9)
+
+
+def test_section_rejects_wrong_points():
+    robot = compass_biped()
+    with pytest.raises(InputError, match="3 finite entries"):
+        Section(robot, robot.vector(robot.resolve({})), sliding=False).embed(np.zeros(4))
+
+
+def test_optimised_slipping_gait_is_open_loop_stable(slip_gait):
+    gait = assess_stability(slip_gait, engine=ScipyEngine())
+    # Authors' independent gait of the same problem: stable, largest multiplier about 0.66.
+    assert gait.word == "slip+ stick | slip+"
+    assert gait.stable
+    assert gait.radius == pytest.approx(0.66, abs=0.06)
+    assert gait.period == pytest.approx(slip_gait.period, abs=1e-6)
+
+
+def test_assessment_of_an_unsolved_gait_is_refused(slip_gait):
+    from dataclasses import replace
+
+    from gaitopt import Status
+
+    with pytest.raises(InputError, match="not a solution"):
+        assess_stability(replace(slip_gait, status=Status.INFEASIBLE))
+
+
+def test_walk_problem_checks_its_input():
+    with pytest.raises(InputError, match="Did you mean 'spokes'"):
+        WalkProblem(robot=rimless_wheel(), parameters={"spoke": 8})
+    with pytest.raises(InputError, match="cannot be"):
+        WalkProblem(robot=rimless_wheel(), word="stick | slip+")
+
+
+def test_open_loop_multipliers_agree_with_finite_differences():
+    from gaitopt.control.law import feedforward
+    from gaitopt.simulation.walker import Walker
+
+    gait = load("docs/examples/compass_slip.h5")
+    robot, cycle = compass_biped(), assess_stability(gait, engine=ScipyEngine())
+    walker = Walker(robot, feedforward(robot, gait.motion), robot.vector(cycle.parameters), ScipyEngine())
+
+    def image(z):
+        return cycle.section.project(walker.stride(cycle.section.embed(z)).following)
+
+    step, columns = 2e-7, []
+    for unit in np.eye(cycle.z.size):
+        one, two = (image(cycle.z + k * step * unit) - image(cycle.z - k * step * unit) for k in (1, 2))
+        columns.append((8 * one - two) / (12 * step))
+    assert np.max(np.abs(np.array(columns).T - cycle.derivative)) < 1e-5 * np.max(np.abs(cycle.derivative))

@@ -1,0 +1,91 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt import ArchiveError, InputError, basin, basin_edges, load_basin, rimless_wheel, save_basin
+from gaitopt.simulation.scipy_engine import ScipyEngine
+
+WHEEL = {"slope": math.radians(13)}
+NATURAL_TIME = math.sqrt((4 / 3) / 9.8)
+GRID = {"theta_rate": np.linspace(0.1, 3.2, 6)}
+
+
+def test_basin_of_type_a_without_friction_limit():
+    edges = basin_edges(rimless_wheel(), WHEEL, "theta_rate", 0.05, 3.0, samples=8, tolerance=1e-7)
+    assert [labels for _, *labels in edges] == [["fell", "stick | stick"], ["stick | stick", "lift_off"]]
+    # Gamus & Or (2015): 0.0872 < thd < 0.9595 in rad/tau_c.
+    assert [value * NATURAL_TIME for value, *_ in edges] == pytest.approx([0.0872, 0.9595], abs=5e-5)
+
+
+def test_endings_do_not_depend_on_workers_or_engine(tmp_path):
+    # More starts than one chunk, so that two processes have something to do.
+    grid = {"theta_rate": np.linspace(0.1, 3.2, 210)}
+    one = basin(rimless_wheel(), {**WHEEL, "friction": 0.3}, grid, engine=ScipyEngine(relative=1e-8))
+    two = basin(rimless_wheel(), {**WHEEL, "friction": 0.3}, grid, engine=ScipyEngine(relative=1e-8), workers=2)
+    assert one.labels_on_grid().tolist() == two.labels_on_grid().tolist()
+    assert set(one.labels) == {"fell", "stick slip+ | stick", "lift_off"}
+    assert sum(one.fractions().values()) == pytest.approx(1)
+
+
+def test_interrupted_basin_goes_on(tmp_path, monkeypatch):
+    import gaitopt.study.basin as module
+
+    monkeypatch.setattr(module, "CHUNK", 2)
+    path, calls = tmp_path / "basin.h5", []
+
+    def stop(done, total):
+        calls.append(done)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        basin(rimless_wheel(), WHEEL, GRID, path=path, observer=stop)
+    kept = load_basin(path)
+    assert kept.pending().sum() == 2
+    calls.clear()
+    resumed = basin(rimless_wheel(), WHEEL, GRID, path=path, observer=lambda done, total: calls.append(done))
+    assert calls == [6]
+    assert resumed.labels_on_grid().tolist() == basin(rimless_wheel(), WHEEL, GRID).labels_on_grid().tolist()
+
+
+def test_two_axes_and_parameters_as_axes():
+    found = basin(rimless_wheel(), {}, {"slope": np.radians([0.5, 13]), "theta_rate": [0.05, 2.0]})
+    assert found.labels_on_grid().tolist() == [["fell", "fell"], ["fell", "stick | stick"]]
+
+
+def test_file_of_another_basin_is_not_overwritten(tmp_path):
+    path = tmp_path / "basin.h5"
+    basin(rimless_wheel(), WHEEL, {"theta_rate": [2.0]}, path=path)
+    with pytest.raises(InputError, match="holds another basin"):
+        basin(rimless_wheel(), WHEEL, {"theta_rate": [2.1]}, path=path)
+
+
+def test_file_round_trip_and_damage(tmp_path):
+    found = basin(rimless_wheel(), WHEEL, GRID)
+    path = save_basin(found, tmp_path / "basin.h5")
+    back = load_basin(path)
+    assert back.labels == found.labels
+    assert np.array_equal(back.final, found.final, equal_nan=True)
+    assert back.axes["theta_rate"].tolist() == found.axes["theta_rate"].tolist()
+    path.write_bytes(path.read_bytes()[:500])
+    with pytest.raises(ArchiveError, match="damaged"):
+        load_basin(path)
+    with pytest.raises(ArchiveError, match="no file"):
+        load_basin(tmp_path / "none.h5")
+    assert replace(found, labels=()).robot == "rimless_wheel"
+
+
+@pytest.mark.parametrize(
+    ("axes", "message"),
+    [
+        ({}, "one or two axes"),
+        ({"thd": [1.0]}, "no coordinate or parameter 'thd'"),
+        ({"theta_rate": [math.nan]}, "finite"),
+        ({"friction": [-1.0]}, "friction must be at least 0"),
+    ],
+)
+def test_wrong_axes_are_named(axes, message):
+    with pytest.raises(InputError, match=message):
+        basin(rimless_wheel(), WHEEL, axes)
