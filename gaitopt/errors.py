@@ -5,8 +5,8 @@ where, and what to do.  A *numerical failure* (a solver that does not converge, 
 exception: it is a :class:`gaitopt.Status` or a :class:`gaitopt.Stop` carried by the result.
 """
 
-from difflib import get_close_matches
 from collections.abc import Iterable
+from difflib import get_close_matches
 
 
 class GaitoptError(Exception):

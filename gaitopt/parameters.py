@@ -1,9 +1,8 @@
 """Named real parameters with units and bounds."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-import math
 
 import numpy as np
 
@@ -26,6 +25,11 @@ class Parameter:
         Bounds; `lower` is excluded when `lower_open`.
     description : str
         One line for people.
+
+    Examples
+    --------
+    >>> Parameter("leg_mass", 4.0, "kg", "mass of a leg", lower=0, lower_open=True).default
+    4.0
     """
 
     name: str
@@ -47,7 +51,7 @@ class Parameter:
         """
         try:
             number = float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise InputError(f"{self.name} must be a number{self._unit()}, got {value!r}.") from None
         if math.isnan(number) or (math.isinf(number) and not self.infinite):
             raise InputError(f"{self.name} must be a finite number{self._unit()}, got {number}.")

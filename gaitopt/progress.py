@@ -20,6 +20,11 @@ class Iteration:
         Objective in its own unit (dimensionless for a cost of transport).
     infeasibility : float
         Largest violation of a scaled constraint.
+
+    Examples
+    --------
+    >>> Iteration(3, 0.016, 1e-9).number
+    3
     """
 
     number: int

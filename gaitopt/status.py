@@ -62,6 +62,7 @@ class Stop(Enum):
     LIFT_OFF = "The stance foot lifted off; a single-support model ends there."
     DOUBLE_SUPPORT = "The trailing foot did not separate at touchdown; the single-impulse impact law is not valid."
     PAINLEVE = "Slip is not well posed here (Painleve's paradox); nothing was integrated through it."
+    SINGULAR = "The motion cannot be integrated beyond this point: it or the torque is singular or not finite there."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
     TOO_MANY_EVENTS = "Too many contact events in one step (chattering)."
 

@@ -1,5 +1,7 @@
 """What a command on walks works on: a walking problem script or a saved gait."""
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,7 @@ from gaitopt.motion.archive import load
 from gaitopt.simulation.arc import Engine
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.search import find_cycles
+from gaitopt.stability.search import ranked, search_cycles
 from gaitopt.stability.section import Section
 from gaitopt.stability.walk_problem import WalkProblem
 
@@ -30,8 +32,8 @@ class Subject:
     gaits: tuple[Cycle, ...]
 
 
-def read_subject(source: Path, settings: list[str], engine: Engine, starts: int) -> Subject:
-    """Return what a script or a saved gait describes, with its gaits if `starts` > 0."""
+def read_subject(source: Path, settings: list[str], engine: Engine, starts: int, *, first: bool = False) -> Subject:
+    """Return what a script or a saved gait describes, with its gaits if `starts` > 0: all, or the first one found."""
     if source.suffix != ".py":
         if settings:
             raise InputError("--set changes parameters of a script; a saved gait has none to change.")
@@ -43,11 +45,12 @@ def read_subject(source: Path, settings: list[str], engine: Engine, starts: int)
     if not isinstance(problem, WalkProblem):
         kind = type(problem).__name__
         raise InputError(f"{source} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
-    gaits: tuple[Cycle, ...] = ()
+    found: Iterator[Cycle] = iter(())
     if starts:
-        gaits = find_cycles(
-            problem.robot, problem.parameters, law=problem.law, word=problem.word, starts=starts, engine=engine
-        )
+        wanted = None if problem.word is None else str(problem.word)
+        search = search_cycles(problem.robot, problem.parameters, law=problem.law, starts=starts, engine=engine)
+        found = (cycle for cycle in search if wanted is None or cycle.word == wanted)
+    gaits = tuple(itertools.islice(found, 1)) if first else ranked(found)
     return Subject(problem.robot, dict(problem.parameters), problem.law or passive(problem.robot), gaits)
 
 

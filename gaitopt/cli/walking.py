@@ -74,7 +74,7 @@ def simulate(
     from gaitopt.stability.section import Section
 
     chosen = engine_named(engine)
-    subject = read_subject(source, setting or [], chosen, 300)
+    subject = read_subject(source, setting or [], chosen, 300, first=True)
     p = subject.robot.vector(subject.parameters)
     start = read_start(subject, p, state or [])
     walker = Walker(subject.robot, subject.law, p, chosen)
@@ -118,7 +118,7 @@ def basin(
 
     chosen, began = engine_named(engine), time.perf_counter()
     axes = dict(grid(text) for text in over)
-    subject = read_subject(source, setting or [], chosen, 300 if coordinates_missing(state, axes) else 0)
+    subject = read_subject(source, setting or [], chosen, 300 if coordinates_missing(state, axes) else 0, first=True)
     p = subject.robot.vector(subject.parameters)
     names = Section(subject.robot, p, sliding=True).names
     base = (

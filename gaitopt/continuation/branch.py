@@ -28,6 +28,11 @@ class Branch:
     cycles : tuple of K Cycle
     ended : str
         Why the branch was not followed further.
+
+    Examples
+    --------
+    >>> Branch("friction", np.array([]), (), "no gait found").ended
+    'no gait found'
     """
 
     parameter: str

@@ -28,6 +28,13 @@ class Law:
         Where each piece of the clock begins; the first is 0 and the last piece never ends.
     table : (n_d, K) array
         Data of each piece.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> law = passive(compass_biped())
+    >>> law.piece(0.3), law.torque(0.3, [0] * 4, [0] * 4, []).shape
+    (0, (2, 1))
     """
 
     name: str
@@ -81,9 +88,10 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     time = np.concatenate([segment.time for segment in first]) - first[0].time[0]
     torque = np.concatenate([segment.torque for segment in first], axis=1)
-    time, keep = np.unique(time, return_index=True)
-    torque = torque[:, keep]
-    slope = np.hstack([np.diff(torque, axis=1) / np.diff(time), np.zeros((robot.n_u, 1))])
+    begins = np.diff(time) > 0  # a piece begins at the last of equal times, so the torque may jump between segments
+    slope = np.hstack([np.diff(torque, axis=1)[:, begins] / np.diff(time)[begins], np.zeros((robot.n_u, 1))])
+    keep = np.append(begins, True)
+    time, torque = time[keep], torque[:, keep]
     data = ca.SX.sym("data", 1 + 2 * robot.n_u)
     value, rate = data[1 : 1 + robot.n_u], data[1 + robot.n_u :]
     function = _function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))

@@ -35,6 +35,13 @@ class RobotCheck:
         Complementarity residual of the exact impact solution, and energy gained (must not be).
     derivatives : float
         Jacobians by algorithmic differentiation against central differences.
+
+    Examples
+    --------
+    >>> from gaitopt import check_robot, rimless_wheel
+    >>> check = check_robot(rimless_wheel(), states=3)
+    >>> check.passed, check.momentum < 1e-12
+    (True, True)
     """
 
     asymmetry: float

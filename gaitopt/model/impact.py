@@ -90,6 +90,16 @@ class Impact:
         Upward speed of the trailing foot; negative means the single-impulse answer is not valid.
     ambiguous : bool
         Whether more than one outcome is consistent (possible only at large friction).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gaitopt import rimless_wheel, solve_impact
+    >>> wheel = rimless_wheel()
+    >>> p = wheel.vector(wheel.resolve({"friction": 0.1}))
+    >>> impact = solve_impact(wheel, np.array([0, 0, np.pi / 10]), np.array([0, 0, 2.0]), p)
+    >>> impact.mode.value, impact.ambiguous
+    ('slip+', False)
     """
 
     mode: Mode | None

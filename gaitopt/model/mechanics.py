@@ -20,6 +20,13 @@ class PointMass:
         Mass [kg].
     position : SX, shape (2, 1)
         Where it is, in the slope-fixed frame [m].
+
+    Examples
+    --------
+    >>> import casadi as ca
+    >>> angle = ca.SX.sym("angle")
+    >>> PointMass(2.0, ca.vertcat(ca.sin(angle), ca.cos(angle))).position.shape
+    (2, 1)
     """
 
     mass: ca.SX
@@ -40,6 +47,13 @@ class RigidLink:
         Moment of inertia about the centre of mass [kg m^2].
     angle : SX
         Its orientation [rad].
+
+    Examples
+    --------
+    >>> import casadi as ca
+    >>> angle = ca.SX.sym("angle")
+    >>> RigidLink(2.0, ca.vertcat(ca.sin(angle), ca.cos(angle)), 0.1, angle).inertia
+    0.1
     """
 
     mass: ca.SX

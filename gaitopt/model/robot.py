@@ -92,6 +92,13 @@ class Robot:
     upright : (q, p) -> positive while the walker has not fallen
     joint_rates : (q, v, p) -> (n_u) rates the actuators work on [rad/s]
     figure : (q, p) -> (2, n_points) positions drawn [m]
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> robot = compass_biped()
+    >>> robot.n_q, robot.n_u, robot.energy([0] * 4, [0] * 4, robot.vector(robot.resolve({})))[0]
+    (4, 2, DM(0))
     """
 
     name: str
@@ -193,7 +200,19 @@ def assemble(
 
     Examples
     --------
-    See ``gaitopt/model/compass.py``, a complete robot.
+    A pendulum that never walks (see ``gaitopt/model/compass.py`` for a robot that does):
+
+    >>> from gaitopt import Coordinates, Parameter, PointMass, assemble
+    >>> c = Coordinates(["theta"], [Parameter("gravity", 9.8, "m/s^2", "gravity")])
+    >>> theta = c.angle("theta")
+    >>> tip = c.foot + ca.vertcat(ca.sin(theta), ca.cos(theta))
+    >>> pendulum = assemble(
+    ...     "pendulum", c, description="inverted pendulum", bodies=[PointMass(1.0, tip)], landing_foot=tip,
+    ...     touchdown=1 - theta, armed=theta, relabel=[-theta], upright=ca.cos(theta), actuators={"ankle": theta},
+    ...     points={"foot": c.foot, "tip": tip}, links=[("foot", "tip")],
+    ... )
+    >>> pendulum.n_q
+    3
     """
     q, v, p = coordinates.q, coordinates.v, coordinates.p
     n, n_u = q.numel(), len(actuators)

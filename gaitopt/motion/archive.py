@@ -121,7 +121,7 @@ def load(path: str | Path) -> Gait:
             return _read_gait(file)
     except OSError as error:
         raise ArchiveError(f"{path} cannot be read as HDF5; it is damaged or another kind of file ({error}).") from None
-    except (KeyError, TypeError, ValueError, IndexError, WordError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError, WordError) as error:
         raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
 
 
@@ -142,6 +142,8 @@ def _write_motion(group: h5py.Group, motion: Motion) -> None:
     group.attrs["total_mass"] = motion.total_mass
     group.attrs["total_mass_unit"] = "kg"
     group.create_group("parameters").attrs.update(motion.parameters)
+    group.create_group("segments")
+    group.create_group("jumps")  # there even when empty
     for i, segment in enumerate(motion.segments):
         part = group.create_group(f"segments/{i:04d}")
         part.attrs.update(mode=segment.mode.value, step=segment.step)
@@ -163,7 +165,7 @@ def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, st
 def _write_record(group: h5py.Group, record: SolverReport | Verification) -> None:
     """Write a flat record as attributes: numbers and text as they are, lists as JSON."""
     for name, value in dataclasses.asdict(record).items():
-        group.attrs[name] = json.dumps(value) if isinstance(value, list | tuple) else value
+        group.attrs[name] = json.dumps(plain(value)) if isinstance(value, list | tuple) else value
 
 
 def _read_record(group: h5py.Group) -> dict[str, Any]:
@@ -172,7 +174,7 @@ def _read_record(group: h5py.Group) -> dict[str, Any]:
 
 def _read_gait(file: h5py.File) -> Gait:
     solver = _read_record(file["solver"])
-    solver["violations"] = tuple(Violation(**violation) for violation in json.loads(solver["violations"]))
+    solver["violations"] = tuple(_violation(**violation) for violation in json.loads(solver["violations"]))
     solver["warnings"] = tuple(json.loads(solver["warnings"]))
     verification = None
     if "verification" in file:
@@ -189,6 +191,11 @@ def _read_gait(file: h5py.File) -> Gait:
         versions={name: str(value) for name, value in file["versions"].attrs.items()},
         verification=verification,
     )
+
+
+def _violation(place: str, name: str, size: float | str | None) -> Violation:
+    """Return a violation from plain data, where null stands for nan and a text for an infinity."""
+    return Violation(place, name, float("nan" if size is None else size))
 
 
 def _numbers(value: Any) -> Any:

@@ -21,6 +21,11 @@ class Ledger:
         Energy lost at touchdowns and by sliding.
     kinetic_change : float
         Kinetic energy gained from the first state to the last, zero for a periodic gait.
+
+    Examples
+    --------
+    >>> Ledger(actuator=3.0, gravity=1.0, impact_loss=2.5, friction_loss=1.5, kinetic_change=0.0).residual
+    0.0
     """
 
     actuator: float
@@ -61,9 +66,11 @@ def ledger(motion: Motion) -> Ledger:
     True
     """
     segments = motion.segments
+    if not segments:
+        return Ledger(0.0, 0.0, 0.0, 0.0, 0.0)
     lost = sum(jump.energy_lost for jump in motion.jumps)
     end = segments[-1].kinetic[-1]
-    if motion.jumps and motion.jumps[-1].time >= segments[-1].time[-1]:
+    if motion.jumps and motion.jumps[-1].step == segments[-1].step:  # nothing follows the last touchdown
         end -= motion.jumps[-1].energy_lost
     return Ledger(
         actuator=float(sum(segment.work[:, -1].sum() for segment in segments)),
@@ -79,6 +86,13 @@ def absolute_work(motion: Motion) -> float:
 
     The work of each actuator is known at the samples together with its rate, the power; between samples with powers
     of opposite sign the turning point of the cubic Hermite interpolant is used, so no kink is integrated over.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> absolute_work(gait.motion) > ledger(gait.motion).actuator
+    True
     """
     return sum(
         float(np.sum(_rise_and_fall(segment.time, work, power)))
@@ -88,7 +102,15 @@ def absolute_work(motion: Motion) -> float:
 
 
 def positive_work(motion: Motion) -> float:
-    """Return the integral of the positive parts of the joint powers [J]."""
+    """Return the integral of the positive parts of the joint powers [J].
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> 0 < positive_work(gait.motion) <= absolute_work(gait.motion)
+    True
+    """
     return (absolute_work(motion) + ledger(motion).actuator) / 2
 
 

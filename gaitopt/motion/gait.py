@@ -24,6 +24,11 @@ class Violation:
         Constraint or variable.
     size : float
         By how much it is violated, in its own scaled unit.
+
+    Examples
+    --------
+    >>> print(Violation("phase 2 (stick), node 7", "forward friction cone", 0.01))
+    forward friction cone at phase 2 (stick), node 7 violated by 1.00e-02
     """
 
     place: str
@@ -55,6 +60,13 @@ class SolverReport:
         The worst constraints, largest first; empty for a solution.
     warnings : tuple of str
         What deserves a look in a solution, such as a duration that rests on its bound.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> gait.solver.message, gait.solver.violations
+    ('Solve_Succeeded', ())
     """
 
     iterations: int
@@ -90,6 +102,13 @@ class Verification:
         Relative closing error of the replayed energy ledger.
     reasons : tuple of str
         Why it did not pass; empty when it did.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> gait.verification.passed, gait.verification.state_error < 1e-6
+    (True, True)
     """
 
     passed: bool
@@ -125,6 +144,13 @@ class Gait:
     versions : dict of str to str
     verification : Verification or None
         None until :func:`gaitopt.verify` has replayed it.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> gait.status.key, str(gait.word), round(gait.speed, 3)
+    ('solved', 'slip+ stick | slip+', 0.633)
     """
 
     robot: str

@@ -35,6 +35,14 @@ class Segment:
     kinetic, potential : (K,) arrays [J]
     points : (2, n_points, K) array [m]
         Positions drawn, in the slope-fixed frame.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> slide = gait.motion.segments[0]
+    >>> slide.mode.value, slide.q.shape == (4, slide.time.size), round(1e3 * slide.slide, 2)
+    ('slip+', True, 1.64)
     """
 
     mode: Mode
@@ -82,6 +90,14 @@ class Jump:
     energy_lost : float [J]
     separation : float [m/s]
         Upward speed of the trailing foot after the impact.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> jump = gait.motion.jumps[0]
+    >>> jump.mode.value, round(jump.ratio, 3), jump.impulse.shape
+    ('slip+', -0.14, (2,))
     """
 
     step: int
@@ -116,7 +132,15 @@ class Motion:
     parameters : dict of str to float
         Every parameter of robot and ground, SI units.
     segments : tuple of Segment
+        Empty when a simulation stopped at its very start.
     jumps : tuple of Jump
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> str(gait.motion.word()), gait.motion.channel("q").shape[0], round(gait.motion.travel, 4)
+    ('slip+ stick | slip+', 4, 0.4713)
     """
 
     angles: tuple[str, ...]
@@ -131,7 +155,7 @@ class Motion:
     @property
     def period(self) -> float:
         """Time from the first sample to the last [s]."""
-        return float(self.segments[-1].time[-1] - self.segments[0].time[0])
+        return float(self.segments[-1].time[-1] - self.segments[0].time[0]) if self.segments else 0.0
 
     @property
     def foot_slide(self) -> float:
@@ -141,6 +165,8 @@ class Motion:
     @property
     def travel(self) -> float:
         """Forward travel of the stance foot from the first state to the last swap, slide included [m]."""
+        if not self.segments:
+            return 0.0
         start = self.segments[0].q[0, 0]
         end = self.jumps[-1].q_next[0] if self.jumps else self.segments[-1].q[0, -1]
         return float(end - start)

@@ -123,7 +123,7 @@ class Keyframes(Guess):
 
     def __post_init__(self) -> None:
         f = np.asarray(self.fractions, dtype=float)
-        if f.ndim != 1 or f.size < 2 or f[0] != 0 or f[-1] != 1 or np.any(np.diff(f) <= 0):
+        if f.ndim != 1 or f.size < 2 or f[0] != 0 or f[-1] != 1 or not np.all(np.diff(f) > 0):
             raise InputError(f"Keyframes: fractions must increase from 0 to 1, got {list(self.fractions)}.")
         for name, angles in self.angles.items():
             if np.shape(angles) != f.shape or not np.all(np.isfinite(angles)):

@@ -13,9 +13,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp import Nlp
+from gaitopt.parameters import Parameter
 from gaitopt.progress import Iteration, Observer
 from gaitopt.status import Status
 
@@ -34,6 +36,9 @@ _STATUS = {
     "Invalid_Option": Status.INVALID_OPTION,
     "Invalid_Problem_Definition": Status.INVALID_OPTION,
 }
+
+LINEAR_SOLVERS = ("mumps", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "spral")
+"""Linear solvers the Ipopt of CasADi's wheel knows; only the first one comes with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +80,11 @@ class Ipopt:
     linear_solver : str
         ``"mumps"`` comes with CasADi; others must be installed.
 
+    Raises
+    ------
+    InputError
+        If an option has a value that Ipopt does not take.
+
     Examples
     --------
     >>> Ipopt(max_iterations=100).tolerance
@@ -85,6 +95,17 @@ class Ipopt:
     max_iterations: int = 500
     time_limit: float = math.inf
     linear_solver: str = "mumps"
+
+    def __post_init__(self) -> None:
+        Parameter("Ipopt.tolerance", 1e-8, "1", "", lower=0.0, lower_open=True).check(self.tolerance)
+        Parameter("Ipopt.time_limit", math.inf, "s", "", 0.0, lower_open=True, infinite=True).check(self.time_limit)
+        most = Parameter("Ipopt.max_iterations", 500, "1", "", lower=0.0).check(self.max_iterations)
+        if most != int(most):
+            raise InputError(f"Ipopt.max_iterations must be a whole number, got {self.max_iterations!r}.")
+        if self.linear_solver not in LINEAR_SOLVERS:
+            raise InputError(
+                f"Ipopt has no linear solver {self.linear_solver!r}. {suggest(str(self.linear_solver), LINEAR_SOLVERS)}"
+            )
 
     def minimise(
         self,
@@ -117,9 +138,14 @@ class Ipopt:
                 answer = solver(x0=x, p=data, **limits, **near)
         finally:
             tap.rest()
+        if tap.failure is not None:
+            raise tap.failure
         stats = solver.stats()
         message = str(stats["return_status"])
-        if tap.interrupted:
+        if message == "Invalid_Option":  # Ipopt has not run: its answer and its counts mean nothing
+            answer = answer | {"x": x, "g": nlp.derivatives["jac_g"](x, data)[0]}
+            stats = {}
+        elif tap.interrupted:
             message = "User_Requested_Stop"
         return Outcome(
             status=_STATUS.get(message, Status.FAILED),
@@ -127,14 +153,14 @@ class Ipopt:
             x=np.asarray(answer["x"]).ravel(),
             g=np.asarray(answer["g"]).ravel(),
             objective=float(answer["f"]),
-            iterations=int(stats.get("iter_count", 0)) if message != "Invalid_Option" else 0,
+            iterations=int(stats.get("iter_count", 0)),
             multipliers=(np.asarray(answer["lam_x"]).ravel(), np.asarray(answer["lam_g"]).ravel()),
         )
 
     def _options(self, warm: bool) -> dict[str, Any]:
         options: dict[str, Any] = {
-            "ipopt.tol": self.tolerance,
-            "ipopt.max_iter": self.max_iterations,
+            "ipopt.tol": float(self.tolerance),
+            "ipopt.max_iter": int(self.max_iterations),
             "ipopt.linear_solver": self.linear_solver,
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
@@ -162,10 +188,12 @@ class _Tap(ca.Callback):
         self._bounds: Bounds | None = None
         self._count = 0
         self.interrupted = False
+        self.failure: Exception | None = None
         self.construct("iteration_tap", {})
 
     def watch(self, observer: Observer, bounds: Bounds) -> None:
-        self._observer, self._bounds, self._count, self.interrupted = observer, bounds, 0, False
+        self._observer, self._bounds, self._count = observer, bounds, 0
+        self.interrupted, self.failure = False, None
 
     def interrupt(self) -> None:
         """Ask Ipopt to stop after the present iteration."""
@@ -199,6 +227,9 @@ class _Tap(ca.Callback):
             self._observer(Iteration(self._count, float(values["f"]), float(max(excess.max(initial=0.0), 0.0))))
             self._count += 1
         except KeyboardInterrupt:
+            self.interrupt()
+        except Exception as failure:  # CasADi would print it with all arguments and lose it
+            self.failure = failure
             self.interrupt()
         return [int(self.interrupted)]
 

@@ -64,7 +64,8 @@ class Nlp:
 
     def solver(self, name: str, plugin: str, options: dict[str, object]) -> ca.Function:
         """Return a CasADi solver of the programme."""
-        own = {**self.derivatives, "no_nlp_grad": True, "calc_lam_p": False, "print_time": False}
+        own = {**self.derivatives, "no_nlp_grad": True, "calc_lam_p": False}
+        own |= {"print_time": False, "show_eval_warnings": False}
         return ca.nlpsol(name, plugin, self.functions, {**own, **options})
 
 
@@ -116,7 +117,7 @@ def assemble_nlp(blocks: Sequence[Block], data: ca.SX, n_variables: int, n_const
         h_values.append(own(local, z, local_multipliers, lam_f))
         h_index.append((_flat(block.columns[rows]), _flat(block.columns[columns])))
 
-    g = _scatter(np.concatenate(g_index), n_constraints, ca.vertcat(*map(ca.vec, g_values)))
+    g = _scatter(np.concatenate(g_index).tolist(), n_constraints, ca.vertcat(*map(ca.vec, g_values)))
     jac = _matrix(j_index, j_values, (n_constraints, n_variables), upper=False)
     hess = _matrix(h_index, h_values, (n_variables, n_variables), upper=True)
     derivatives = {

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.word import Word
 from gaitopt.ocp.guess import Guess
@@ -80,11 +79,14 @@ class GaitProblem:
             raise InputError(f"robot must be a Robot such as compass_biped(), got {self.robot!r}.")
         set_(self, "word", Word.parse(self.word).check_periodic())
         set_(self, "objective", objective_named(self.objective))
+        self._check_parts()
         for ground in ("slope", "friction"):
             if ground in self.parameters:
                 raise InputError(f"Give {ground} as GaitProblem({ground}=...), not among the robot's parameters.")
-        values = {**self.parameters, "slope": self.slope, "friction": self.friction}
-        set_(self, "parameters", {k: v for k, v in self.robot.resolve(values).items() if k in self._own_parameters()})
+        values = self.robot.resolve({**self.parameters, "slope": self.slope, "friction": self.friction})
+        set_(self, "slope", values.pop("slope"))
+        set_(self, "friction", values.pop("friction"))
+        set_(self, "parameters", values)
         self._check_actuation()
         self._check_friction()
         self._check_targets()
@@ -96,7 +98,7 @@ class GaitProblem:
     @property
     def values(self) -> dict[str, float]:
         """Every parameter of robot and ground by name (SI units)."""
-        return {**self.parameters, "slope": float(self.slope), "friction": float(self.friction)}
+        return {**self.parameters, "slope": self.slope, "friction": self.friction}
 
     @property
     def speed_range(self) -> Range:
@@ -136,8 +138,16 @@ class GaitProblem:
             "intervals": list(self.transcription.intervals_for(self.word)),
         }
 
-    def _own_parameters(self) -> set[str]:
-        return {p.name for p in self.robot.parameters} - {"slope", "friction"}
+    def _check_parts(self) -> None:
+        for name, kinds in (
+            ("limits", (Limits,)),
+            ("margins", (Margins,)),
+            ("guess", (Guess, type(None))),
+            ("transcription", (MultipleShooting,)),
+        ):
+            part = getattr(self, name)
+            if not isinstance(part, kinds):
+                raise InputError(f"{name} must be a {kinds[0].__name__}, got {part!r}.")
 
     def _check_actuation(self) -> None:
         if self.robot.n_u == 0:
@@ -149,8 +159,8 @@ class GaitProblem:
         slips = any(mode.slips for mode in (*self.word.phases, self.word.impact))
         if slips and math.isinf(self.friction):
             raise InputError(f"The word '{self.word}' slips, which needs a finite friction, got inf.")
-        if self.friction == 0 and Mode.STICK in (*self.word.phases, self.word.impact):
-            raise InputError(f"The word '{self.word}' sticks, which needs a friction greater than 0.")
+        if self.friction == 0:  # the cones are written with 1 / mu
+            raise InputError("A gait needs a friction greater than 0: without it no foot can push off.")
 
     def _check_targets(self) -> None:
         speed, step = self.speed_range, self.step_range
@@ -161,6 +171,11 @@ class GaitProblem:
                 f"{math.degrees(self.limits.angle):.3g} deg; shorten the step or lengthen the legs."
             )
         shortest = self.limits.shortest_phase * len(self.word.phases)
+        if shortest > self.limits.longest_step:
+            raise InputError(
+                f"{len(self.word.phases)} phases of at least Limits.shortest_phase = {self.limits.shortest_phase:g} s "
+                f"take longer than Limits.longest_step = {self.limits.longest_step:g} s."
+            )
         longest_period = min(step.upper, reach) / speed.lower if speed.lower > 0 else math.inf
         if longest_period < shortest:
             raise InputError(

@@ -9,7 +9,7 @@ from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_jump, make_motion, make_segment
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.shooting import Transcription
-from gaitopt.ocp.stance import Stance
+from gaitopt.ocp.stance import Stance, rk4
 
 
 def read_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
@@ -89,18 +89,28 @@ def error_between_nodes(transcription: Transcription, values: dict[str, float], 
     Every phase is followed from its first node under the planned torques; the largest difference of a state from a node
     is returned (rad, rad/s, m, m/s).
     """
-    p, worst = transcription.robot.vector(values), 0.0
-    energies = np.zeros(transcription.robot.n_u + 1)
+    p, worst, parts = transcription.robot.vector(values), 0.0, 8 * transcription.substeps
     for phase, stance in zip(transcription.phases, transcription.stances, strict=True):
-        advance = _sampler(stance, 1, 4 * transcription.substeps)
         states, torque = planned_states(transcription, phase, x)
-        step = x[transcription.variables["duration"][0, phase.number]] / phase.count
-        state = states[:, 0]
-        for k in range(phase.count):
-            end = advance(np.concatenate([state, energies]), torque[:, k], torque[:, k + 1], step, p)[1]
-            state = np.asarray(end).ravel()[: stance.n_x]
-            worst = max(worst, float(np.max(np.abs(state - states[:, k + 1]))))
+        count = phase.count * parts
+        step = x[transcription.variables["duration"][0, phase.number]] / count
+        between = np.arange(count + 1) / parts
+        fine = np.array([np.interp(between, np.arange(phase.count + 1), row) for row in torque])
+        follow, parameters = _follower(stance, count), np.tile(p[:, None], count)
+        ends = np.asarray(follow(states[:, 0], fine[:, :-1], fine[:, 1:], np.full((1, count), step), parameters))
+        worst = max(worst, float(np.max(np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))))
     return worst
+
+
+@functools.lru_cache(maxsize=64)
+def _follower(stance: Stance, count: int) -> ca.Function:
+    """Return (first state, torques, torques after, step, p) -> states after each of `count` Runge-Kutta steps."""
+    state, step = ca.SX.sym("state", stance.n_x), ca.SX.sym("step")
+    torque, after = ca.SX.sym("torque", stance.robot.n_u), ca.SX.sym("after", stance.robot.n_u)
+    p = ca.SX.sym("p", len(stance.robot.parameters))
+    torques = (torque, (torque + after) / 2, after)
+    end = rk4(lambda at, u: stance.flow(at, u, p)[0], state, torques, step)
+    return ca.Function("step", [state, torque, after, step, p], [end]).mapaccum("follow", count)
 
 
 def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """solve: from a problem to a gait."""
 
+import functools
 import math
 import platform
 import time
@@ -127,4 +128,9 @@ def _finite(outcome: Outcome) -> np.ndarray:
 def versions() -> dict[str, str]:
     """Return the versions of gaitopt and of what its numbers depend on."""
     names = ("gaitopt", "casadi", "numpy", "scipy")
-    return {name: metadata.version(name) for name in names} | {"python": platform.python_version()}
+    return {name: _installed(name) for name in names} | {"python": platform.python_version()}
+
+
+@functools.cache
+def _installed(name: str) -> str:
+    return metadata.version(name)

@@ -20,6 +20,9 @@ SAMPLES = 4
 ROUNDING = 1e-13
 """A sum of coefficients below this fraction of its terms is zero."""
 
+NEW_WAVE = 1.5
+"""Cost of the cosine or sine of an angle sum, in products."""
+
 Wave = tuple[tuple[int, int], ...]
 Powers = tuple[tuple[int, int], ...]
 
@@ -93,6 +96,16 @@ def constant_part(form: Form) -> Coefficient | None:
 def power(atom: int) -> Form:
     """Return an atom as a form."""
     return {Monomial(powers=((atom, 1),)): number(1)}
+
+
+def cost(form: Form) -> float:
+    """Return roughly how many products of changing quantities it takes to compute a form."""
+    total = 0.0
+    for wave, _, powers in form:
+        factors = sum(exponent for _, exponent in powers) + bool(wave)
+        plain = len(wave) < 2 and all(k == 1 for _, k in wave)
+        total += max(factors - 1, 0) + (0 if plain else NEW_WAVE)
+    return total
 
 
 def same(one: Form, other: Form) -> bool:

@@ -37,6 +37,11 @@ class Event:
         (L_t, L_n) of a touchdown.
     energy_lost : float [J]
         At a touchdown.
+
+    Examples
+    --------
+    >>> Event(0.7, 0, "touchdown", "stick", "slip+").after
+    'slip+'
     """
 
     time: float
@@ -60,6 +65,13 @@ class Rollout:
     events : tuple of Event
     engine : str
         Which engine ran.
+
+    Examples
+    --------
+    >>> from gaitopt import rimless_wheel, simulate
+    >>> walk = simulate(rimless_wheel(), [0, 0, -0.314], [0, 0, 0.1], {"slope": 0.2})
+    >>> walk.stop.key, len(walk.motion.jumps)
+    ('fell', 0)
     """
 
     motion: Motion

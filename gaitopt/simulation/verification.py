@@ -29,6 +29,11 @@ class Tolerances:
         Relative.
     energy : float
         Relative closing error of the replayed energy ledger.
+
+    Examples
+    --------
+    >>> Tolerances(state=1e-5).period
+    1e-06
     """
 
     state: float = 1e-6

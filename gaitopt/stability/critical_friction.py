@@ -25,6 +25,14 @@ class CriticalFriction:
         (q, v) there.
     impact : float
         Largest abs(L_t) / L_n of the touchdowns: with less friction the impact slips.
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import find_cycles, rimless_wheel
+    >>> gait = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, starts=10)[0]
+    >>> round(gait.critical_friction.friction, 3)
+    0.914
     """
 
     friction: float
@@ -57,7 +65,7 @@ def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) ->
                 arc = walker.engine.flow(walker.robot, walker.law, Mode.STICK, 0.0, state, walker.p, until=t)
                 y = arc.states[:, -1]
             tangential, normal = np.asarray(force(y[:n], y[n:], walker.torque(t, y), walker.p)[1]).ravel()
-            return abs(tangential) / normal, y
+            return float(abs(tangential) / normal), y
 
         times = np.linspace(0, end, samples + 1)
         ratios = [at(t)[0] for t in times]

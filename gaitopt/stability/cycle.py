@@ -52,6 +52,14 @@ class Cycle:
     energy : Ledger
         Of the period [J].
     engine : str
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import find_cycles, rimless_wheel
+    >>> gait = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, starts=10)[0]
+    >>> gait.word, gait.stable, list(gait.state)
+    ('stick | stick', True, ['theta_rate'])
     """
 
     robot: str

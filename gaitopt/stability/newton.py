@@ -7,7 +7,6 @@ import numpy as np
 from gaitopt.motion.motion import Array
 from gaitopt.stability.return_map import Passage, ReturnMap
 
-
 ROUNDING = 1e-15
 """A residual this small is not improved further."""
 

@@ -1,6 +1,6 @@
 """Search for periodic gaits from many starts."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -67,7 +67,11 @@ def find_cycles(
     """
     wanted = None if word is None else str(Word.parse(word))
     found = search_cycles(robot, parameters, law=law, steps=steps, starts=starts, seed=seed, engine=engine)
-    cycles = [cycle for cycle in found if wanted is None or cycle.word == wanted]
+    return ranked(cycle for cycle in found if wanted is None or cycle.word == wanted)
+
+
+def ranked(cycles: Iterable[Cycle]) -> tuple[Cycle, ...]:
+    """Return gaits in the order they are reported: stable ones first, then by word."""
     return tuple(sorted(cycles, key=lambda cycle: (not cycle.stable, cycle.word, cycle.radius)))
 
 

@@ -39,6 +39,12 @@ class Basin:
         Steps until the ending.
     final : (n_starts, n_z) array
         Last point of each walk on the section with foot speed.
+
+    Examples
+    --------
+    >>> empty = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, 100)
+    >>> empty.shape, empty.pending().tolist()
+    ((2,), [True, True])
     """
 
     robot: str
@@ -117,7 +123,16 @@ class Basin:
 
 
 def save_basin(basin: Basin, path: str | Path) -> Path:
-    """Write a basin to an HDF5 file, whole or not at all."""
+    """Write a basin to an HDF5 file, whole or not at all.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> basin = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, 100)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     load_basin(save_basin(basin, f"{folder}/basin.h5")).size
+    2
+    """
     path = Path(path)
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(format=FORMAT, format_version=VERSION, question=json.dumps(basin._question()))
@@ -136,6 +151,13 @@ def load_basin(path: str | Path) -> Basin:
     ------
     ArchiveError
         If the file is missing, damaged or of another kind.
+
+    Examples
+    --------
+    >>> load_basin("nowhere.h5")
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.ArchiveError: There is no file nowhere.h5.
     """
     path = Path(path)
     if not path.is_file():

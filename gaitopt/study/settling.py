@@ -42,6 +42,11 @@ class Patience:
         Most steps taken.
     tolerance : float
         Largest change of the state from step to step, twice in a row, of a walk that repeats.
+
+    Examples
+    --------
+    >>> Patience(steps=20).tolerance
+    1e-06
     """
 
     steps: int = 100

@@ -44,7 +44,7 @@ def follow(robot, start, parameter, values, tolerance=1e-6):
     Stretch
     """
     given = {name: value for name, value in start.parameters.items() if name != parameter}
-    branch = trace_branch(robot, given, start, parameter, values, same_word=True, smallest_step=0.5)
+    branch = trace_branch(robot, given, start, parameter, values, same_word=True)
     found, cycles = branch.values.tolist(), list(branch.cycles)
     step = 0.0 if found[-1] == values[-1] else float(values[1] - values[0])
     while abs(step) > tolerance:

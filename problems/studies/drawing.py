@@ -22,6 +22,7 @@ GAIT_STYLE = {
 }
 """Okabe and Ito's colours, which colour-blind readers can tell apart, with dashes for grey print."""
 
+JUMP_LINE = {"color": "0.55", "linewidth": 0.9, "linestyle": (0, (3, 2)), "label": "impact and swap of legs"}
 STICK_LINE = {"color": "0.2", "linewidth": 1.3}
 SLIP_WIDTH = 2.6
 
@@ -50,7 +51,7 @@ def draw_by_mode(axes, horizontal, vertical, modes):
 def draw_jump(axes, start, end):
     """Draw the jump of an impact as a thin dashed line with an arrow half-way."""
     (x0, y0), (x1, y1) = start, end
-    axes.plot([x0, x1], [y0, y1], color="0.55", linewidth=0.9, linestyle=(0, (3, 2)), zorder=1)
+    axes.plot([x0, x1], [y0, y1], zorder=1, **JUMP_LINE)
     middle, beyond = np.array([x0 + x1, y0 + y1]) / 2, 0.02 * np.array([x1 - x0, y1 - y0])
     axes.annotate(
         "",
@@ -60,11 +61,11 @@ def draw_jump(axes, start, end):
     )
 
 
-def key_of_modes(figure, modes=(Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)):
-    """Put a key of the contact modes and the impact below a figure."""
+def key_of_modes(figure, modes=(Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), *others):
+    """Put a key of the contact modes, and of other lines, below a figure."""
     handles = [Line2D([], [], label="stick", **STICK_LINE)]
     handles += [Line2D([], [], color=MODE_FILL[mode], linewidth=SLIP_WIDTH, label=spell(mode)) for mode in modes]
-    handles.append(Line2D([], [], color="0.55", linewidth=0.9, linestyle=(0, (3, 2)), label="impact and swap of legs"))
+    handles += [Line2D([], [], **line) for line in others]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 

@@ -98,7 +98,7 @@ def _branch(kind, rising):
 def _label(rows):
     """Name the axes and mark where the branches D+ and D- part."""
     limit = math.tan(math.radians(SLOPE))
-    rows[0, 0].set(ylabel=rf"speed $\dot{{\theta}}^{{\,*}}$ [{RATE}]", xlim=(0.05, 1.0), title="all gaits")
+    rows[0, 0].set(ylabel=rf"rate after impact $\dot\theta$ [{RATE}]", xlim=(0.05, 1.0), title="all gaits")
     rows[1, 0].set(ylabel="multiplier (largest modulus)", ylim=(0.3, 0.85))
     rows[0, 1].set(xlim=(0.222, 0.278), ylim=(0.855, 0.9), title="enlarged around Type C")
     rows[1, 1].set(ylim=(0.72, 0.83))

@@ -21,16 +21,16 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau
     after = np.array([jump.v_next for jump in motion.jumps])  # of each step: foot speed, 0, rate
     words = [spelled(motion.word(step)) for step in range(len(after))]
     before, final = gait("D", friction), gait("B", friction)
-    with figure_of(4.4) as figure:
+    with figure_of(4.8) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         _draw(upper, after[:, 2], words)
         _draw(lower, after[:, 0], words)
         for cycle, kind in ((before, "D"), (final, "B")):
             upper.axhline(speed_of(cycle), **LIMIT)
             upper.annotate(f"Type {kind}", (len(after), speed_of(cycle)), (0, 3), textcoords="offset points", ha="right")
-        upper.set(ylabel=rf"$\dot\theta$ [{RATE}]", ylim=(0.86, 1.11))
-        lower.set(ylabel=rf"foot speed $\dot x$ [{SPEED}]", xlabel="step")
-        figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+        upper.set(ylabel=rf"rate after impact $\dot\theta$ [{RATE}]", ylim=(0.86, 1.11))
+        lower.set(ylabel=rf"foot speed after impact $\dot x$ [{SPEED}]", xlabel="step")
+        figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=4, handlelength=1)
     rest = 1 + int(np.argmax(after[:, 0] <= 0))
     source = "own computation: its periodic gait"
     numbers = (

@@ -1,7 +1,7 @@
 """Rimless wheel: normal force over a step that starts just fast enough to lift the foot off.
 
-Without a limit of friction the foot is lifted at the end of the step; slip relieves it, so that with friction 0.3 a
-faster start is needed.
+Without a limit of friction the foot lifts at the end of the step.  Where friction is limited the foot slips before, which
+relieves it: a faster start is needed, and the foot lifts when the spoke is upright.
 """
 
 import math
@@ -9,25 +9,60 @@ import math
 import numpy as np
 from drawing import draw_by_mode, figure_of, key_of_modes
 from published import OWN
-from rimless_closed_forms import fastest_speed, least_normal_force
-from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
+from rimless_closed_forms import fastest_speed
+from rimless_setup import HALF, INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
 
-from gaitopt import Mode, Number, Study, basin_edges, rimless_wheel
-from gaitopt.plot.style import LIMIT
+from gaitopt import Mode, Number, Patience, Study, basin_edges, rimless_wheel
+from gaitopt.plot.style import LIMIT, line_style
 
 
-def study(frictions=(math.inf, 1.0, 0.3), slower=0.9, samples=4, tolerance=1e-9):
-    """Return the study; `slower` is the share of the onset's speed of the thin lines."""
-    with figure_of(3.2) as figure:
-        panels = figure.subplots(1, len(frictions), sharey=True)
-        onsets = [_onset(friction, samples, tolerance) for friction in frictions]
-        for axes, friction, onset in zip(panels, frictions, onsets, strict=True):
-            for rate in (slower * onset, onset):
-                _draw(axes, friction, rate)
-            axes.axhline(0, **LIMIT)
-            axes.set_title(_name(friction))
-            axes.set(xlabel=r"angle $\theta$ [deg]", xticks=[-18, -9, 0, 9, 18])
-        panels[0].set_ylabel(r"normal force $f_n/(m g)$")
-        key_of_modes(figure, (Mode.SLIP_FORWARD,), impact=False)
+def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, tolerance=1e-9):
+    """Return the study; `slower` are shares of the onset's rate, drawn beside it."""
+    onsets = [_onset(friction, samples, tolerance) for friction in frictions]
     slope = math.radians(SLOPE)
-    onset = fastest_speed(SPOKES, INERTIA_RATIO, slope)
+    exact = fastest_speed(SPOKES, INERTIA_RATIO, slope)
+    numbers = (
+        Number("thd that lifts off, unlimited friction, closed form", onsets[0], exact, 1e-8, OWN, "rad/tau_c"),
+    )
+    with figure_of(3.3) as figure:
+        panels = figure.subplots(1, len(frictions), sharex=True, sharey=True)
+        for axes, friction, onset in zip(panels, frictions, onsets, strict=True):
+            for share in (*slower, 1 - 1e-6):
+                _draw(axes, walk(share * onset, friction).motion, rf"{share * onset:.3f}")
+            axes.axhline(0, **LIMIT)
+            axes.set_title("unlimited friction" if math.isinf(friction) else rf"$\mu$ = {friction:g}")
+            axes.set_xlabel(r"angle $\theta$ [deg]")
+        panels[0].set(ylabel="normal force $f_n/(m\\,g)$", ylim=(-0.03, None), xticks=[-18, -9, 0, 9, 18])
+        panels[0].text(-17, 0.03, f"numbers: rate at the\nstart of the step\n[{RATE}]", color="0.3")
+        key_of_modes(figure, tuple(Mode.slipping(sign) for sign in (1, -1)))
+    return Study(figure, numbers)
+
+
+def _onset(friction, samples, tolerance):
+    """Return the rate at the start of a step from which the foot lifts off in that step."""
+    edges = basin_edges(
+        rimless_wheel(),
+        wheel(friction),
+        "theta_rate",
+        0.8,
+        1.3,
+        samples=samples,
+        tolerance=tolerance,
+        patience=Patience(steps=1),
+    )
+    return next(value for value, _, above in edges if above == "lift_off")
+
+
+def _draw(axes, motion, label):
+    """Draw the normal force over the angle, and the rate at the start beside its beginning."""
+    weight = motion.total_mass * motion.parameters["gravity"]
+    angle = [np.rad2deg(segment.q[2]) for segment in motion.segments]
+    force = [segment.force[1] / weight for segment in motion.segments]
+    draw_by_mode(axes, angle, force, [segment.mode for segment in motion.segments])
+    axes.annotate(label, (angle[0][0], force[0][0]), (0, 6), textcoords="offset points", color="0.3")
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from drawing import draw_by_mode, draw_jump, figure_of, key_of_modes, spelled
+from drawing import JUMP_LINE, draw_by_mode, draw_jump, figure_of, key_of_modes, spelled
 from published import published
 from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 
@@ -35,10 +35,11 @@ def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and ho
             column[1].set_xticks([-18, 0, 18])
         for axes in rows[0]:
             axes.set_ylim(0.83, 1.16)
+            axes.tick_params(labelleft=axes is rows[0, 0])
         rows[0, 0].set_ylabel(rf"rate $\dot\theta$ [{RATE}]")
         rows[1, 0].set_ylabel(rf"foot speed $\dot x$ [{SPEED}]")
         rows[1, 0].set_ylim(-0.1, 0.1)
-        key_of_modes(figure, (Mode.SLIP_FORWARD,))
+        key_of_modes(figure, (Mode.SLIP_FORWARD,), JUMP_LINE)
     return Study(figure, numbers)
 
 

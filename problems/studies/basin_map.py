@@ -1,0 +1,47 @@
+"""Maps of where walks end: one colour for each kind of ending, patterned where they fail."""
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
+from rimless_setup import TYPES
+
+ENDINGS = {
+    "A": ("settles in Type A", "#9CC9E8"),
+    "B": ("settles in Type B", "#F2B48C"),
+    "C": ("settles in Type C", "#7CCBB0"),
+    "D": ("settles in Type D", "#D9A6D3"),
+    "fell": ("rolls back", "0.88"),
+    "lift_off": ("lifts off", "0.62"),
+    "other": ("undecided", "white"),
+}
+"""Name and colour of each kind of ending."""
+
+
+def kind_of(label):
+    """Return the kind of an ending of a basin."""
+    kind = TYPES.get(label, label)
+    return kind if kind in ENDINGS else "other"
+
+
+def draw_map(axes, basin, across, upward):
+    """Draw a basin of two axes over their values, in any unit, and return the handles of its key."""
+    kinds = np.vectorize(kind_of)(basin.labels_on_grid())
+    order = list(ENDINGS)
+    numbers = np.vectorize(order.index)(kinds)
+    axes.pcolormesh(
+        across,
+        upward,
+        numbers.T,
+        cmap=ListedColormap([color for _, color in ENDINGS.values()]),
+        vmin=-0.5,
+        vmax=len(order) - 0.5,
+        shading="nearest",
+        rasterized=True,
+    )
+    axes.set(xlim=(across[0], across[-1]), ylim=(upward[0], upward[-1]))
+    axes.grid(False)
+    return [
+        Patch(facecolor=color, edgecolor="0.5", linewidth=0.5, label=name)
+        for kind, (name, color) in ENDINGS.items()
+        if kind in kinds
+    ]

@@ -1,0 +1,54 @@
+"""Compass biped: ratio of tangential to normal contact force over a step of Gaits A, B and C.
+
+Gait A needs most friction just after the touchdown; with less than that the foot slips and the walk becomes Gait B.
+"""
+
+import math
+
+import numpy as np
+from compass_setup import FRICTION, WORDS, gait, walk
+from drawing import draw_by_mode, figure_of, key_of_modes
+from published import published
+
+from gaitopt import Mode, Number, Study
+from gaitopt.plot.style import LIMIT
+
+
+def study(friction=FRICTION, starts=100):
+    """Return the study; `friction` is that of Gaits B and C, and Gait A never slips."""
+    cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in WORDS}
+    need = cycles["A"].critical_friction
+    with figure_of(3.3) as figure:
+        panels = figure.subplots(1, len(cycles), sharey=True)
+        for axes, (name, cycle) in zip(panels, cycles.items(), strict=True):
+            _draw(axes, walk(cycle), need.friction if name == "A" else friction)
+            axes.set(title=f"Gait {name}", xlabel="time [s]")
+        panels[0].set(ylabel="force ratio $f_t/f_n$", ylim=(-0.21, 0.21))
+        key_of_modes(figure, (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), IMPULSE)
+    numbers = (
+        published("Gait A: critical friction", need.friction, "0.17492"),
+        Number("Gait A: when it is needed", need.time, 0.0, 1e-9, "Gamus & Or 2015: just after the impact", "s"),
+        published("Gait A: impulse ratio of the touchdown", cycles["A"].impact_ratio, "-0.14467"),
+    )
+    return Study(figure, numbers)
+
+
+IMPULSE = {"color": "black", "marker": "D", "markersize": 5, "linestyle": "none", "label": "touchdown impulse $L_t/L_n$"}
+
+
+def _draw(axes, motion, cone):
+    """Draw the force ratio over time, the impulse ratio of the touchdown, and the friction cone."""
+    time = [segment.time for segment in motion.segments]
+    ratio = [segment.force[0] / segment.force[1] for segment in motion.segments]
+    draw_by_mode(axes, time, ratio, [segment.mode for segment in motion.segments])
+    for side in (1, -1):
+        axes.axhline(side * cone, **LIMIT)
+    axes.annotate(rf"$\mu$ = {cone:.5g}", (0.98, cone), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right")
+    for jump in motion.jumps:
+        axes.plot([jump.time], [jump.ratio], zorder=5, **IMPULSE)
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

@@ -1,0 +1,55 @@
+"""Rimless wheel: where walks end that start with a rate and a resting foot, over friction.
+
+Slip delays lift-off: the basin reaches further up than the dashed line, where a foot that never slips would lift off.
+"""
+
+import math
+
+import numpy as np
+from basin_map import draw_map
+from drawing import figure_of
+from published import published
+from rimless_closed_forms import fastest_speed, slowest_speed
+from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
+
+from gaitopt import Patience, Study, basin, basin_edges, rimless_wheel
+
+PATIENCE = Patience(steps=80, tolerance=1e-4)
+
+
+def study(frictions=40, rates=40, least=0.02, most=1.1, fastest=1.3, workers=2):  # grid of frictions and rates
+    """Return the study."""
+    across, speeds = np.linspace(least, most, frictions), np.linspace(0.01, fastest, rates)
+    starts = {"friction": across, "theta_rate": speeds}
+    found = basin(rimless_wheel(), wheel(), starts, patience=PATIENCE, workers=workers)
+    slope = math.radians(SLOPE)
+    with figure_of(3.8) as figure:
+        axes = figure.subplots()
+        handles = draw_map(axes, found, across, speeds)
+        limits = {
+            "keeps contact below, without slip": (fastest_speed(SPOKES, INERTIA_RATIO, slope), (0, (5, 1.5))),
+            "rolls over above, without slip": (slowest_speed(SPOKES, slope), (0, (1, 1))),
+        }
+        for name, (rate, dashes) in limits.items():
+            handles.append(axes.axhline(rate, color="black", linestyle=dashes, label=name))
+        axes.set(xlabel=r"friction $\mu$", ylabel=rf"rate at the start of the walk $\dot\theta$ [{RATE}]")
+        figure.legend(handles=handles, loc="outside right upper")
+    numbers = tuple(
+        published(f"basin of Type {kind}, mu = {friction:g}: upper end", _upper_end(friction), printed, "rad/tau_c")
+        for kind, friction, printed in (("B", 0.3, "1.142"), ("A", 1.0, "1.137"))
+    )
+    return Study(figure, numbers)
+
+
+def _upper_end(friction):
+    """Return the rate from which on walks lift off."""
+    edges = basin_edges(
+        rimless_wheel(), wheel(friction), "theta_rate", 0.8, 1.2, samples=3, tolerance=1e-6, patience=PATIENCE
+    )
+    return next(value for value, _, above in edges if above == "lift_off")
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

@@ -1,0 +1,67 @@
+"""Rimless wheel: where walks end that start with a rate, over the slope, with unlimited friction.
+
+The lines are closed forms: a slower start does not roll over, a faster one lifts the foot off.
+"""
+
+import math
+
+import numpy as np
+from basin_map import draw_map
+from drawing import figure_of
+from published import OWN, published
+from rimless_closed_forms import fastest_speed, gait_speed, slope_range, slowest_speed
+from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
+
+from gaitopt import Number, Patience, Study, basin, basin_edges, rimless_wheel
+
+PATIENCE = Patience(steps=60, tolerance=1e-4)
+
+
+def study(slopes=40, rates=40, greatest_slope=18.0, fastest=1.3, workers=2):  # grid up to [deg], [rad/tau_c]
+    """Return the study."""
+    degrees, speeds = np.linspace(0.25, greatest_slope, slopes), np.linspace(0.01, fastest, rates)
+    starts = {"slope": np.deg2rad(degrees), "theta_rate": speeds}
+    found = basin(rimless_wheel(), wheel(), starts, patience=PATIENCE, workers=workers)
+    with figure_of(3.8) as figure:
+        axes = figure.subplots()
+        handles = draw_map(axes, found, degrees, speeds)
+        handles += _draw_closed_forms(axes, greatest_slope)
+        axes.set(xlabel=r"slope $\alpha$ [deg]", ylabel=rf"rate at the start of the walk $\dot\theta$ [{RATE}]")
+        figure.legend(handles=handles, loc="outside right upper")
+    return Study(figure, _numbers())
+
+
+def _draw_closed_forms(axes, greatest_slope):
+    """Draw the edges of the basin and the gait itself; return their handles."""
+    least, most = slope_range(SPOKES, INERTIA_RATIO)
+    inside, wide = np.linspace(least, most, 101), np.linspace(0, math.radians(greatest_slope), 101)
+    slow = [slowest_speed(SPOKES, slope) for slope in wide]
+    fast = [fastest_speed(SPOKES, INERTIA_RATIO, slope) for slope in wide]
+    gait = [gait_speed(SPOKES, INERTIA_RATIO, slope) for slope in inside]
+    lines = (
+        (wide, fast, {"linestyle": (0, (5, 1.5)), "label": "keeps contact below"}),
+        (inside, gait, {"linestyle": "-", "linewidth": 1.8, "label": "gait of Type A"}),
+        (wide, slow, {"linestyle": (0, (1, 1)), "label": "rolls over above"}),
+    )
+    return [axes.plot(np.rad2deg(slope), rate, color="black", **style)[0] for slope, rate, style in lines]
+
+
+def _numbers():
+    """Return the ends of the basin on the study's slope."""
+    edges = basin_edges(
+        rimless_wheel(), wheel(), "theta_rate", 0.03, 1.2, samples=8, tolerance=1e-9, patience=PATIENCE
+    )
+    lower, upper = edges[0][0], edges[-1][0]
+    place = f"basin of Type A, alpha = {SLOPE:g} deg, unlimited friction"
+    exact = fastest_speed(SPOKES, INERTIA_RATIO, math.radians(SLOPE))
+    return (
+        published(f"{place}: lower end", lower, "0.0872", "rad/tau_c"),
+        published(f"{place}: upper end", upper, "0.9595", "rad/tau_c"),
+        Number(f"{place}: upper end, closed form", upper, exact, 1e-8, OWN, "rad/tau_c"),
+    )
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

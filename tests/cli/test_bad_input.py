@@ -1,0 +1,158 @@
+"""A mistake gets one clear sentence on stderr, exit status 2, no traceback, and leaves no file."""
+
+import json
+import math
+
+import pytest
+
+SLIP = "problems/compass_slip.py"
+
+
+def refused(run, folder, before=(), *, said=""):
+    assert run.status == 2, (run.out, run.err)
+    assert run.err.startswith("Error: "), run.err
+    assert run.err.count("\n") == 1, run.err
+    assert said in run.err
+    assert "Traceback" not in run.err
+    assert sorted(path.name for path in folder.iterdir()) == sorted(before)
+    return run
+
+
+SETTINGS = [
+    (["leg_mass=nan"], "leg_mass must be a finite number [kg], got nan"),
+    (["leg_mass=-1"], "leg_mass must be greater than 0 [kg], got -1"),
+    (["leg_mass=heavy"], "leg_mass must be a number like its default 4.0, got 'heavy'"),
+    (["hip_mass=-0.5"], "hip_mass must be at least 0 [kg]"),
+    (["gravity=inf"], "gravity must be a finite number"),
+    (["leg_length=0"], "leg_length must be greater than 0 [m]"),
+    (["friction=-0.1"], "friction must be at least 0, got -0.1"),
+    (["friction=0"], "friction greater than 0"),
+    (["friction=inf"], "needs a finite friction"),
+    (["torque_limit=0"], "torque_limit of ankle must be greater than 0 [N m], got 0"),
+    (["frction=0.2"], "has no parameter 'frction'. Did you mean 'friction'?"),
+    (["friction"], "--set needs NAME=VALUE, got 'friction'"),
+    (["=0.2"], "--set needs NAME=VALUE"),
+    (["word=slip+ | fly"], "The word 'slip+ | fly' has an unknown mode 'fly'"),
+    (["word=stick | slip+"], "The word 'stick | slip+' cannot"),
+    (["word=stick"], "needs exactly one '|'"),
+    (["objective=cost_of_transprt"], "Did you mean 'cost_of_transport'?"),
+    (["step_length=20"], "step_length 20 m is longer than the 3.2 m the robot can reach"),
+    (["speed=100"], "speed 100 m/s and step_length leave at most"),
+    (["speed=0.01"], "more than Limits.longest_step"),
+    (["speed=(0.7, 0.5)"], "the lower bound 0.7 exceeds the upper bound 0.5"),
+    (["speed=(0.7,)"], "speed must be a number, a pair (lower, upper) or None"),
+    (["speed=0"], "speed must be greater than 0"),
+    (["intervals=1"], "intervals must be at least 2"),
+    (["intervals=2.5"], "intervals must be a whole number"),
+    (["slope=100"], "slope must be at least"),
+    (["slope=None"], "compass_slip.py, line"),
+]
+
+
+@pytest.mark.parametrize(("settings", "said"), SETTINGS, ids=[" ".join(settings) for settings, _ in SETTINGS])
+def test_settings_that_cannot_be(command, root, folder, settings, said):
+    arguments = [text for setting in settings for text in ("--set", setting)]
+    refused(command("solve", root / SLIP, *arguments), folder, said=said)
+
+
+@pytest.mark.parametrize("settings", [["leg_mass=nan"], ["word=slip+ | fly"], ["frction=1"]])
+def test_the_same_as_a_process(process, root, folder, settings):
+    arguments = [text for setting in settings for text in ("--set", setting)]
+    refused(process("solve", root / SLIP, *arguments), folder)
+
+
+def test_with_json_the_reason_is_an_object(command, root, folder):
+    run = refused(command("solve", root / SLIP, "--set", "friction=-1", "--json"), folder)
+    assert run.json == {"status": "error", "error": "friction must be at least 0, got -1."}
+
+
+SCRIPTS = {
+    "raises while it loads": ("import nosuchmodule\n", "own.py, line 1 raised ModuleNotFoundError"),
+    "raises in problem": ("\ndef problem(a=1):\n    return 1 / 0\n", "own.py, line 3 raised ZeroDivisionError"),
+    "raises on two lines": ("def problem():\n    raise ValueError('a [b]\\nc')\n", "ValueError: a [b] c"),
+    "has a syntax error": ("def problem(:\n", "own.py, line 1: invalid syntax"),
+    "leaves": ("raise SystemExit(0)\n", "own.py, line 1 raised SystemExit"),
+    "has no problem": ("x = 1\n", "own.py has no function problem(**parameters)"),
+    "has a problem that is no function": ("problem = 3\n", "own.py has no function problem(**parameters)"),
+    "returns something else": ("def problem():\n    return 3\n", "must return a GaitProblem, it returned int"),
+    "needs an argument": ("def problem(a):\n    return 3\n", "missing 1 required positional argument: 'a'"),
+    "makes a wrong problem": (
+        "from gaitopt import GaitProblem, compass_biped\n\n\ndef problem():\n"
+        "    return GaitProblem(robot=compass_biped(), word='stick | slip+')\n",
+        "The word 'stick | slip+' cannot",
+    ),
+    "is empty": ("", "own.py has no function problem"),
+}
+
+
+@pytest.mark.parametrize("case", SCRIPTS)
+def test_scripts_that_cannot_be(command, script, folder, case):
+    text, said = SCRIPTS[case]
+    refused(command("solve", script(text)), folder, ["own.py"], said=said)
+    assert command("solve", "own.py", "--json").json["status"] == "error"
+
+
+@pytest.mark.parametrize("bytes_", [b"\xff\xfe", b"x = 1\0"])
+def test_a_script_that_is_no_text(command, folder, bytes_):
+    (folder / "own.py").write_bytes(bytes_)
+    refused(command("solve", "own.py"), folder, ["own.py"], said="own.py")
+
+
+def test_a_missing_script_names_the_nearest(command, script, folder):
+    script("", "compass.py")
+    run = refused(command("solve", "compas.py"), folder, ["compass.py"], said="There is no problem script compas.py")
+    assert "Did you mean 'compass.py'?" in run.err
+
+
+def test_a_folder_or_text_file_is_no_script(command, script, folder):
+    script("def problem(): pass", "notes.txt")
+    refused(command("solve", "notes.txt"), folder, ["notes.txt"], said="notes.txt is not a Python script")
+    refused(command("solve", folder), folder, ["notes.txt"], said="There is no problem script")
+
+
+# Root may write anywhere, so a folder of the kernel stands for one that is not writable.
+@pytest.mark.parametrize("output", ["/proc/gait.h5", "missing/gait.h5", "."])
+def test_an_output_that_cannot_be_written_is_refused_before_the_work(command, root, folder, output):
+    refused(command("solve", root / SLIP, "-o", output), folder, said=f"Cannot write {output}")
+    run = command("solve", root / SLIP, "-o", output, "--json")
+    assert run.json["status"] == "error"
+    assert json.loads(run.out)["error"].startswith("Cannot write")
+
+
+@pytest.mark.parametrize("verb", ["show", "verify", "plot", "animate"])
+def test_gait_files_that_cannot_be(command, folder, slip_file, verb):
+    refused(command(verb, "nope.h5"), folder, said="There is no file nope.h5")
+    whole = slip_file.read_bytes()
+    (folder / "gait.h5").write_bytes(whole[: len(whole) // 2])
+    refused(command(verb, "gait.h5"), folder, ["gait.h5"], said="gait.h5")
+    (folder / "gait.h5").write_text("not HDF5")
+    refused(command(verb, "gait.h5"), folder, ["gait.h5"], said="gait.h5")
+    refused(command(verb, folder), folder, ["gait.h5"], said="There is no file")
+
+
+@pytest.mark.parametrize("verb", ["show", "verify"])
+def test_gait_files_that_cannot_be_as_json(command, folder, verb):
+    run = refused(command(verb, "--json", "nope.h5"), folder)
+    assert run.json == {"status": "error", "error": "There is no file nope.h5."}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["solve"], ["solve", "a.py", "--bogus"], ["frobnicate"], ["animate", "a.h5", "--steps", "0"], ["show"]],
+)
+def test_usage_errors(command, folder, arguments):
+    run = command(*arguments)
+    assert run.status == 2
+    assert "Usage: gaitopt" in run.err
+    assert "Error: " in run.err
+    assert "Traceback" not in run.err
+    assert command(*arguments, "--json").json["status"] == "error"
+
+
+def test_nothing_finite_but_nan_reaches_json(command, root):
+    """JSON knows no nan: limits that are infinite are spelled as text."""
+    arguments = ["--set", "torque_limit=inf", "--set", "intervals=8", "--set", "objective=torque_squared"]
+    run = command("solve", root / "problems/compass_stick.py", *arguments, "--json")
+    facts = json.loads(run.out, parse_constant=lambda constant: pytest.fail(f"{constant} is not JSON"))
+    assert facts["problem"]["torque_limit"] == {"ankle": "inf", "hip": "inf"}
+    assert math.isfinite(facts["cost_of_transport"])

@@ -1,0 +1,134 @@
+import json
+import shutil
+
+import h5py
+import pytest
+
+from gaitopt import load, save
+
+
+def test_show_prints_the_facts(command, slip_file):
+    run = command("show", slip_file)
+    assert run.status == 0
+    assert run.err == ""
+    for fact in ("slip+ stick | slip+", "0.0158", "compass_biped", "friction 0.14", "passed"):
+        assert fact in run.out
+
+
+def test_show_and_verify_give_the_same_json(process, slip_file):
+    shown, verified = process("show", slip_file, "--json"), process("verify", slip_file, "--json")
+    assert (shown.status, verified.status) == (0, 0)
+    assert set(shown.json) == set(verified.json)
+    assert shown.json["cost_of_transport"] == verified.json["cost_of_transport"]
+    assert verified.json["verification"]["passed"] is True
+    assert verified.json["file"] == str(slip_file)
+
+
+def test_verify_does_not_change_the_file(command, slip_file, folder):
+    copy = folder / "gait.h5"
+    shutil.copy(slip_file, copy)
+    before = copy.read_bytes()
+    assert command("verify", copy).status == 0
+    assert copy.read_bytes() == before
+
+
+def test_verify_refutes_a_gait_with_other_torques(command, slip_file, folder):
+    copy = folder / "gait.h5"
+    shutil.copy(slip_file, copy)
+    with h5py.File(copy, "r+") as file:
+        file["motion/segments/0001/torque"][1] *= 1.01
+    run = command("verify", copy, "--json")
+    assert run.status == 1
+    assert run.json["status"] == "not_verified"
+    assert run.json["verification"]["passed"] is False
+    assert run.json["verification"]["reasons"]
+    table = command("verify", copy)
+    assert table.status == 1
+    assert "failed" in table.out
+
+
+def test_a_robot_from_a_script(command, script, slip_file, root):
+    assert command("verify", slip_file, "--problem", root / "problems/compass_slip.py").status == 0
+
+
+def test_a_gait_of_an_unknown_robot_needs_its_script(command, folder, slip_file):
+    import dataclasses
+
+    save(dataclasses.replace(load(slip_file), robot="my_robot"), folder / "gait.h5")
+    run = command("verify", "gait.h5")
+    assert run.status == 2
+    assert "my_robot" in run.err
+
+
+def test_problems_lists_scripts_with_descriptions_and_parameters(command, root):
+    run = command("problems", root / "problems", "--json")
+    assert run.status == 0
+    listed = {entry["script"].rsplit("/")[-1]: entry for entry in run.json["problems"]}
+    assert set(listed) >= {"compass_slip.py", "compass_stick.py"}
+    slip, stick = listed["compass_slip.py"], listed["compass_stick.py"]
+    assert slip["description"] == "Energy-optimal compass-biped gait whose touchdown slips forward."
+    # names and defaults demanded by issue 2
+    assert slip["parameters"] == {
+        "leg_length": 1.6,
+        "leg_com": 0.8,
+        "leg_mass": 4.0,
+        "hip_mass": 2.0,
+        "gravity": 9.8,
+        "slope": 0.0,
+        "friction": 0.14,
+        "speed": 0.633,
+        "step_length": 0.4713,
+        "torque_limit": 6.0,
+        "objective": "cost_of_transport",
+        "intervals": 40,
+        "word": "slip+ stick | slip+",
+    }
+    assert stick["parameters"] == {**slip["parameters"], "word": "stick | stick"}
+
+
+def test_problems_in_the_present_folder(process, folder, root):
+    shutil.copytree(root / "problems", folder / "problems")
+    run = process("problems")
+    assert run.status == 0
+    assert "compass_slip.py" in run.out
+    assert "friction=0.14" in run.out
+
+
+def test_problems_without_a_folder(command, folder):
+    run = command("problems")
+    assert run.status == 2
+    assert run.err.startswith("Error: There is no folder problems")
+
+
+def test_a_broken_script_does_not_hide_the_others(command, script, folder):
+    script('"""Speed in [m/s] and [/nothing]."""\n\n\ndef problem(names=("[a]", 1)):\n    pass\n', "good.py")
+    script("import nosuchmodule\n", "broken.py")
+    (folder / "binary.py").write_bytes(b"\xff\xfe\x00")
+    (folder / "latin.py").write_bytes('# coding: latin-1\n"""Fünf."""\ndef problem(a=1): pass\n'.encode("latin-1"))
+    entries = {entry["script"]: entry for entry in command("problems", ".", "--json").json["problems"]}
+    assert "ModuleNotFoundError" in entries["broken.py"]["error"]
+    assert "error" in entries["binary.py"]
+    assert entries["latin.py"]["description"] == "Fünf."
+    table = command("problems", ".")
+    assert table.status == 0
+    assert "Speed in [m/s] and [/nothing]." in table.out
+    assert "'[a]'" in table.out
+
+
+@pytest.mark.parametrize("flag", ["--help", "--version"])
+def test_help_and_version(process, flag):
+    run = process(flag)
+    assert run.status == 0
+    assert run.err == ""
+    assert run.out.strip()
+
+
+@pytest.mark.parametrize("verb", ["solve", "show", "verify", "plot", "animate", "problems"])
+def test_every_command_helps_with_an_example(command, verb):
+    run = command(verb, "--help")
+    assert run.status == 0
+    assert f"Example: gaitopt {verb}" in run.out
+
+
+def test_json_is_one_object_and_nothing_else(command, slip_file):
+    assert isinstance(json.loads(command("show", slip_file, "--json").out), dict)

@@ -1,0 +1,208 @@
+"""gaitopt solve: what it prints, writes and returns."""
+
+import pytest
+
+from gaitopt import Status, load
+
+KEYS = {  # demanded by issue 2
+    "status",
+    "word",
+    "cost_of_transport",
+    "speed",
+    "step_length",
+    "period",
+    "phases",
+    "foot_slide",
+    "impact",
+    "energy",
+    "verification",
+    "solver",
+    "problem",
+    "versions",
+}
+PARAMETERS = {
+    "leg_length": 1.6,
+    "leg_com": 0.8,
+    "leg_mass": 4.0,
+    "hip_mass": 2.0,
+    "gravity": 9.8,
+    "slope": 0.0,
+    "friction": 0.14,
+    "speed": 0.633,
+    "step_length": 0.4713,
+    "objective": "cost_of_transport",
+    "torque_limit": {"ankle": 6.0, "hip": 6.0},
+}
+
+
+def demanded(facts):
+    assert set(facts) >= KEYS
+    assert all(set(phase) >= {"mode", "duration"} for phase in facts["phases"])
+    assert set(facts["impact"]) >= {"mode", "ratio"}
+    assert set(facts["energy"]) >= {"actuator", "gravity", "impact_loss", "friction_loss", "residual"}
+    assert set(facts["verification"]) >= {"passed", "word", "state_error", "cost_of_transport"}
+    assert set(facts["solver"]) >= {"iterations", "build_seconds", "solve_seconds"}
+    return facts
+
+
+def test_the_main_job_at_its_defaults(process, root, folder):
+    run = process("solve", root / "problems/compass_slip.py", "--json")
+    assert run.status == 0, run.err
+    assert run.err == ""
+    facts = demanded(run.json)
+    # Cost by an independent computation of the authors of issue 2.
+    assert facts["cost_of_transport"] == pytest.approx(0.01586, rel=1e-2)
+    assert facts["status"] == "solved"
+    assert facts["word"] == "slip+ stick | slip+"
+    assert [phase["mode"] for phase in facts["phases"]] == ["slip+", "stick"]
+    assert sum(phase["duration"] for phase in facts["phases"]) == pytest.approx(facts["period"])
+    assert facts["verification"]["passed"] is True
+    assert facts["verification"]["word"] == facts["word"]
+    assert facts["impact"]["mode"] == "slip+"
+    assert {name: facts["problem"][name] for name in PARAMETERS} == PARAMETERS
+    assert facts["file"] == "compass_slip.h5"
+    assert [path.name for path in folder.iterdir()] == ["compass_slip.h5"]
+    assert load(folder / "compass_slip.h5").status is Status.SOLVED
+
+
+def test_a_table_for_people(command, root, folder):
+    run = command("solve", root / "problems/compass_stick.py", "--set", "intervals=12", "-o", folder / "stick.h5")
+    assert run.status == 0
+    for fact in (
+        "stick | stick",
+        "cost of transport",
+        "speed",
+        "step length",
+        "period",
+        "phases",
+        "friction margin",
+        "foot slide",
+        "impact",
+        "friction",
+        "closing error",
+        "passed",
+        "build",
+        "solve",
+    ):
+        assert fact in run.out
+    assert f"wrote {folder / 'stick.h5'}" in run.out
+    assert (folder / "stick.h5").is_file()
+
+
+def test_settings_reach_the_problem(command, root, folder):
+    settings = {
+        "friction": 0.2,
+        "speed": (0.6, 0.7),
+        "step_length": 0.45,
+        "torque_limit": 8,
+        "slope": 1,
+        "intervals": 8,
+    }
+    arguments = [text for name, value in settings.items() for text in ("--set", f"{name}={value}")]
+    arguments += ["--set", "objective=torque_squared", "--set", "word=stick | stick"]
+    run = command("solve", root / "problems/compass_slip.py", *arguments, "--json")
+    assert run.status == 0, run.err
+    resolved = run.json["problem"]
+    assert resolved["friction"] == 0.2
+    assert resolved["speed"] == [0.6, 0.7]
+    assert resolved["slope"] == pytest.approx(0.0174533, abs=1e-7)  # 1 deg
+    assert resolved["torque_limit"] == {"ankle": 8.0, "hip": 8.0}
+    assert resolved["objective"] == "torque_squared"
+    assert resolved["intervals"] == [8]
+    assert run.json["word"] == "stick | stick"
+
+
+def test_a_free_target_is_none(command, root):
+    run = command(
+        "solve", root / "problems/compass_stick.py", "--set", "step_length=None", "--set", "intervals=8", "--json"
+    )
+    assert run.status == 0
+    assert run.json["problem"]["step_length"] is None
+
+
+def test_no_gait_is_exit_status_1_and_leaves_an_older_file_alone(command, root, folder):
+    (folder / "gait.h5").write_text("precious")
+    arguments = ["--set", "torque_limit=0.1", "--set", "intervals=8", "-o", "gait.h5", "--json"]
+    run = command("solve", root / "problems/compass_stick.py", *arguments)
+    assert run.status == 1
+    facts = run.json
+    assert facts["status"] in ("infeasible", "iteration_limit")
+    assert facts["hint"]
+    assert facts["file"] is None
+    assert facts["verification"] is None
+    assert {"place", "name", "size"} == set(facts["violations"][0])
+    assert [path.name for path in folder.iterdir()] == ["gait.h5"]
+    assert (folder / "gait.h5").read_text() == "precious"
+
+
+def test_no_gait_in_words(command, root, folder):
+    run = command("solve", root / "problems/compass_stick.py", "--set", "torque_limit=0.1", "--set", "intervals=8")
+    assert run.status == 1
+    assert "not met" in run.out
+    assert "no verified gait; nothing was written" in run.out
+    assert not list(folder.iterdir())
+
+
+def test_quiet_is_silent_and_still_writes(process, root, folder):
+    run = process("solve", root / "problems/compass_stick.py", "--set", "intervals=8", "--quiet")
+    assert run == (0, "", "")
+    assert (folder / "compass_stick.h5").is_file()
+
+
+def test_a_script_runs_by_itself(process, root, folder):
+    run = process("--set", "intervals=12", "--json", program=[str(root / "problems/compass_slip.py")])
+    assert run.status == 0, run.err
+    assert demanded(run.json)["file"] == "compass_slip.h5"
+    assert (folder / "compass_slip.h5").is_file()
+
+
+OWN = '''"""Own objective, with a sibling and a name full of [markup] [/b]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gaitopt import GaitProblem, MultipleShooting, Objective, TorqueSquared, compass_biped
+
+
+@dataclass(frozen=True)
+class AnkleFirst(Objective):
+    weight: float = 10.0
+    name = "ankle_first"
+    uses_power = False
+    per_weight_and_travel = True
+    quadrature = TorqueSquared.quadrature
+
+    def integrand(self, torque, positive, negative):
+        return self.weight * torque[0] ** 2 + torque[1] ** 2
+
+
+def problem(friction=0.3, weight=10.0):
+    import sibling
+
+    return GaitProblem(
+        name="walk [bold] [/b]", robot=compass_biped(), word="stick | stick", friction=friction, speed=sibling.SPEED,
+        step_length=0.45, objective=AnkleFirst(weight), transcription=MultipleShooting(intervals=8),
+    )
+'''
+
+
+def test_a_script_with_its_own_objective_and_neighbours(command, script):
+    script("SPEED = 0.6\n", "sibling.py")
+    path = script(OWN, "json.py")  # the name of a module of the standard library, which it must not replace
+    light, heavy = (command("solve", path, "--set", f"weight={weight}", "--json") for weight in (1.0, 100.0))
+    assert (light.status, heavy.status) == (0, 0), heavy.err
+    assert light.json["problem"]["objective"] == "ankle_first"
+    assert heavy.json["solver"]["objective"] > light.json["solver"]["objective"]
+    table = command("solve", path)
+    assert table.status == 0
+    assert "wrote json.h5" in table.out
+
+
+def test_equal_settings_of_an_own_objective_share_nothing_with_others(command, script):
+    """Objectives are told apart by their fields, so another weight is another programme."""
+    script("SPEED = 0.6\n", "sibling.py")
+    path = script(OWN)
+    costs = [command("solve", path, "--set", f"weight={w}", "--json").json["solver"]["objective"] for w in (1, 2, 1)]
+    assert costs[0] == pytest.approx(costs[2], rel=1e-12)
+    assert costs[0] < costs[1]

@@ -1,0 +1,111 @@
+"""Commands on walks: stability, simulate, basin, run."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from gaitopt.cli.app import app, main
+
+PASSIVE, WHEEL, SLIP = "problems/compass_passive.py", "problems/rimless_wheel.py", "docs/examples/compass_slip.h5"
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def test_stability_of_a_script():
+    result = run("stability", WHEEL, "--set", "friction=inf", "--starts", 20, "--json")
+    assert result.exit_code == 0, result.output
+    data = json.loads(result.stdout)
+    assert data["engine"] in ("heyoka", "scipy")
+    (gait,) = data["gaits"]
+    assert gait["word"] == "stick | stick"
+    assert gait["multipliers"][0] == pytest.approx([0.734042, 0], abs=1e-6)  # Gamus & Or (2015)
+    assert gait["stable"] is True
+    assert gait["critical_friction"] == pytest.approx(0.914, abs=5e-4)
+    assert gait["impact_ratio"] == pytest.approx(-0.2374, abs=5e-5)
+    assert set(gait["energy"]) >= {"actuator", "gravity", "impact_loss", "friction_loss", "residual"}
+    assert set(gait["state"]) == {"theta_rate"}
+    assert gait["period"] > 0
+    assert gait["step_length"] > 0
+
+
+def test_stability_of_a_saved_gait():
+    result = run("stability", SLIP, "--json", "--engine", "scipy")
+    data = json.loads(result.stdout)
+    assert data["engine"] == "scipy"
+    assert data["gaits"][0]["stable"]
+    assert len(data["gaits"][0]["multipliers"]) == 4
+
+
+def test_no_gait_is_exit_status_one():
+    result = run("stability", WHEEL, "--set", "slope=0", "--starts", 5)
+    assert result.exit_code == 1
+    assert "no periodic gait found" in result.output
+
+
+def test_simulate_logs_events():
+    result = run(
+        "simulate", WHEEL, "--set", "friction=0.3", "--set", "word=stick slip+ | stick", "--steps", 2, "--json"
+    )
+    data = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert data["stop"] == "steps_done"
+    assert [event["name"] for event in data["events"]] == ["slip+", "touchdown"] * 2
+    assert data["words"] == ["stick slip+ | stick"] * 2
+    assert data["events"][1]["energy_lost"] > 0
+
+
+def test_simulate_from_a_changed_state_that_fails():
+    result = run("simulate", WHEEL, "--state", "theta_rate=0.01", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["stop"] == "fell"
+
+
+def test_basin_on_the_command_line(tmp_path):
+    file = tmp_path / "basin.h5"
+    result = run("basin", WHEEL, "--set", "friction=inf", "--over", "theta_rate=0.1:3.4:4", "-o", file, "--json")
+    data = json.loads(result.stdout)
+    assert data["endings"] == ["fell", "stick | stick", "stick | stick", "lift_off"]
+    assert data["fractions"]["stick | stick"] == pytest.approx(0.5)
+    assert file.exists()
+
+
+def test_run_a_study(tmp_path):
+    script = tmp_path / "tiny.py"
+    script.write_text(
+        "from matplotlib.figure import Figure\nfrom gaitopt import Number, Study\n"
+        "def study(value=1.0):\n"
+        "    return Study(Figure(), (Number('one', value, 1.0, 1e-3, 'arithmetic'),))\n"
+    )
+    good = run("run", script, "-o", tmp_path / "tiny.png", "--json")
+    assert good.exit_code == 0
+    assert json.loads(good.stdout)["numbers"][0]["agrees"]
+    assert (tmp_path / "tiny.png").exists()
+    assert run("run", script, "-o", tmp_path / "tiny.png", "--set", "value=2").exit_code == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["stability", "problems/compass_slip.py"], "solve it first"),
+        (["solve", WHEEL], "gaitopt stability"),
+        (["stability", WHEEL, "--engine", "heyoca"], "Did you mean 'heyoka'"),
+        (["stability", WHEEL, "--set", "spokes=2"], "spokes must be at least 3"),
+        (["stability", WHEEL, "--set", "word=stick | fly"], "unknown mode"),
+        (["simulate", WHEEL, "--state", "thd=1"], "no coordinate 'thd'"),
+        (["simulate", WHEEL, "--state", "theta_rate=fast"], "NAME=NUMBER"),
+        (["basin", WHEEL, "--over", "theta_rate=0:1"], "NAME=FROM:TO:COUNT"),
+        (["basin", WHEEL, "--over", "speed=0:1:3"], "no coordinate or parameter 'speed'"),
+        (["run", WHEEL], "no function study"),
+        (["stability", SLIP, "--set", "friction=1"], "a saved gait has none to change"),
+    ],
+)
+def test_mistakes_are_one_sentence_and_exit_status_two(arguments, message, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 2
+    printed = " ".join(capsys.readouterr().err.split())
+    assert message in printed
+    assert "Traceback" not in printed

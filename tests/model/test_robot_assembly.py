@@ -1,0 +1,110 @@
+"""Robots assembled from parts: a rod that can be checked by hand, and every mistake named."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt import Coordinates, InputError, Mode, Parameter, PointMass, RigidLink, assemble, check_robot, robot_named
+
+GRAVITY = Parameter("gravity", 9.8, "m/s^2", "gravity", lower=0.0)
+
+
+def rod(bodies=None, relabel=None, **changes):
+    """Return a robot of one leg (it lands on its own mirror image), made of whatever bodies are given."""
+    c = Coordinates(["th"], [GRAVITY])
+    th = c.angle("th")
+    end = c.foot + ca.vertcat(ca.sin(th), ca.cos(th))
+    parts = {
+        "description": "a rod",
+        "bodies": bodies(c, th) if bodies else [PointMass(2.0, end)],
+        "landing_foot": c.foot + 2 * ca.vertcat(ca.sin(th), 0),
+        "touchdown": 0.3 - th,
+        "armed": th,
+        "relabel": [relabel(th)] if relabel else [-th],
+        "upright": ca.cos(th),
+        "actuators": {"ankle": th},
+        "points": {"foot": c.foot, "end": end},
+        "links": [("foot", "end")],
+    }
+    return assemble("rod", c, **{**parts, **changes})
+
+
+def test_a_rod_is_the_same_as_the_two_masses_it_is_made_of():
+    """A rigid link of mass 2, inertia I about its middle is two masses 1 at +-sqrt(I/2) from it."""
+    reach = 0.3
+
+    def link(c, th):
+        middle = c.foot + ca.vertcat(ca.sin(th), ca.cos(th))
+        return [RigidLink(2.0, middle, 2 * reach**2, th)]
+
+    def masses(c, th):
+        direction = ca.vertcat(ca.sin(th), ca.cos(th))
+        return [PointMass(1.0, c.foot + (1 + side) * direction) for side in (-reach, reach)]
+
+    robots = [rod(link), rod(masses)]
+    for robot in robots:
+        assert check_robot(robot, states=4).passed
+    q, v, u = [0.1, 0.2, 0.4], [0.5, 0.0, 1.1], [0.7]
+    for mode in Mode:
+        results = [
+            [np.asarray(part).ravel() for part in robot.acceleration[mode](q, v, u, robot.vector(robot.resolve({"friction": 0.3})))]
+            for robot in robots
+        ]
+        np.testing.assert_allclose(results[0][0], results[1][0], rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(results[0][1], results[1][1], rtol=1e-12, atol=1e-12)
+
+
+def test_torque_balances_gravity_where_statics_says():
+    robot = rod()
+    p = robot.vector(robot.resolve({"slope": 0.1}))
+    torque = -2.0 * 9.8 * np.sin(0.4 + 0.1)
+    acceleration, force = robot.acceleration[Mode.STICK]([0, 0, 0.4], [0, 0, 0], [torque], p)
+    np.testing.assert_allclose(np.asarray(acceleration).ravel(), 0.0, atol=1e-14)
+    np.testing.assert_allclose(np.asarray(force).ravel(), 2 * 9.8 * np.array([-np.sin(0.1), np.cos(0.1)]), rtol=1e-13)
+
+
+def test_a_robot_knows_its_sizes_and_names():
+    robot = rod()
+    assert (robot.n_q, robot.n_u, robot.links) == (3, 1, ((0, 1),))
+    assert [parameter.name for parameter in robot.parameters] == ["gravity", "slope", "friction"]
+    assert robot.resolve({"slope": 0.1}) == {"gravity": 9.8, "slope": 0.1, "friction": np.inf}
+    assert "rod" in repr(robot)
+
+
+def test_relabelling_must_be_linear():
+    with pytest.raises(InputError, match="'rod'.*linear"):
+        rod(relabel=lambda th: th**2)
+
+
+def test_relabelling_must_be_invertible():
+    with pytest.raises(InputError, match="'rod'.*cannot be inverted"):
+        rod(relabel=lambda th: 0 * th)
+
+
+def test_relabelling_needs_every_angle():
+    with pytest.raises(InputError, match="one for each"):
+        rod(relabel=lambda th: ca.vertcat(th, th))
+
+
+def test_slope_and_friction_belong_to_the_ground():
+    with pytest.raises(InputError, match="'slope' and 'friction' belong to the ground"):
+        Coordinates(["th"], [GRAVITY, Parameter("slope", 0.0, "rad", "mine")])
+
+
+def test_a_robot_needs_gravity():
+    with pytest.raises(InputError, match="parameter named 'gravity'"):
+        Coordinates(["th"], [])
+
+
+def test_unknown_parameter_is_named_with_the_nearest_known_one(compass):
+    with pytest.raises(InputError, match=r"'compass_biped' has no parameter 'leg_mas'. Did you mean 'leg_mass'\?"):
+        compass.resolve({"leg_mas": 3})
+
+
+def test_unknown_robot_is_named_with_the_nearest_known_one():
+    with pytest.raises(InputError, match=r"no robot 'compas_biped'.*Did you mean 'compass_biped'\?.*rimless_wheel"):
+        robot_named("compas_biped")
+
+
+def test_the_catalogue_returns_one_object_for_each_robot(compass):
+    assert robot_named("compass_biped") is compass

@@ -1,0 +1,166 @@
+"""Gait files that cannot be read or written: the mistake is named, and nothing that was there is lost."""
+
+import dataclasses
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+
+from gaitopt import ArchiveError, load, save
+from gaitopt.motion import archive
+
+
+@pytest.fixture
+def path(slip_gait, tmp_path):
+    return save(slip_gait, tmp_path / "gait.h5")
+
+
+def fails(path, says):
+    with pytest.raises(ArchiveError) as caught:
+        load(path)
+    message = str(caught.value)
+    assert str(path) in message
+    assert says in message
+
+
+def test_missing_file(tmp_path):
+    fails(tmp_path / "none.h5", "There is no file")
+    fails(tmp_path, "There is no file")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.9, 0.999])
+def test_truncated_file(path, share):
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    fails(path, "cannot be read as HDF5")
+
+
+def test_random_bytes(path, rng):
+    path.write_bytes(rng.bytes(20_000))
+    fails(path, "cannot be read as HDF5")
+
+
+def test_text_file(path):
+    path.write_text("this is not a gait\n" * 100)
+    fails(path, "cannot be read as HDF5")
+
+
+@pytest.mark.parametrize("error", [RuntimeError, OSError, ValueError, AttributeError])
+def test_whatever_hdf5_raises_inside_a_damaged_file(path, monkeypatch, error):
+    """Flipped bytes make h5py raise any of these, according to where they are."""
+
+    def damaged(file):
+        raise error("Error iterating over attributes")
+
+    monkeypatch.setattr(archive, "_read_gait", damaged)
+    fails(path, "damaged")
+
+
+def test_hdf5_of_another_kind(tmp_path):
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = np.zeros(3)
+    fails(tmp_path / "other.h5", "not a gait written by gaitopt")
+
+
+def test_format_attribute_of_something_else(path):
+    with h5py.File(path, "a") as file:
+        file.attrs["format"] = "another format"
+    fails(path, "not a gait written by gaitopt")
+
+
+def test_newer_version(path):
+    with h5py.File(path, "a") as file:
+        file.attrs["format_version"] = archive.VERSION + 1
+    fails(path, f"format version {archive.VERSION + 1}; this gaitopt reads up to {archive.VERSION}. Upgrade")
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["decision", "solver", "versions", "motion", "motion/segments", "motion/segments/0001/torque", "motion/jumps/0000/q"],
+)
+def test_missing_part(path, name):
+    with h5py.File(path, "a") as file:
+        del file[name]
+    fails(path, "damaged")
+
+
+@pytest.mark.parametrize(
+    ("group", "attribute", "value"),
+    [
+        ("/", "word", "stick | slide"),
+        ("/", "word", "stick stick | stick"),
+        ("/", "status", "splendid"),
+        ("/", "problem", "{not json"),
+        ("/", "format_version", "two"),
+        ("motion/segments/0000", "mode", "hop"),
+        ("motion/segments/0000", "step", "first"),
+        ("solver", "violations", '[{"place": "x"}]'),
+        ("solver", "surprise", 1.0),
+        ("motion", "links", "[1, 2]"),
+        ("motion", "total_mass", "heavy"),
+    ],
+)
+def test_attribute_that_makes_no_sense(path, group, attribute, value):
+    with h5py.File(path, "a") as file:
+        file[group].attrs[attribute] = value
+    fails(path, "damaged")
+
+
+def test_dataset_of_text(path):
+    with h5py.File(path, "a") as file:
+        del file["motion/segments/0000/q"]
+        file["motion/segments/0000/q"] = ["a", "b"]
+    fails(path, "damaged")
+
+
+def test_a_folder_that_does_not_exist(slip_gait, tmp_path):
+    with pytest.raises(ArchiveError, match=r"the folder .*nowhere does not exist\. Create it"):
+        save(slip_gait, tmp_path / "nowhere" / "gait.h5")
+
+
+def test_a_target_that_is_a_folder(slip_gait, tmp_path):
+    with pytest.raises(ArchiveError, match=r"it is a folder\. Give a file name"):
+        save(slip_gait, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written(slip_gait, monkeypatch, tmp_path):
+    def refuse(**options):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    with pytest.raises(ArchiveError, match=r"not writable \(Permission denied\)"):
+        save(slip_gait, tmp_path / "gait.h5")
+
+
+class Interrupt(BaseException):
+    """Stands for Ctrl-C."""
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), RuntimeError("h5py"), Interrupt()])
+def test_a_failure_in_the_middle_leaves_the_old_file_and_nothing_else(slip_gait, path, monkeypatch, error):
+    before = path.read_bytes()
+
+    def fail(group, motion):
+        raise error
+
+    monkeypatch.setattr(archive, "_write_motion", fail)
+    other = dataclasses.replace(slip_gait, robot="another")
+    with pytest.raises(ArchiveError if isinstance(error, OSError) else type(error)) as caught:
+        save(other, path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
+    if isinstance(error, OSError):
+        assert "No space left on device" in str(caught.value)
+
+
+def test_a_file_is_replaced_as_a_whole(slip_gait, path):
+    with h5py.File(path, "a") as file:
+        file["left over"] = 1.0
+    shutil.copy(path, path.with_name("copy.h5"))
+    save(dataclasses.replace(slip_gait, robot="another"), path)
+    with h5py.File(path, "r") as file:
+        assert "left over" not in file
+    assert load(path).robot == "another"
+    assert sorted(entry.name for entry in path.parent.iterdir()) == ["copy.h5", "gait.h5"]

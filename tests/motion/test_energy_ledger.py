@@ -1,0 +1,63 @@
+"""The ledger of motions made by hand: every entry is known before."""
+
+import numpy as np
+import pytest
+
+from gaitopt import Mode, ledger
+
+
+def test_every_entry_is_counted_once(segment, jump, motion):
+    """Two steps: in each an actuator works, the robot falls, the foot slides and the touchdown costs energy."""
+    time = np.linspace(0, 1, 5)
+    first = segment(
+        time,
+        mode=Mode.SLIP_FORWARD,
+        work=np.array([3.0 * time, -1.0 * time]),
+        friction_work=0.5 * time,
+        kinetic=10 + 2.5 * time,
+        potential=100 - 1.0 * time,
+    )
+    second = segment(
+        1 + time,
+        step=1,
+        work=np.array([0.25 * time, 0 * time]),
+        friction_work=0 * time,
+        kinetic=11.5 + 1.25 * time,
+        potential=99 - 1.0 * time,
+    )
+    energies = ledger(motion([first, second], [jump(1.0, energy_lost=1.0), jump(2.0, step=1, energy_lost=0.75)]))
+    assert energies.actuator == pytest.approx(3 - 1 + 0.25)
+    assert energies.gravity == pytest.approx(2.0)
+    assert energies.friction_loss == pytest.approx(0.5)
+    assert energies.impact_loss == pytest.approx(1.75)
+    assert energies.kinetic_change == pytest.approx(12.75 - 0.75 - 10)
+    assert energies.residual == pytest.approx(0.0, abs=1e-14)
+
+
+def test_a_walk_that_goes_on_after_its_last_touchdown_ends_with_its_last_sample(segment, jump, motion):
+    time = np.linspace(0, 1, 3)
+    walk = motion(
+        [segment(time, kinetic=5 + time), segment(1 + time, step=1, kinetic=4 - time)], [jump(1.0, energy_lost=2.0)]
+    )
+    assert ledger(walk).kinetic_change == pytest.approx(3 - 5)
+
+
+def test_a_walk_that_stops_at_the_instant_of_its_last_touchdown(segment, jump, motion):
+    """Lift-off right after an impact: a segment of no length follows the jump at the same time."""
+    time = np.linspace(0, 1, 3)
+    at_once = segment(np.array([1.0, 1.0]), step=1, kinetic=np.array([4.0, 4.0]))
+    walk = motion([segment(time, kinetic=5 + time), at_once], [jump(1.0, energy_lost=2.0)])
+    assert ledger(walk).kinetic_change == pytest.approx(4 - 5)
+
+
+def test_the_residual_is_what_is_missing(segment, motion):
+    time = np.linspace(0, 1, 3)
+    energies = ledger(motion([segment(time, kinetic=8 * time, potential=-6 * time)]))
+    assert energies.residual == pytest.approx(-2.0)
+    assert energies.relative_residual == pytest.approx(2 / 8)
+
+
+def test_nothing_at_all_closes(motion):
+    energies = ledger(motion([]))
+    assert energies.residual == 0
+    assert energies.relative_residual == 0

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from gaitopt import TorqueSquared, Word, compass_biped
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.diagnosis import violations, warnings
+from gaitopt.ocp.shooting import transcribe
+
+
+@pytest.fixture(scope="module")
+def transcription():
+    return transcribe(compass_biped(), Word.parse("slip+ stick | slip+"), TorqueSquared(), (3, 4))
+
+
+@pytest.fixture
+def wide(transcription):
+    n, m = transcription.variables.size, transcription.constraints.size
+    return Bounds(*np.full((2, n), np.array([[-1.0], [1.0]])), *np.full((2, m), np.array([[-1.0], [1.0]])))
+
+
+def found(transcription, bounds, x=None, g=None, **options):
+    x = np.zeros(transcription.variables.size) if x is None else x
+    g = np.zeros(transcription.constraints.size) if g is None else g
+    return violations(transcription, bounds, x, g, **options)
+
+
+def test_nothing_violated_is_nothing_listed(transcription, wide):
+    assert found(transcription, wide) == ()
+
+
+@pytest.mark.parametrize(("value", "size"), [(1.5, 0.5), (-3.0, 2.0)])
+def test_a_violated_row_is_named_with_its_size(transcription, wide, value, size):
+    g = np.zeros(transcription.constraints.size)
+    g[transcription.constraints["interval 1"][5, 2]] = value
+    (violation,) = found(transcription, wide, g=g)
+    assert (violation.place, violation.name) == ("phase 2 (stick), node 2", "backward friction cone")
+    assert violation.size == pytest.approx(size)
+    assert str(violation) == f"backward friction cone at phase 2 (stick), node 2 violated by {size:.2e}"
+
+
+def test_a_variable_beyond_its_bound_is_named(transcription, wide):
+    x = np.zeros(transcription.variables.size)
+    x[transcription.variables["torque"][1, 5]] = 4.0
+    (violation,) = found(transcription, wide, x=x)
+    assert (violation.place, violation.name, violation.size) == ("phase 2 (stick), node 2", "hip torque", 3.0)
+
+
+def test_the_worst_of_each_name_in_each_phase_comes_first(transcription, wide):
+    rows = transcription.constraints
+    g = np.zeros(rows.size)
+    g[rows["interval 1"][4, 0]] = 1.2  # forward cone
+    g[rows["interval 1"][4, 3]] = 1.4
+    g[rows["interval 1"][6, 1]] = 1.3  # the same cone at mid-interval
+    g[rows["interval 1"][0, 0]] = 1.1
+    g[rows["touchdown"][0, 0]] = 2.0
+    listed = [(v.place, v.name) for v in found(transcription, wide, g=g)]
+    assert listed == [
+        ("touchdown", "leg swap of th1"),
+        ("phase 2 (stick), node 3", "forward friction cone"),
+        ("phase 2 (stick), node 0", "dynamics of th1"),
+    ]
+
+
+def test_small_violations_and_long_lists_are_cut(transcription, wide):
+    g = np.full(transcription.constraints.size, 1 + 1e-7)
+    assert found(transcription, wide, g=g) == ()
+    g += 1.0
+    assert len(found(transcription, wide, g=g, most=3)) == 3
+    assert len(found(transcription, wide, g=g)) == 10
+
+
+def test_a_value_that_is_not_a_number_is_the_worst(transcription, wide):
+    g = np.full(transcription.constraints.size, 5.0)
+    g[transcription.constraints["touchdown"][2, 0]] = np.nan
+    first = found(transcription, wide, g=g)[0]
+    assert (first.name, first.size) == ("momentum balance 1", np.inf)
+
+
+def test_only_a_duration_on_its_bound_is_warned_about(transcription, reference_problem):
+    problem = reference_problem(word="slip+ stick | slip+")
+    x = np.zeros(transcription.variables.size)
+    shortest = problem.limits.shortest_phase
+    x[transcription.variables["duration"][0]] = [2 * shortest, shortest * (1 + 1e-6)]
+    (warning,) = warnings(transcription, problem, x)
+    assert warning.startswith("phase 2 (stick) lasts 0.005 s")
+    x[transcription.variables["duration"][0]] = [2 * shortest, 100 * shortest]
+    assert warnings(transcription, problem, x) == ()

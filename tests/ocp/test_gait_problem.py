@@ -1,0 +1,87 @@
+import math
+
+import pytest
+
+from gaitopt import GaitProblem, InputError, Limits, Margins, TorqueSquared, WordError, compass_biped, rimless_wheel
+
+
+def test_names_become_objects(reference_problem):
+    problem = reference_problem(word="slip+ stick | slip+", objective="torque_squared")
+    assert str(problem.word) == "slip+ stick | slip+"
+    assert problem.objective == TorqueSquared()
+
+
+def test_parameters_not_given_keep_their_defaults(reference_problem):
+    values = reference_problem(parameters={"leg_mass": 5}).values
+    assert values["leg_mass"] == 5
+    assert values["leg_length"] == 1.6
+    assert values["friction"] == 0.14
+    assert values["slope"] == 0.0
+
+
+def test_replace_checks_again(reference_problem):
+    problem = reference_problem()
+    assert problem.replace(friction=0.2).friction == 0.2
+    assert problem.friction == 0.14
+    with pytest.raises(InputError, match="friction must be at least 0"):
+        problem.replace(friction=-0.1)
+
+
+def test_the_description_is_complete_and_plain(reference_problem):
+    facts = reference_problem(speed=(0.6, 0.7), step_length=None, margins=Margins(cone=0.01)).describe()
+    assert facts["speed"] == [0.6, 0.7]
+    assert facts["step_length"] is None
+    assert facts["cone_margin"] == 0.01
+    assert facts["torque_limit"] == {"ankle": 6.0, "hip": 6.0}
+    assert facts["intervals"] == [40]
+    for name in ("leg_length", "leg_com", "leg_mass", "hip_mass", "gravity", "slope", "friction"):
+        assert isinstance(facts[name], float)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"friction": math.nan}, "friction must be a finite number"),
+        ({"friction": "slippery"}, "friction must be a number"),
+        ({"friction": 0.0}, "greater than 0"),
+        ({"friction": 0.0, "word": "slip+ | slip+"}, "greater than 0"),
+        ({"friction": math.inf, "word": "slip+ stick | slip+"}, "slips, which needs a finite friction"),
+        ({"slope": 2.0}, "slope must be at least"),
+        ({"slope": math.nan}, "slope must be a finite number"),
+        ({"parameters": {"leg_mass": -1}}, "leg_mass must be greater than 0"),
+        ({"parameters": {"leg_mass": math.nan}}, "leg_mass must be a finite number"),
+        ({"parameters": {"leg_mas": 4}}, "no parameter 'leg_mas'. Did you mean 'leg_mass'"),
+        ({"parameters": {"friction": 0.2}}, r"Give friction as GaitProblem\(friction=...\)"),
+        ({"limits": Limits(torque=0)}, "torque_limit of ankle must be greater than 0"),
+        ({"limits": Limits(torque={"knee": 3})}, "no actuator 'knee'"),
+        ({"objective": "cheap"}, "no objective 'cheap'"),
+        ({"speed": 0}, "speed must be greater than 0"),
+        ({"speed": (0.8, 0.6)}, "speed: the lower bound"),
+        ({"step_length": 5.0}, "step_length 5 m is longer than the 3.2 m the robot can reach"),
+        ({"step_length": 0.4, "limits": Limits(angle=0.1)}, "longer than the 0.319 m the robot can reach"),
+        ({"speed": 500.0}, "speed 500 m/s and step_length leave at most .* less than"),
+        ({"speed": 0.01}, "takes 47.1 s, more than Limits.longest_step"),
+        ({"limits": Limits(longest_step=0.5)}, "takes 0.745 s, more than Limits.longest_step"),
+        ({"speed": None, "limits": Limits(shortest_phase=3, longest_step=2)}, "take longer than Limits.longest_step"),
+        ({"transcription": None}, "transcription must be"),
+        ({"guess": "passive"}, "guess must be"),
+        ({"robot": "compass"}, "robot must be a Robot"),
+        ({"robot": rimless_wheel()}, "no actuators, so there is nothing to optimise"),
+    ],
+)
+def test_problems_that_cannot_be(changes, reason):
+    fields = {
+        "robot": compass_biped(),
+        "word": "stick | stick",
+        "friction": 0.14,
+        "speed": 0.633,
+        "step_length": 0.4713,
+    }
+    with pytest.raises(InputError, match=reason):
+        GaitProblem(**{**fields, **changes})
+
+
+@pytest.mark.parametrize("word", ["slip+ | fly", "stick | slip+", "stick stick | stick", "", "| stick", "stick", 3])
+def test_words_that_cannot_be(reference_problem, word):
+    with pytest.raises(WordError, match="word"):
+        reference_problem(word=word)

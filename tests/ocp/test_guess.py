@@ -1,0 +1,143 @@
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, Keyframes, Line, Previous, Word, compass_biped, load, rimless_wheel
+from gaitopt.ocp.bounds import bounds, setting, start
+from gaitopt.ocp.guess import Setting
+from gaitopt.ocp.reach import longest_reach, touchdown_pose
+from gaitopt.ocp.shooting import transcribe
+
+PERIOD, STEP = 0.75, 0.47
+
+
+@pytest.fixture(scope="module")
+def aim():
+    robot = compass_biped()
+    return Setting(robot, robot.resolve({}), Word.parse("slip+ stick | slip+"), STEP, PERIOD)
+
+
+@pytest.fixture(scope="module")
+def published():
+    return load("docs/examples/compass_slip.h5").motion
+
+
+def test_a_line_runs_from_one_touchdown_to_the_next(aim):
+    time = np.linspace(0, PERIOD, 11)
+    sample = Line().sample(aim, time)
+    # Feet STEP apart with straight legs of 1.6 m: both angles are asin(STEP / 2 / 1.6); the swap negates them.
+    angle = math.asin(STEP / 2 / 1.6)
+    assert sample.angles[:, -1] == pytest.approx([angle, angle], abs=1e-6)
+    assert sample.angles[:, 0] == pytest.approx([-angle, -angle], abs=1e-6)
+    assert sample.rates == pytest.approx(np.full((2, 11), 2 * angle / PERIOD), abs=1e-5)
+    assert not np.any(sample.torque)
+    assert not np.any(sample.slide)
+
+
+def test_slip_phases_get_a_sixth_of_the_time(aim):
+    assert Line().durations(aim) == pytest.approx([PERIOD / 6, 5 * PERIOD / 6])
+
+
+def test_keyframes_pass_through_their_poses_without_overshoot(aim):
+    frames = Keyframes((0, 0.5, 1), {"th1": (-0.1, 0.0, 0.2), "th2": (-0.1, 0.3, 0.2)})
+    time = np.linspace(0, PERIOD, 101)
+    sample = frames.sample(aim, time)
+    assert sample.angles[:, [0, 50, 100]] == pytest.approx(np.array([[-0.1, 0, 0.2], [-0.1, 0.3, 0.2]]))
+    assert np.all(np.diff(sample.angles[0]) >= 0)
+    assert sample.angles[1].max() == pytest.approx(0.3)
+    slopes = np.gradient(sample.angles, time, axis=1)[:, 1:-1]
+    assert sample.rates[:, 1:-1] == pytest.approx(slopes, abs=2e-2)
+
+
+@pytest.mark.parametrize("fractions", [(0, 1, 1), (0.1, 1), (0, 0.9), (0,), (1, 0), (0, math.nan, 1)])
+def test_fractions_that_do_not_run_from_0_to_1(fractions):
+    with pytest.raises(InputError, match="fractions must increase from 0 to 1"):
+        Keyframes(fractions, {"th1": [0.0] * len(fractions)})
+
+
+@pytest.mark.parametrize("angles", [(0.0,), (0.0, math.nan), (0.0, math.inf)])
+def test_keyframe_angles_that_cannot_be(angles):
+    with pytest.raises(InputError, match="th1 needs 2 finite angles"):
+        Keyframes((0, 1), {"th1": angles})
+
+
+def test_keyframes_of_another_robot_are_refused(aim):
+    with pytest.raises(InputError, match="must name the angles"):
+        Keyframes((0, 1), {"theta": (0, 1)}).sample(aim, np.zeros(1))
+
+
+def test_a_previous_motion_keeps_its_phases_and_is_stretched_in_time(aim, published):
+    durations = Previous(published).durations(aim)
+    own = np.array([segment.duration for segment in published.segments])
+    assert durations == pytest.approx(own * PERIOD / own.sum())
+    sample = Previous(published).sample(aim, np.array([0.0, PERIOD]))
+    assert sample.angles[:, 0] == pytest.approx(published.segments[0].q[2:, 0])
+    assert sample.angles[:, 1] == pytest.approx(published.segments[-1].q[2:, -1])
+    assert sample.torque[:, 1] == pytest.approx(published.segments[-1].torque[:, -1])
+    assert sample.slide[1] == pytest.approx(published.foot_slide)
+
+
+def test_a_previous_motion_of_another_word_is_spread_over_the_new_phases(published):
+    robot = compass_biped()
+    aim = Setting(robot, robot.resolve({}), Word.parse("stick | stick"), STEP, PERIOD)
+    assert Previous(published).durations(aim) == pytest.approx([PERIOD])
+
+
+def test_a_previous_motion_of_another_robot_is_refused(published):
+    robot = rimless_wheel()
+    aim = Setting(robot, robot.resolve({}), Word.parse("stick | stick"), STEP, PERIOD)
+    with pytest.raises(InputError, match=r"motion of .*th1"):
+        Previous(published).sample(aim, np.zeros(1))
+
+
+@pytest.mark.parametrize("guess", [Line(), Keyframes((0, 1), {"th1": (-0.1, 0.1), "th2": (-3.0, 3.0)})])
+def test_a_start_lies_inside_the_bounds_and_is_finite(reference_problem, guess):
+    problem = reference_problem(word="slip+ stick | slip+", intervals=8, guess=guess)
+    transcription = transcribe(problem.robot, problem.word, problem.objective, (5, 8))
+    x, limits = start(transcription, problem, guess), bounds(transcription, problem)
+    assert np.all(np.isfinite(x))
+    assert np.all((limits.x_lower <= x) & (x <= limits.x_upper))
+
+
+def test_a_start_from_a_solution_is_that_solution(reference_problem, solved):
+    gait = solved(word="slip+ stick | slip+")
+    problem = reference_problem(word=gait.word, guess=Previous(gait.motion))
+    transcription = transcribe(problem.robot, problem.word, problem.objective, (10, 40))
+    x = start(transcription, problem, problem.guess)
+    for name in ("angles", "rates", "torque", "duration", "slide 0"):
+        index = transcription.variables[name]
+        assert x[index] == pytest.approx(gait.decision[index], abs=1e-6), name
+
+
+@pytest.mark.parametrize(
+    ("speed", "step", "expected"),
+    [
+        (0.633, 0.4713, (0.4713, 0.4713 / 0.633)),
+        ((0.6, 0.7), 0.4713, None),
+        (None, (0.3, 0.4), None),
+        (None, None, None),
+    ],
+)
+def test_the_aim_of_a_guess_lies_within_the_targets(reference_problem, speed, step, expected):
+    problem = reference_problem(speed=speed, step_length=step)
+    aim = setting(problem)
+    assert problem.step_range.lower <= aim.step <= problem.step_range.upper
+    assert problem.speed_range.lower <= aim.step / aim.period * (1 + 1e-12)
+    assert aim.step / aim.period <= problem.speed_range.upper * (1 + 1e-12)
+    if expected is not None:
+        assert (aim.step, aim.period) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("limit", [0.3, 1.0, math.pi / 2, 3.0])
+def test_the_longest_reach_of_straight_legs(limit):
+    robot = compass_biped()
+    # Both legs at the limit: l (sin + sin), and no farther than legs spread flat.
+    expected = 2 * 1.6 * math.sin(min(limit, math.pi / 2))
+    assert longest_reach(robot, robot.resolve({}), limit) == pytest.approx(expected)
+
+
+def test_a_step_beyond_reach_has_no_touchdown_pose():
+    robot = compass_biped()
+    with pytest.raises(InputError, match="no touchdown pose with a step of 4 m"):
+        touchdown_pose(robot, robot.resolve({}), 4.0)

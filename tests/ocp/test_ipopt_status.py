@@ -1,0 +1,141 @@
+import json
+import math
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, Ipopt, Status, solve, summarise
+
+
+@pytest.fixture(scope="module")
+def problem(reference_problem):
+    return reference_problem(intervals=10)
+
+
+def interrupter(number):
+    def observe(iteration):
+        if iteration.number == number:
+            raise KeyboardInterrupt
+
+    return observe
+
+
+def test_progress_counts_iterations_and_ends_feasible(problem):
+    seen = []
+    gait = solve(problem, observer=seen.append)
+    assert gait.status is Status.SOLVED
+    first_run = [step.number for step in seen][: seen[-1].number + 1]
+    assert first_run == list(range(len(first_run)))
+    assert len(seen) >= gait.solver.iterations
+    assert seen[0].infeasibility > 1e-2
+    assert seen[-1].infeasibility < 1e-6
+    assert seen[-1].objective == pytest.approx(gait.solver.objective, rel=1e-4)
+
+
+@pytest.mark.parametrize("number", [0, 4])
+def test_an_interrupt_keeps_the_iterate(problem, number):
+    gait = solve(problem, observer=interrupter(number))
+    assert gait.status is Status.INTERRUPTED
+    assert gait.solver.message == "User_Requested_Stop"
+    assert gait.solver.iterations == number
+    assert np.all(np.isfinite(gait.decision))
+    assert np.any(gait.decision)
+    json.dumps(summarise(gait), allow_nan=False)
+
+
+def test_ctrl_c_stops_the_solver_and_gives_the_signal_back(problem):
+    former = signal.getsignal(signal.SIGINT)
+
+    def observe(iteration):
+        if iteration.number == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    gait = solve(problem, observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert gait.solver.iterations in (3, 4)  # the signal is seen at this iteration's callback or at the next
+    assert signal.getsignal(signal.SIGINT) is former
+
+
+def test_a_solve_after_an_interrupt_is_whole(problem):
+    solve(problem, observer=interrupter(2))
+    assert solve(problem).status is Status.SOLVED
+
+
+def test_a_solve_in_another_thread(problem):
+    found = []
+    thread = threading.Thread(target=lambda: found.append(solve(problem)))
+    thread.start()
+    thread.join()
+    assert found[0].status is Status.SOLVED
+
+
+def test_an_observer_that_fails_is_heard(problem, capfd):
+    def observe(iteration):
+        raise ValueError("no more paper")
+
+    with pytest.raises(ValueError, match="no more paper"):
+        solve(problem, observer=observe)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_linear_solver_that_is_not_installed(problem, capfd):
+    gait = solve(problem, solver=Ipopt(linear_solver="ma27"))
+    assert gait.status is Status.INVALID_OPTION
+    assert "linear-solver" in gait.status.hint
+    assert gait.solver.iterations == 0
+    assert math.isnan(gait.solver.objective)
+    # The gait is the starting point, not whatever the solver left behind.
+    assert gait.decision[:2] == pytest.approx([-0.1478, -0.1478], abs=1e-3)
+    assert gait.step_length > 0.4
+    assert summarise(gait)["solver"]["objective"] is None
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_singular_robot_is_a_status_not_a_flood_of_warnings(reference_problem, capfd):
+    """A leg whose mass sits in the hip has a massless swing leg, and no acceleration."""
+    gait = solve(reference_problem(intervals=8, parameters={"leg_com": 1.6}))
+    assert gait.status is Status.INVALID_NUMBER
+    json.dumps(summarise(gait), allow_nan=False)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_iteration_limit(problem):
+    gait = solve(problem, solver=Ipopt(max_iterations=3))
+    assert gait.status is Status.ITERATION_LIMIT
+    assert gait.solver.iterations == 3
+    assert gait.solver.violations
+    assert gait.solver.constraint_violation == gait.solver.violations[0].size > 1e-6
+
+
+def test_the_time_limit(problem):
+    gait = solve(problem, solver=Ipopt(time_limit=1e-3))
+    assert gait.status is Status.TIME_LIMIT
+    assert gait.solver.iterations < 10
+
+
+@pytest.mark.parametrize(
+    ("option", "reason"),
+    [
+        ({"linear_solver": "mump"}, "no linear solver 'mump'. Did you mean 'mumps'"),
+        ({"linear_solver": None}, "no linear solver None"),
+        ({"tolerance": 0}, "Ipopt.tolerance must be greater than 0"),
+        ({"tolerance": math.nan}, "Ipopt.tolerance must be a finite number"),
+        ({"max_iterations": -1}, "Ipopt.max_iterations must be at least 0"),
+        ({"max_iterations": 2.5}, "Ipopt.max_iterations must be a whole number"),
+        ({"max_iterations": "many"}, "Ipopt.max_iterations must be a number"),
+        ({"time_limit": 0}, "Ipopt.time_limit must be greater than 0"),
+    ],
+)
+def test_options_that_cannot_be(option, reason):
+    with pytest.raises(InputError, match=reason):
+        Ipopt(**option)
+
+
+def test_a_loose_tolerance_is_used(problem):
+    loose, tight = (solve(problem, solver=Ipopt(tolerance=tolerance)) for tolerance in (1e-3, 1e-9))
+    assert loose.status is Status.SOLVED
+    assert loose.solver.objective != tight.solver.objective
+    assert loose.solver.objective == pytest.approx(tight.solver.objective, rel=1e-2)

@@ -1,0 +1,80 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gaitopt import InputError, Limits, Margins
+from gaitopt.ocp.limits import Range
+
+ACTUATORS = ("ankle", "hip")
+POSITIVE = st.floats(1e-6, 1e6)
+
+
+def test_one_torque_limit_serves_every_actuator():
+    assert Limits(torque=6).torques(ACTUATORS) == [6.0, 6.0]
+
+
+def test_an_actuator_without_a_torque_limit_is_unlimited():
+    assert Limits(torque={"hip": 3}).torques(ACTUATORS) == [math.inf, 3.0]
+
+
+def test_a_limit_of_an_unknown_actuator_names_the_nearest():
+    with pytest.raises(InputError, match=r"no actuator 'ancle'\. Did you mean 'ankle'"):
+        Limits(torque={"ancle": 3}).torques(ACTUATORS)
+
+
+@pytest.mark.parametrize("torque", [0, -1, math.nan, None, "strong", {"hip": 0}, {"hip": math.nan}])
+def test_torque_limits_that_cannot_be(torque):
+    with pytest.raises(InputError, match="torque_limit of"):
+        Limits(torque=torque).torques(ACTUATORS)
+
+
+@pytest.mark.parametrize("name", ["angle", "rate", "shortest_phase", "longest_step"])
+@pytest.mark.parametrize("value", [0, -1, math.nan, "long"])
+def test_other_limits_that_cannot_be(name, value):
+    with pytest.raises(InputError, match=f"Limits.{name}"):
+        Limits(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["cone", "impact_cone", "slip_speed", "separation", "normal_force"])
+@pytest.mark.parametrize("value", [-1e-9, math.nan, "wide"])
+def test_margins_that_cannot_be(name, value):
+    with pytest.raises(InputError, match=f"Margins.{name}"):
+        Margins(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["cone", "impact_cone", "normal_force"])
+def test_a_margin_that_takes_everything_is_refused(name):
+    with pytest.raises(InputError, match=f"Margins.{name} must be .* at most 0.99"):
+        Margins(**{name: 1.0})
+
+
+@given(POSITIVE)
+def test_a_number_fixes_a_target(value):
+    assert Range.of(value, "speed", "m/s") == Range(value, value)
+
+
+@given(POSITIVE, POSITIVE)
+def test_a_pair_bounds_a_target(one, other):
+    lower, upper = sorted((one, other))
+    assert Range.of((lower, upper), "speed", "m/s") == Range(lower, upper)
+    assert Range.of([lower, upper], "speed", "m/s") == Range(lower, upper)
+
+
+def test_no_target_is_free():
+    assert Range.of(None, "speed", "m/s") == Range(0.0, math.inf)
+
+
+@given(POSITIVE, POSITIVE)
+def test_a_pair_in_the_wrong_order_is_refused(one, other):
+    lower, upper = sorted((one, other))
+    if lower < upper:
+        with pytest.raises(InputError, match=r"the lower bound .* exceeds the upper bound"):
+            Range.of((upper, lower), "speed", "m/s")
+
+
+@pytest.mark.parametrize("target", [0, -1, math.nan, math.inf, "fast", (0.5,), (1, 2, 3), (), (0, 1), (math.nan, 1)])
+def test_targets_that_cannot_be(target):
+    with pytest.raises(InputError, match="speed"):
+        Range.of(target, "speed", "m/s")

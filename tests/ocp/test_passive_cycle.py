@@ -1,0 +1,63 @@
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, Word, compass_biped, passive_cycle, rimless_wheel
+
+# Gait A of Gamus & Or, SIAM J. Appl. Dyn. Syst. 2015 (compass l=1.6, d=0.8, m=4, m_h=2, g=9.8, slope 1 deg), more
+# digits computed independently with two integrators by the authors of issue 2.
+PERIOD, STEP = 0.744620868, 0.471356685
+SECTION = (-0.147836890, 0.732796791, -0.500667882)  # th1, th1 rate, th2 rate after the leg swap
+
+
+@pytest.fixture(scope="module")
+def cycle():
+    return passive_cycle(compass_biped(), math.radians(1), intervals=40)
+
+
+def test_the_published_period_and_step(cycle):
+    assert cycle.period == pytest.approx(PERIOD, abs=5e-8)
+    assert cycle.travel == pytest.approx(STEP, abs=5e-8)
+
+
+def test_the_published_section_state(cycle):
+    jump = cycle.jumps[0]
+    assert (jump.q_next[2], *jump.v_next[2:]) == pytest.approx(SECTION, abs=1e-7)
+
+
+def test_it_is_passive_and_periodic(cycle):
+    assert not np.any(cycle.channel("torque"))
+    assert cycle.word() == Word.parse("stick | stick")
+    first, jump = cycle.segments[0], cycle.jumps[0]
+    assert jump.q_next[2:] == pytest.approx(first.q[2:, 0], abs=1e-9)
+    assert jump.v_next == pytest.approx(first.v[:, 0], abs=1e-9)
+
+
+def test_the_slope_pays_for_the_impact(cycle):
+    # A passive gait loses m g L sin(alpha) in each step: nothing else feeds it.
+    paid = 10.0 * 9.8 * STEP * math.sin(math.radians(1))
+    assert cycle.jumps[0].energy_lost == pytest.approx(paid, rel=1e-7)
+
+
+def test_a_coarse_grid_costs_accuracy_not_the_cycle():
+    coarse = passive_cycle(compass_biped(), math.radians(1), intervals=10)
+    assert 1e-7 < abs(coarse.period - PERIOD) < 1e-5
+
+
+def test_other_masses_have_other_cycles():
+    # Goswami's compass at 3 deg; which of its two cycles is found is open, but each loses m g L sin(alpha).
+    parameters = {"leg_mass": 5, "hip_mass": 10, "leg_length": 1, "leg_com": 0.5, "gravity": 9.81}
+    cycle = passive_cycle(compass_biped(), math.radians(3), parameters)
+    assert cycle.total_mass == 20
+    assert cycle.jumps[0].energy_lost == pytest.approx(20 * 9.81 * cycle.travel * math.sin(math.radians(3)), rel=1e-7)
+
+
+def test_no_cycle_uphill():
+    with pytest.raises(InputError, match=r"no passive cycle that could be found at a slope of -2 deg"):
+        passive_cycle(compass_biped(), math.radians(-2))
+
+
+def test_a_robot_without_actuators_is_refused():
+    with pytest.raises(InputError, match="no actuators"):
+        passive_cycle(rimless_wheel(), 0.2)

@@ -1,0 +1,60 @@
+"""A second solve rebuilds nothing; other starts are used and recorded."""
+
+import pytest
+
+from gaitopt import Line, Previous, Status, solve
+from gaitopt.ocp import ipopt
+from gaitopt.ocp.shooting import transcribe
+
+
+def builds():
+    return transcribe.cache_info().misses, ipopt._compiled.cache_info().misses
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"friction": 0.16},
+        {"speed": 0.6},
+        {"step_length": (0.4, 0.5)},
+        {"slope": 0.005},
+        {"parameters": {"leg_mass": 5.0, "hip_mass": 3.0}},
+        {"torque": 8.0},
+    ],
+)
+def test_a_second_solve_rebuilds_nothing(reference_problem, changes):
+    first = solve(reference_problem(word="slip+ stick | slip+", intervals=12))
+    assert first.status is Status.SOLVED
+    before = builds()
+    second = solve(reference_problem(word="slip+ stick | slip+", intervals=12, **changes))
+    assert second.status is Status.SOLVED
+    assert builds() == before
+    assert second.solver.build_seconds == 0
+
+
+def test_a_first_solve_says_what_its_build_took(reference_problem):
+    transcribe.cache_clear()
+    gait = solve(reference_problem(intervals=6))
+    assert gait.solver.build_seconds > 0
+    assert solve(reference_problem(intervals=6)).solver.build_seconds == 0
+
+
+def test_a_solve_from_its_own_answer_agrees(reference_problem, solved):
+    cold = solved(word="stick | stick")
+    problem = reference_problem(guess=Previous(cold.motion, label="the optimum itself"))
+    warm = solve(problem)
+    assert warm.solver.objective == pytest.approx(cold.solver.objective, rel=1e-6)
+    assert warm.problem["guess"] == "the optimum itself"
+    assert cold.problem["guess"] == "line"
+
+
+def test_a_given_guess_is_the_only_start(reference_problem):
+    assert solve(reference_problem(intervals=8, guess=Line())).problem["guess"] == "line"
+
+
+def test_a_gait_carries_its_resolved_problem_and_versions(solved):
+    gait = solved(word="stick | stick")
+    assert gait.problem["leg_mass"] == 4.0
+    assert gait.problem["intervals"] == [40]
+    assert gait.problem["substeps"] >= 1
+    assert set(gait.versions) == {"gaitopt", "casadi", "numpy", "scipy", "python"}

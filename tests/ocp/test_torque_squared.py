@@ -1,0 +1,44 @@
+"""The smooth objective converges to the optimum of the continuous problem."""
+
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import MultipleShooting, TorqueSquared
+
+# Optimal integral of the squared torques, 100 kg in all (legs 40 kg, hip 20 kg), level ground, 0.633 m/s, 0.4713 m,
+# friction and torques unlimited: computed independently by the authors of issue 2.
+CONTINUOUS = 214.5268
+UNLIMITED = {"masses": (40.0, 20.0), "torque": math.inf, "friction": math.inf, "objective": "torque_squared"}
+
+
+@pytest.fixture(scope="module")
+def values(solved):
+    return {
+        n: solved(**UNLIMITED, transcription=MultipleShooting(intervals=n)).solver.objective for n in (10, 20, 40, 80)
+    }
+
+
+def test_the_continuous_value_is_reached(values):
+    assert values[80] == pytest.approx(CONTINUOUS, rel=5e-7)
+    assert values[20] == pytest.approx(CONTINUOUS, rel=1e-6)
+
+
+def test_it_converges_from_above(values):
+    """Torques linear between nodes are a subset of all torques, so a finer grid can only gain."""
+    assert values[10] > values[20] > values[40] > values[80]
+    gains = np.diff(list(values.values()))
+    assert np.all(gains[1:] / gains[:-1] < 1 / 8)
+
+
+def test_the_objective_is_the_integral_of_the_planned_torques(solved):
+    gait = solved(**UNLIMITED, transcription=MultipleShooting(intervals=20))
+    segment = gait.motion.segments[0]
+    start, middle, end = segment.torque[:, :-1:2], segment.torque[:, 1::2], segment.torque[:, 2::2]
+    step = segment.duration / 20
+    assert middle == pytest.approx((start + end) / 2)  # linear between nodes
+    integral = step / 6 * np.sum(start**2 + 4 * middle**2 + end**2)
+    assert integral == pytest.approx(gait.solver.objective, rel=1e-9)
+    assert gait.problem["objective"] == TorqueSquared.name
+    assert gait.verification.passed

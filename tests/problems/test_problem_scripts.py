@@ -1,0 +1,66 @@
+"""Every problem script takes its parameters; those of optimised gaits give a verified gait at their defaults."""
+
+import inspect
+from pathlib import Path
+
+import pytest
+
+from gaitopt import GaitProblem, solve, verify
+from gaitopt.cli.script import build_problem, call_script, load_script, script_parameters
+
+SCRIPTS = [
+    path
+    for path in sorted((Path(__file__).parents[2] / "problems").glob("*.py"))
+    if "def study(" not in path.read_text()
+]
+OPTIMISED = [path for path in SCRIPTS if isinstance(call_script(path, []), GaitProblem)]
+
+every_script = pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+every_optimised = pytest.mark.parametrize("path", OPTIMISED, ids=lambda path: path.stem)
+
+
+def test_the_scripts_of_issue_2_are_here():
+    assert {"compass_slip", "compass_stick"} <= {path.stem for path in OPTIMISED}
+
+
+@every_script
+def test_it_has_keyword_defaults_only(path):
+    function = load_script(path)
+    kinds = {parameter.kind for parameter in inspect.signature(function).parameters.values()}
+    assert kinds <= {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}
+    assert len(script_parameters(function)) == len(inspect.signature(function).parameters)
+    function()
+
+
+@every_optimised
+def test_every_parameter_can_be_set_to_its_default(path):
+    defaults = script_parameters(load_script(path))
+    plain = build_problem(path, [])
+    again = build_problem(path, [f"{name}={value}" for name, value in defaults.items()])
+    assert again.describe() == plain.describe()
+
+
+@every_optimised
+def test_every_number_changes_the_problem(path):
+    plain = build_problem(path, []).describe()
+    for name, value in script_parameters(load_script(path)).items():
+        if isinstance(value, int | float):
+            changed = value * 1.5 if isinstance(value, float) and value else value + 1
+            assert build_problem(path, [f"{name}={changed}"]).describe() != plain, name
+
+
+@every_optimised
+def test_it_is_solved_and_verified_at_its_defaults(path):
+    problem = build_problem(path, [])
+    gait = verify(solve(problem), problem.robot)
+    assert gait.status.ok, gait.solver.violations
+    assert gait.verification.passed, gait.verification.reasons
+    assert gait.word == problem.word
+
+
+def test_the_two_compass_scripts_differ_in_their_word_only():
+    slip, stick = (
+        build_problem(path, []).describe() for path in OPTIMISED if path.stem in ("compass_slip", "compass_stick")
+    )
+    different = {name for name in slip if slip[name] != stick[name]}
+    assert {"word", "intervals"} <= different <= {"word", "intervals", "name"}
