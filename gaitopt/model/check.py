@@ -1,4 +1,4 @@
-"""A check every robot must pass: its Functions against mechanics that do not use Lagrange's equations."""
+"""A check every robot must pass: its equations of motion against energy and momentum balances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Equations of motion of a planar mechanism made of point masses and rigid links.
 
-Lagrange's equations  M(q) a + h(q, v) = W^T f + E tau  with q = (x, y, angles); (x, y) is the stance foot, so
+They read  M(q) a + h(q, v) = W^T f + E tau  with q = (x, y, angles); (x, y) is the stance foot, so
 W = [I 0] and the contact force f = (f_t, f_n) enters the first two rows.
 """
 
@@ -94,7 +94,7 @@ class Mechanics:
 
 
 def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX) -> Mechanics:
-    """Derive the mechanics of `bodies` by Lagrange's equations.
+    """Derive the mechanics of `bodies` by projecting Newton's and Euler's laws, body by body (Kane's method).
 
     Parameters
     ----------
@@ -106,11 +106,13 @@ def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX) -> Mechan
     """
     kinetic, potential, total, angular = ca.SX(0), ca.SX(0), ca.SX(0), ca.SX(0)
     momentum, mass_matrix = ca.SX.zeros(2), ca.SX.zeros(q.numel(), q.numel())
+    bias = ca.SX.zeros(q.numel())
     for body in bodies:
         jacobian = ca.jacobian(body.position, q)
         velocity = jacobian @ v
         kinetic += body.mass * ca.dot(velocity, velocity) / 2
         mass_matrix += body.mass * jacobian.T @ jacobian
+        bias += jacobian.T @ (body.mass * (ca.jtimes(velocity, q, v) - gravity))  # J^T m (dJ/dt v - g)
         potential -= body.mass * ca.dot(gravity, body.position)
         momentum += body.mass * velocity
         # Angles are measured from the vertical, clockwise; so is the moment: r_y p_x - r_x p_y.
@@ -120,9 +122,7 @@ def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX) -> Mechan
             turning = ca.jacobian(body.angle, q)
             kinetic += body.inertia * (turning @ v) ** 2 / 2
             mass_matrix += body.inertia * turning.T @ turning
+            bias += turning.T @ (body.inertia * ca.jtimes(turning @ v, q, v))
             angular += body.inertia * (turning @ v)
     mass_matrix = ca.simplify(mass_matrix)
-    # d/dt (M v) - dT/dq + dV/dq, the first at constant v.
-    coriolis = ca.jtimes(mass_matrix @ v, q, v) - ca.gradient(kinetic, q)
-    bias = coriolis + ca.gradient(potential, q)
     return Mechanics(mass_matrix, bias, kinetic, potential, momentum, angular, total)

@@ -97,9 +97,7 @@ def test_a_torque_may_jump_between_phases(compass):
 
 
 def test_a_robot_without_actuators_can_be_played_back(wheel):
-    none = dataclasses.replace(
-        motion(segment(np.array([0.0, 1.0]), np.zeros((0, 2)))), actuators=(), angles=("theta",)
-    )
+    none = dataclasses.replace(motion(segment(np.array([0.0, 1.0]), np.zeros((0, 2)))), actuators=(), angles=("theta",))
     law = feedforward(wheel, none)
     assert torque(law, 0.5, q=(0, 0, 0), v=(0, 0, 1)).shape == (0,)
 

@@ -62,7 +62,9 @@ BREAKS = {
     ),
     "hip torque on one leg only": (
         "contact",
-        lambda r: {"dynamics": changed(r.dynamics, lambda m, h, e: (m, h, e * ca.DM([[1, 1], [1, 1], [1, 0], [1, 1]])))},
+        lambda r: {
+            "dynamics": changed(r.dynamics, lambda m, h, e: (m, h, e * ca.DM([[1, 1], [1, 1], [1, 0], [1, 1]])))
+        },
     ),
     "kinetic energy a percent high": (
         "energy",

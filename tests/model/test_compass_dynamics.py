@@ -15,7 +15,10 @@ def test_mass_matrix_is_the_closed_form(compass, hand, states):
     for q, v, _ in states:
         th1, th2 = q[2:]
         mass = np.asarray(compass.dynamics(q, v, p)[0])
-        stance, swing = hand.mass * hand.com + (hand.mass + hand.hip) * hand.length, hand.mass * (hand.length - hand.com)
+        stance, swing = (
+            hand.mass * hand.com + (hand.mass + hand.hip) * hand.length,
+            hand.mass * (hand.length - hand.com),
+        )
         foot_rows = [[stance * np.cos(th1), swing * np.cos(th2)], [-stance * np.sin(th1), swing * np.sin(th2)]]
         np.testing.assert_allclose(mass[2:, 2:], hand.leg_matrix(th1, th2), rtol=1e-13, atol=1e-14)
         np.testing.assert_allclose(mass[:2, 2:], foot_rows, rtol=1e-13, atol=1e-14)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from tests.newton_euler.compass import HandCompass
-from tests.newton_euler.wheel import HandWheel
 
 from gaitopt import Mode, solve_impact
+from tests.newton_euler.compass import HandCompass
+from tests.newton_euler.wheel import HandWheel
 
 SIGNS = {Mode.STICK: 0, Mode.SLIP_FORWARD: 1, Mode.SLIP_BACKWARD: -1}
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tests.newton_euler.wheel import HandWheel
 
 from gaitopt import Mode
+from tests.newton_euler.wheel import HandWheel
 
 WHEELS = [HandWheel(mu=0.3), HandWheel(spokes=6, kappa=0.5, slope=0.2, mu=0.9), HandWheel(8, 0.02, -0.1, 0.1)]
 

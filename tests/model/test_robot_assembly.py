@@ -47,7 +47,10 @@ def test_a_rod_is_the_same_as_the_two_masses_it_is_made_of():
     q, v, u = [0.1, 0.2, 0.4], [0.5, 0.0, 1.1], [0.7]
     for mode in Mode:
         results = [
-            [np.asarray(part).ravel() for part in robot.acceleration[mode](q, v, u, robot.vector(robot.resolve({"friction": 0.3})))]
+            [
+                np.asarray(part).ravel()
+                for part in robot.acceleration[mode](q, v, u, robot.vector(robot.resolve({"friction": 0.3})))
+            ]
             for robot in robots
         ]
         np.testing.assert_allclose(results[0][0], results[1][0], rtol=1e-12, atol=1e-13)

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.newton_euler.wheel import HandWheel
 
 from gaitopt import Mode
+from tests.newton_euler.wheel import HandWheel
 
 
 def indicator(robot, hand, q):

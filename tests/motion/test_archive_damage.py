@@ -77,7 +77,15 @@ def test_newer_version(path):
 
 @pytest.mark.parametrize(
     "name",
-    ["decision", "solver", "versions", "motion", "motion/segments", "motion/segments/0001/torque", "motion/jumps/0000/q"],
+    [
+        "decision",
+        "solver",
+        "versions",
+        "motion",
+        "motion/segments",
+        "motion/segments/0001/torque",
+        "motion/jumps/0000/q",
+    ],
 )
 def test_missing_part(path, name):
     with h5py.File(path, "a") as file:

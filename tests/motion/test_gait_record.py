@@ -42,7 +42,9 @@ def test_an_unsolved_gait_refuses_and_names_its_worst_constraints(slip_gait):
     gait = dataclasses.replace(
         slip_gait, status=Status.INFEASIBLE, solver=dataclasses.replace(slip_gait.solver, violations=worst)
     )
-    with pytest.raises(InputError, match=r"infeasible.*constraint 0 at phase 1 \(stick\), node 3 violated by 0.00e\+00"):
+    with pytest.raises(
+        InputError, match=r"infeasible.*constraint 0 at phase 1 \(stick\), node 3 violated by 0.00e\+00"
+    ):
         gait.require()
     with pytest.raises(InputError) as caught:
         gait.require()

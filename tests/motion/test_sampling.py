@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from tests.newton_euler.compass import HandCompass
 
 from gaitopt import Mode
 from gaitopt.motion.sampling import make_jump, make_motion, make_segment
+from tests.newton_euler.compass import HandCompass
 
 
 @pytest.fixture

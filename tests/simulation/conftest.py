@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.newton_euler.compass import HandCompass
-from tests.newton_euler.wheel import HandWheel
 
 from gaitopt import compass_biped, rimless_wheel, simulate
+from tests.newton_euler.compass import HandCompass
+from tests.newton_euler.wheel import HandWheel
 
 COMPASS = HandCompass(slope=np.deg2rad(1))
 WHEEL = HandWheel()
@@ -23,9 +23,7 @@ def walk_compass(z, *, xd=0.0, mu=np.inf, robot=COMPASS, steps=1, **options):
     """Simulate the compass from section coordinates (th1, th1d, th2d) and a foot speed."""
     options.setdefault("step_time_limit", 3.0)
     hand = dataclasses.replace(robot, mu=mu)
-    return simulate(
-        compass_biped(), [0, 0, z[0], z[0]], [xd, 0, z[1], z[2]], hand.parameters, steps=steps, **options
-    )
+    return simulate(compass_biped(), [0, 0, z[0], z[0]], [xd, 0, z[1], z[2]], hand.parameters, steps=steps, **options)
 
 
 def walk_wheel(rate, *, xd=0.0, mu=np.inf, steps=1, robot=WHEEL, **options):

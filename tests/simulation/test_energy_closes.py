@@ -14,14 +14,16 @@ def test_passive_gaits(compass_walk, passive_gait):
     energies = ledger(walk.motion)
     assert energies.relative_residual < BOUND
     assert energies.actuator == 0
-    assert energies.gravity == pytest.approx(98 * walk.motion.travel * np.sin(np.deg2rad(1)), rel=1e-9)
+    assert energies.gravity == pytest.approx(98 * walk.motion.travel * np.sin(np.deg2rad(1)), rel=1e-5)
     slips = any(segment.mode.slips for segment in walk.motion.segments)
     assert (energies.friction_loss > 1e-3) == slips
     assert energies.friction_loss >= 0
     assert energies.impact_loss > 0
 
 
-@pytest.mark.parametrize(("rate", "xd", "mu"), [(0.88, 0.0, 0.3), (1.12, 0.7, 0.3), (0.88, 0.0, 0.24), (0.5, -0.3, 0.1)])
+@pytest.mark.parametrize(
+    ("rate", "xd", "mu"), [(0.88, 0.0, 0.3), (1.12, 0.7, 0.3), (0.88, 0.0, 0.24), (0.5, -0.3, 0.1)]
+)
 def test_wheels(wheel_walk, rate, xd, mu):
     walk = wheel_walk(rate, xd=xd, mu=mu, steps=20)
     assert len(walk.motion.jumps) > 3
@@ -39,7 +41,7 @@ def test_actuated_gait_that_slips(slip_gait, compass):
     walk = replay(slip_gait, compass)
     energies = ledger(walk.motion)
     assert energies.relative_residual < BOUND
-    assert energies.gravity == pytest.approx(0.0, abs=1e-12)  # level ground
+    assert energies.gravity == pytest.approx(0.0, abs=1e-6)  # level ground, and the next step begins as this one
     assert energies.actuator == pytest.approx(energies.impact_loss + energies.friction_loss, rel=1e-5)
     assert energies.friction_loss > 0
 
@@ -57,10 +59,12 @@ def test_actuated_steps_that_do_not_repeat(compass_walk, slip_gait, compass):
 def test_walks_that_stop(compass_walk, wheel_walk):
     fall = compass_walk((-0.1, 0.1, -0.5), mu=0.14)
     lift = wheel_walk(0.99, mu=np.inf, steps=3)
-    back = wheel_walk(0.05)
-    for walk in (fall, lift, back):
-        assert walk.stop.key in ("fell", "lift_off", "no_touchdown")
+    for walk in (fall, lift):
+        assert walk.stop.key in ("fell", "lift_off")
         assert ledger(walk.motion).relative_residual < BOUND
+    back = ledger(wheel_walk(0.05).motion)  # it comes back to where it started: every entry is nil
+    assert back.residual == pytest.approx(0.0, abs=1e-13)
+    assert back.gravity == pytest.approx(0.0, abs=1e-9)
 
 
 def test_work_is_the_integral_of_power_and_friction_loss_that_of_force_times_slide(slip_gait, compass):

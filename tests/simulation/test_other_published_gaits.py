@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tests.newton_euler.compass import HandCompass
 
 

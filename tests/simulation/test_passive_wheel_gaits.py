@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.newton_euler.wheel import HandWheel
 
 from gaitopt import Stop, simulate
+from tests.newton_euler.wheel import HandWheel
 
 UNIT = np.sqrt(4 / 3)
 """tau_c for m = l = g = 1."""

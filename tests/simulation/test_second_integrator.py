@@ -6,9 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.newton_euler.compass import HandCompass
 
 from gaitopt import Law, Stop
+from tests.newton_euler.compass import HandCompass
 
 SIGNS = {"stick": 0, "slip+": 1, "slip-": -1}
 

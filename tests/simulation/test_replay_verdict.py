@@ -1,0 +1,172 @@
+"""verify: the example passes, and every way of tampering with it is found and named."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, Status, Tolerances, Verification, replay, verify
+
+
+def with_motion(gait, **changes):
+    return dataclasses.replace(gait, motion=dataclasses.replace(gait.motion, **changes))
+
+
+def with_first(gait, **changes):
+    first, *rest = gait.motion.segments
+    return with_motion(gait, segments=(dataclasses.replace(first, **changes), *rest))
+
+
+def with_parameters(gait, **changes):
+    return with_motion(gait, parameters={**gait.motion.parameters, **changes})
+
+
+def reasons(gait, **options):
+    """Return the reasons of a verdict that must not pass."""
+    verified = verify(gait, **options)
+    assert not verified.verification.passed
+    assert verified.status is Status.NOT_VERIFIED
+    return " / ".join(verified.verification.reasons)
+
+
+def test_the_example_passes(slip_gait):
+    verified = verify(slip_gait)
+    verdict = verified.verification
+    assert verdict.passed
+    assert verdict.reasons == ()
+    assert verified.status is Status.SOLVED
+    assert verdict.word == "slip+ stick | slip+"
+    assert verdict.stop == "steps_done"
+    assert verdict.state_error < 3e-7  # own numbers: the reference gaits land within 3e-7
+    assert verdict.period_error < 1e-7
+    assert verdict.energy_residual < 1e-8
+    assert verdict.cost_of_transport == pytest.approx(0.01586, abs=1e-5)
+    assert verdict.cone_margin == pytest.approx(0.001, abs=2e-5)  # the margin asked for
+
+
+def test_the_replay_forgets_the_plan(slip_gait, compass):
+    """Only the first state, the torques and the parameters are given: the rest of the plan may be nonsense."""
+    nonsense = dataclasses.replace(
+        slip_gait.motion,
+        segments=tuple(
+            dataclasses.replace(
+                segment,
+                q=np.hstack([segment.q[:, :1], np.full_like(segment.q[:, 1:], np.nan)]),
+                v=np.hstack([segment.v[:, :1], np.full_like(segment.v[:, 1:], np.nan)]),
+                force=np.full_like(segment.force, np.nan),
+            )
+            for segment in slip_gait.motion.segments
+        ),
+    )
+    straight = replay(slip_gait, compass)
+    blind = replay(dataclasses.replace(slip_gait, motion=nonsense), compass)
+    np.testing.assert_array_equal(blind.motion.jumps[0].v_next, straight.motion.jumps[0].v_next)
+
+
+@pytest.mark.parametrize("relative", [1e-4, -1e-3])
+def test_a_torque_changed_a_little(slip_gait, relative):
+    segments = tuple(dataclasses.replace(s, torque=(1 + relative) * s.torque) for s in slip_gait.motion.segments)
+    said = reasons(with_motion(slip_gait, segments=segments))
+    assert "state after touchdown off by" in said
+    assert "allowed 1e-06" in said
+
+
+def test_a_wrong_first_state(slip_gait):
+    v = slip_gait.motion.segments[0].v.copy()
+    v[2, 0] += 1e-4
+    assert "state after touchdown off by" in reasons(with_first(slip_gait, v=v))
+
+
+def test_a_foot_that_should_start_sliding_but_rests(slip_gait):
+    v = slip_gait.motion.segments[0].v.copy()
+    v[0, 0] = 0.0
+    assert "instead of 'slip+ stick | slip+'" in reasons(with_first(slip_gait, v=v))
+
+
+def test_more_friction_than_planned(slip_gait):
+    said = reasons(with_parameters(slip_gait, friction=0.3))
+    assert "the replay walked 'slip+ stick | stick' instead of 'slip+ stick | slip+'" in said
+
+
+def test_less_friction_than_planned(slip_gait):
+    assert "the replay stopped: The walker fell." in reasons(with_parameters(slip_gait, friction=0.05))
+
+
+def test_friction_beyond_painleve(slip_gait):
+    """The foot slides from the start, where slip is not well posed: a verdict, no exception."""
+    said = reasons(with_parameters(slip_gait, friction=5.0))
+    assert "Painleve" in said
+    assert "''" not in said
+
+
+def test_infinite_friction_and_a_sliding_start(slip_gait):
+    with pytest.raises(InputError, match="infinite friction cannot slide"):
+        verify(with_parameters(slip_gait, friction=np.inf))
+
+
+def test_a_slope(slip_gait):
+    assert "state after touchdown off by" in reasons(with_parameters(slip_gait, slope=1e-4))
+
+
+def test_a_landing_the_gait_does_not_have(slip_gait):
+    """A step that begins stuck and lands sliding has a word too; the verdict names it."""
+    v = slip_gait.motion.segments[0].v.copy()
+    v[0, 0] = 0.0
+    said = reasons(with_parameters(with_first(slip_gait, v=v), friction=0.139))
+    assert "the replay walked '" in said
+
+
+def test_a_wrong_cost_in_the_plan(slip_gait):
+    """The state and times agree, but the plan claims less work than its torques do."""
+    segments = tuple(dataclasses.replace(s, work=0.9 * s.work, power=0.9 * s.power) for s in slip_gait.motion.segments)
+    said = reasons(with_motion(slip_gait, segments=segments))
+    assert said.startswith("cost of transport off by 1.1e-01, allowed 5e-03")
+    assert "state" not in said
+
+
+def test_a_wrong_period_in_the_plan(slip_gait):
+    """The last sample is held, so the walk is nearly the same; the plan says it takes longer."""
+    *rest, last = slip_gait.motion.segments
+    time = last.time.copy()
+    time[-1] += 1e-4
+    assert "period off by 1.0e-04 s" in reasons(
+        with_motion(slip_gait, segments=(*rest, dataclasses.replace(last, time=time)))
+    )
+
+
+def test_tolerances_decide(slip_gait):
+    strict = Tolerances(state=1e-12)
+    assert "allowed 1e-12" in reasons(slip_gait, tolerances=strict)
+    v = slip_gait.motion.segments[0].v.copy()
+    v[2, 0] += 1e-7
+    nudged = with_first(slip_gait, v=v)
+    loose = Tolerances(state=1e-4, period=1e-4)
+    assert verify(nudged, tolerances=loose).verification.passed
+
+
+def test_a_gait_found_good_again_is_solved_again(slip_gait):
+    bad = Verification(False, "", "fell", np.inf, 1.0, np.nan, np.nan, 0.0, ("why",))
+    refuted = slip_gait.with_verification(bad)
+    assert refuted.status is Status.NOT_VERIFIED
+    assert verify(refuted).status is Status.SOLVED
+
+
+def test_another_robot_is_refused(slip_gait, wheel):
+    with pytest.raises(InputError, match="belongs to robot 'compass_biped', not to 'rimless_wheel'"):
+        verify(slip_gait, wheel)
+
+
+def test_a_robot_outside_the_catalogue_must_be_given(slip_gait, compass):
+    own = dataclasses.replace(slip_gait, robot="mine")
+    with pytest.raises(InputError, match="no robot 'mine'"):
+        verify(own)
+    assert verify(own, dataclasses.replace(compass, name="mine")).verification.passed
+
+
+def test_two_steps_open_loop_repeat_the_step(slip_gait, compass):
+    """The clock starts again at touchdown; the gait returns to its own start within the optimiser's accuracy."""
+    walk = replay(slip_gait, compass, steps=2)
+    one, two = walk.motion.jumps
+    assert str(walk.motion.word(1)) == "slip+ stick | slip+"
+    np.testing.assert_allclose(two.v_next, one.v_next, atol=1e-5)
+    np.testing.assert_allclose(walk.motion.segments[2].torque[:, 0], walk.motion.segments[0].torque[:, 0], rtol=1e-12)

@@ -1,0 +1,84 @@
+"""Parameters: what they accept, and what they say about what they do not."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gaitopt import InputError, Parameter
+from gaitopt.parameters import as_vector, resolve
+
+MASS = Parameter("mass", 2.0, "kg", "a mass", lower=0.0, lower_open=True)
+SHARE = Parameter("share", 0.5, "1", "a share", lower=0.0, upper=1.0)
+SLOPE = Parameter("slope", 0.0, "rad", "a slope", upper=1.5)
+FRICTION = Parameter("friction", math.inf, "1", "friction", lower=0.0, infinite=True)
+
+
+@given(st.floats(0, 1))
+def test_values_inside_the_bounds_come_back_as_floats(value):
+    assert SHARE.check(value) == value
+    assert type(SHARE.check(value)) is float
+
+
+@pytest.mark.parametrize("value", [3, np.float32(0.5), np.int64(1), "0.25", True])
+def test_anything_that_is_a_number_will_do(value):
+    assert MASS.check(value) == float(value)
+
+
+def test_bounds_are_closed_unless_said_otherwise():
+    assert (SHARE.check(0), SHARE.check(1)) == (0.0, 1.0)
+    with pytest.raises(InputError, match=r"mass must be greater than 0 \[kg\], got 0\."):
+        MASS.check(0)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "says"),
+    [
+        (MASS, -1, "mass must be greater than 0 [kg], got -1."),
+        (SHARE, 1.5, "share must be at least 0 and at most 1, got 1.5."),
+        (SHARE, -1e-9, "share must be at least 0 and at most 1, got -1e-09."),
+        (SLOPE, 2, "slope must be at most 1.5 [rad], got 2."),
+        (MASS, math.nan, "mass must be a finite number [kg], got nan."),
+        (MASS, math.inf, "mass must be a finite number [kg], got inf."),
+        (FRICTION, math.nan, "friction must be a finite number, got nan."),
+        (FRICTION, -math.inf, "friction must be at least 0, got -inf."),
+        (MASS, "heavy", "mass must be a number [kg], got 'heavy'."),
+        (MASS, None, "mass must be a number [kg], got None."),
+        (MASS, [1.0], "mass must be a number [kg], got [1.0]."),
+        (MASS, 1j, "mass must be a number [kg], got 1j."),
+    ],
+)
+def test_a_value_that_cannot_be_is_named_with_unit_and_interval(parameter, value, says):
+    with pytest.raises(InputError) as caught:
+        parameter.check(value)
+    assert str(caught.value) == says
+
+
+def test_a_number_too_large_for_a_float_is_refused_like_any_other():
+    with pytest.raises(InputError, match="mass must be a number"):
+        MASS.check(10**400)
+
+
+def test_infinity_only_where_it_has_a_meaning():
+    assert FRICTION.check(math.inf) == math.inf
+
+
+def test_defaults_fill_in_and_the_order_is_that_of_the_parameters():
+    known = (MASS, SHARE, SLOPE)
+    values = resolve(known, {"slope": 1, "mass": 3}, "robot")
+    assert list(values.items()) == [("mass", 3.0), ("share", 0.5), ("slope", 1.0)]
+    np.testing.assert_array_equal(as_vector(known, values), [3.0, 0.5, 1.0])
+    assert as_vector((), {}).shape == (0,)
+
+
+def test_an_unknown_name_is_named_with_its_owner_and_the_nearest_known_one():
+    with pytest.raises(InputError) as caught:
+        resolve((MASS, SHARE), {"mas": 1.0}, "Robot 'x'")
+    assert str(caught.value) == "Robot 'x' has no parameter 'mas'. Did you mean 'mass'? Known: mass, share."
+
+
+def test_a_default_is_checked_as_well():
+    with pytest.raises(InputError, match="wrong must be at least 0"):
+        resolve((Parameter("wrong", -1.0, "1", "a wrong default", lower=0.0),), {}, "robot")

@@ -1,0 +1,22 @@
+"""Statuses and stops: distinct keys, and a sentence each."""
+
+import pytest
+
+from gaitopt import Status, Stop
+
+
+@pytest.mark.parametrize("kind", [Status, Stop])
+def test_every_member_has_its_own_key_and_its_own_sentence(kind):
+    """Two members with the same sentence would silently be one, since an Enum makes aliases of equal values."""
+    names = list(kind.__members__)
+    assert len(kind) == len(names)
+    assert len({member.key for member in kind}) == len(names)
+    for member in kind:
+        assert member.key == member.name.lower()
+        assert kind[member.key.upper()] is member
+        assert member.hint.endswith(".")
+        assert len(member.hint) > 15
+
+
+def test_only_a_solution_is_ok():
+    assert [status for status in Status if status.ok] == [Status.SOLVED]
