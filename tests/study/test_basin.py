@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import ArchiveError, InputError, basin, basin_edges, load_basin, rimless_wheel, save_basin
+from gaitopt import ArchiveError, InputError, Patience, basin, basin_edges, load_basin, rimless_wheel, save_basin
 from gaitopt.simulation.scipy_engine import ScipyEngine
 
 WHEEL = {"slope": math.radians(13)}
@@ -19,13 +19,14 @@ def test_basin_of_type_a_without_friction_limit():
     assert [value * NATURAL_TIME for value, *_ in edges] == pytest.approx([0.0872, 0.9595], abs=5e-5)
 
 
-def test_endings_do_not_depend_on_workers_or_engine(tmp_path):
+def test_endings_do_not_depend_on_the_number_of_workers():
     # More starts than one chunk, so that two processes have something to do.
-    grid = {"theta_rate": np.linspace(0.1, 3.2, 210)}
-    one = basin(rimless_wheel(), {**WHEEL, "friction": 0.3}, grid, engine=ScipyEngine(relative=1e-8))
-    two = basin(rimless_wheel(), {**WHEEL, "friction": 0.3}, grid, engine=ScipyEngine(relative=1e-8), workers=2)
+    grid, friction = {"theta_rate": np.linspace(0.1, 3.2, 210)}, {**WHEEL, "friction": 0.3}
+    settings = {"engine": ScipyEngine(relative=1e-8), "patience": Patience(steps=5, tolerance=1e-2)}
+    one = basin(rimless_wheel(), friction, grid, **settings)
+    two = basin(rimless_wheel(), friction, grid, **settings, workers=2)
     assert one.labels_on_grid().tolist() == two.labels_on_grid().tolist()
-    assert set(one.labels) == {"fell", "stick slip+ | stick", "lift_off"}
+    assert set(one.labels) >= {"fell", "stick slip+ | stick", "lift_off"}
     assert sum(one.fractions().values()) == pytest.approx(1)
 
 
