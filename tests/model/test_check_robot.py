@@ -32,7 +32,7 @@ def changed(function, change):
     outputs = function(*inputs)
     outputs = change(*outputs) if function.n_out() > 1 else [change(outputs)]
     names = [function.name_out(i) for i in range(function.n_out())]
-    return ca.Function(function.name(), inputs, list(outputs), [x for x in function.name_in()], names)
+    return ca.Function(function.name(), inputs, list(outputs), list(function.name_in()), names)
 
 
 def broken_acceleration(robot, mode, change):

@@ -54,7 +54,8 @@ def test_a_free_foot_lets_the_centre_of_mass_fall(compass, hand, states):
         acceleration, force = map(flat, compass.acceleration[Mode.FREE](q, v, u, p))
         foot, (a1, a2) = acceleration[:2], acceleration[2:]
         # hand.foot_force is m (acceleration of the centre of mass - gravity) for a foot without vertical acceleration
-        support = hand.foot_force(q[2:], v[2:], (a1, a2), xdd=foot[0]) + [0.0, hand.total * foot[1]]
+        support = hand.foot_force(q[2:], v[2:], (a1, a2), xdd=foot[0])
+        support[1] += hand.total * foot[1]
         np.testing.assert_allclose(support, 0.0, atol=1e-10 * hand.total * hand.gravity + 1e-9 * np.abs(a2))
         np.testing.assert_array_equal(force, 0.0)
 

@@ -24,8 +24,7 @@ def residuals(robot, q, v, p, impact, friction):
     momentum, foot = (np.asarray(part).ravel() for part in robot.impact(q, v, impact.v_plus, impact.impulse, p))
     tangential, normal = impact.impulse
     if math.isinf(friction):  # the fourth pair then says only that the foot does not slip
-        pairs = complementarity_pairs(normal, 0.0, 0.0, abs(foot[0]), foot[1], 0.0, 1.0)
-        left, right = pairs[0][:1] + [abs(foot[0])], pairs[1][:1] + [1.0]
+        left, right = [normal, abs(foot[0])], [foot[1], 1.0]
     else:
         a, b = max(tangential, 0.0), max(-tangential, 0.0)
         left, right = complementarity_pairs(normal, a, b, abs(foot[0]), foot[1], foot[0], friction)

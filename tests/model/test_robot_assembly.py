@@ -75,12 +75,12 @@ def test_a_robot_knows_its_sizes_and_names():
 
 
 def test_relabelling_must_be_linear():
-    with pytest.raises(InputError, match="'rod'.*linear"):
+    with pytest.raises(InputError, match=r"'rod'.*linear"):
         rod(relabel=lambda th: th**2)
 
 
 def test_relabelling_must_be_invertible():
-    with pytest.raises(InputError, match="'rod'.*cannot be inverted"):
+    with pytest.raises(InputError, match=r"'rod'.*cannot be inverted"):
         rod(relabel=lambda th: 0 * th)
 
 

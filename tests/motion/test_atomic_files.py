@@ -18,7 +18,9 @@ def test_the_new_file_takes_the_place_of_the_old_one(tmp_path):
         assert path.read_text() == "old"
         assert temporary.parent == path.parent  # a rename is atomic only within a file system
         assert temporary.suffix == ".txt"
+        written = temporary.stat().st_ino
     assert path.read_text() == "new"
+    assert path.stat().st_ino == written  # renamed, not copied: never half there
     assert names(tmp_path) == ["note.txt"]
 
 

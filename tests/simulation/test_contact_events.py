@@ -1,9 +1,12 @@
-"""Where contact changes: the exact conditions of Coulomb's law hold at every event, between events and after impacts."""
+"""Where contact changes: Coulomb's law holds at every event, between events and after impacts."""
 
+import itertools
+
+import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Mode, Stop
+from gaitopt import Law, Mode, Stop
 
 
 def at(segment, k):
@@ -37,7 +40,7 @@ def test_coulombs_law_holds_all_along(compass_walk, z, xd, mu):
 @pytest.mark.parametrize(("z", "xd", "mu"), WALKS)
 def test_each_change_happens_where_its_condition_is_met(compass_walk, z, xd, mu):
     segments = compass_walk(z, xd=xd, mu=mu).motion.segments
-    for before, after in zip(segments, segments[1:], strict=False):
+    for before, after in itertools.pairwise(segments):
         assert before.time[-1] == after.time[0]
         if before.mode is Mode.STICK:
             _, tangential, normal = at(before, -1)
@@ -54,6 +57,30 @@ def test_slip_reverses_where_the_sticking_force_lies_beyond_the_other_edge(compa
     _, (tangential, normal) = hand_compass.stick(backward.q[2:, 0], backward.v[2:, 0])
     assert tangential > 0.02 * normal  # the ground would have to hold the foot back from sliding backward
     assert [event.name for event in walk.events] == ["at rest", "touchdown"]
+
+
+def ankle_from(start, torque):
+    """Return the law that gives a constant ankle torque from a clock time on."""
+    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 2)
+    function = ca.Function("torque", [clock, q, v, data], [data])
+    return Law("ankle", function, np.array([0.0, start]), np.array([[0.0, torque], [0.0, 0.0]]))
+
+
+def test_the_torque_at_the_event_decides_where_the_foot_goes(compass_walk, gait_b, hand_compass):
+    """The foot comes to rest after the ankle has been switched on: with its torque it cannot stay at rest."""
+    walk = compass_walk(gait_b["z"], mu=0.14, law=ankle_from(0.05, 40.0), step_time_limit=0.1)
+    forward, backward = walk.motion.segments
+    assert (forward.mode, backward.mode) == (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)
+    assert forward.time[-1] > 0.05
+    for torque, slips in (((40.0, 0.0), True), ((0.0, 0.0), False)):
+        _, (tangential, normal) = hand_compass.stick(backward.q[2:, 0], backward.v[2:, 0], torque)
+        assert (tangential > 0.14 * normal) == slips
+
+
+def test_a_torque_switched_on_may_tear_the_foot_off_at_once(compass_walk, gait_b):
+    walk = compass_walk(gait_b["z"], mu=0.14, law=ankle_from(0.05, -60.0))
+    assert walk.stop is Stop.LIFT_OFF
+    assert walk.motion.period == pytest.approx(0.05, abs=1e-12)
 
 
 def test_a_sticking_impact_may_be_followed_at_once_by_slip(compass_walk, gait_b, hand_compass):

@@ -1,5 +1,7 @@
 """Walks of several steps: nothing jumps but what an impact makes jump."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ def test_time_runs_on(walk):
     segments = walk.motion.segments
     assert segments[0].time[0] == 0.0
     assert np.all(np.diff(walk.motion.channel("time")) >= 0)
-    for before, after in zip(segments, segments[1:], strict=False):
+    for before, after in itertools.pairwise(segments):
         assert after.time[0] == before.time[-1]
     assert [jump.time for jump in walk.motion.jumps] == [
         max(segment.time[-1] for segment in segments if segment.step == jump.step) for jump in walk.motion.jumps
@@ -27,7 +29,7 @@ def test_time_runs_on(walk):
 
 def test_states_run_on_within_a_step_and_jump_as_recorded_between(walk):
     segments = walk.motion.segments
-    for before, after in zip(segments, segments[1:], strict=False):
+    for before, after in itertools.pairwise(segments):
         if before.step == after.step:
             np.testing.assert_array_equal(after.q[:, 0], before.q[:, -1])
             np.testing.assert_allclose(after.v[:, 0], before.v[:, -1], atol=1e-13)
@@ -42,7 +44,7 @@ def test_states_run_on_within_a_step_and_jump_as_recorded_between(walk):
 def test_the_body_does_not_move_at_touchdown(walk):
     """The same points in space are drawn before and after the legs change names."""
     segments = walk.motion.segments
-    for before, after in zip(segments, segments[1:], strict=False):
+    for before, after in itertools.pairwise(segments):
         if before.step != after.step:
             np.testing.assert_allclose(after.points[:, 0, 0], before.points[:, -1, -1], atol=1e-12)
             np.testing.assert_allclose(after.points[:, 1, 0], before.points[:, 1, -1], atol=1e-12)

@@ -124,6 +124,17 @@ def test_a_wrong_cost_in_the_plan(slip_gait):
     assert "state" not in said
 
 
+@pytest.mark.parametrize(
+    ("field", "entry"), [("q_next", 2), ("q_next", 3), ("v_next", 0), ("v_next", 2), ("v_next", 3)]
+)
+def test_a_wrong_state_after_touchdown_in_the_plan(slip_gait, field, entry):
+    jump = slip_gait.motion.jumps[0]
+    claimed = getattr(jump, field).copy()
+    claimed[entry] += 1e-4
+    said = reasons(with_motion(slip_gait, jumps=(dataclasses.replace(jump, **{field: claimed}),)))
+    assert said == "state after touchdown off by 1.0e-04, allowed 1e-06"
+
+
 def test_a_wrong_period_in_the_plan(slip_gait):
     """The last sample is held, so the walk is nearly the same; the plan says it takes longer."""
     *rest, last = slip_gait.motion.segments

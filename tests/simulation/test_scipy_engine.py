@@ -17,15 +17,6 @@ def compass_p(compass):
     return compass.vector(compass.resolve({"slope": 0.02, "friction": 0.14}))
 
 
-def test_a_slide_without_gravity_is_known_in_closed_form(wheel):
-    """Weightless, friction vanishes with the normal force only if nothing turns: the foot then slides on for ever."""
-    p = wheel.vector(wheel.resolve({"gravity": 1e-300, "friction": 0.3}))
-    state = start([0, 0, 0.1], [2.0, 0, 0.0])
-    arc = ScipyEngine().flow(wheel, passive(wheel), Mode.SLIP_FORWARD, 0.0, state, p, until=1.5)
-    assert arc.event is None
-    np.testing.assert_allclose(arc.states[:, -1], [3.0, 0, 0.1, 2.0, 0, 0], rtol=1e-12)
-
-
 def test_a_pendulum_swings_through_in_its_own_time(wheel):
     """From rest at a small lean, theta grows as cosh(t / tau): linear theory, with its error of the cube."""
     p = wheel.vector(wheel.resolve({"inertia_ratio": 0.5, "friction": np.inf}))
