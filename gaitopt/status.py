@@ -60,7 +60,10 @@ class Stop(Enum):
     STEPS_DONE = "All requested steps were walked."
     FELL = "The walker fell."
     LIFT_OFF = "The stance foot lifted off; a single-support model ends there."
-    DOUBLE_SUPPORT = "The trailing foot did not separate at touchdown; the single-impulse impact law is not valid."
+    DOUBLE_SUPPORT = (
+        "The touchdown has no outcome with an impulse at the landing foot alone: the trailing foot would not separate, "
+        "or the landing foot would have to be pulled."
+    )
     PAINLEVE = "Slip is not well posed here (Painleve's paradox); nothing was integrated through it."
     SINGULAR = "The motion cannot be integrated beyond this point: it or the torque is singular or not finite there."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Law, Mode, Stop
+from gaitopt import Law, Mode, ScipyEngine, Stop
 
 
 def at(segment, k):
@@ -107,6 +107,30 @@ def test_a_slip_that_starts_from_rest_lasts(wheel_walk, compass_walk, gait_b):
     first = compass_walk(gait_b["z"], mu=0.14).motion.segments[0]
     assert first.v[0, 0] == 0.0
     assert first.duration > 0.08
+
+
+def ankle_pulse():
+    """Return the law of an ankle torque that swells to 40 N m and dies away around t = 0.3 s."""
+    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
+    torque = ca.vertcat(40 * ca.exp(-(((clock - 0.3) / 0.1) ** 2)), 0)
+    return Law("pulse", ca.Function("torque", [clock, q, v, data], [torque]), np.zeros(1), np.zeros((0, 1)))
+
+
+def test_a_force_that_barely_leaves_the_cone_in_mid_step_is_seen(compass_walk, gait_a):
+    """The pulse takes |f_t|/f_n to a peak inside the step; friction a few 1e-4 below it is enough for a slip."""
+
+    def walk(mu, samples=4):
+        engine = ScipyEngine(samples=samples)
+        return compass_walk(gait_a["z"], mu=mu, law=ankle_pulse(), engine=engine, step_time_limit=0.5).motion.segments
+
+    (free,) = walk(np.inf, samples=200)
+    ratio = free.force[0] / free.force[1]
+    peak = ratio.max()
+    assert free.time[ratio.argmax()] == pytest.approx(0.318, abs=2e-3)
+    assert [segment.mode.value for segment in walk(peak * (1 + 1e-5))] == ["stick"]
+    barely = walk(peak * (1 - 3e-4))
+    assert [segment.mode.value for segment in barely] == ["stick", "slip-", "stick"]
+    assert barely[1].duration == pytest.approx(0.0055, abs=5e-4)
 
 
 def test_slip_grows_from_the_edge_of_the_cone_with_the_square_of_time(wheel_walk):

@@ -1,0 +1,87 @@
+"""Every study script runs, reproduces its numbers and draws a labelled figure; here on small grids."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+from gaitopt import Study
+
+ROOT = Path(__file__).resolve().parents[2]
+STUDIES = ROOT / "problems" / "studies"
+
+SMALL = {
+    "benchmarks": {"starts": 30},
+    "compass_actuated": {"intervals": 40},
+    "compass_force_ratio": {},
+    "compass_multipliers": {"points": 4, "least": 0.1, "most": 0.2},
+    "compass_portraits": {},
+    "rimless_basin_friction": {"frictions": 5, "rates": 4, "workers": 1},
+    "rimless_basin_slope": {"slopes": 5, "rates": 4, "workers": 1},
+    "rimless_branches": {"points": 5},
+    "rimless_cascade": {"steps": 35},
+    "rimless_force_ratio": {},
+    "rimless_lift_off": {"samples": 3},
+    "rimless_portraits": {"steps": 2},
+    "rimless_regions": {"spokes": (5, 10), "points": 11, "checked": (0.5,)},
+}
+"""Parameters that make each script quick."""
+
+EXPLAINED = {
+    "rimless_branches": {
+        "Type B, slip+ stick slip+ | stick: least friction",
+        "Type C: greatest friction",
+        "Type C: least friction, rounded",
+        "Type D: least friction",
+    }
+}
+"""Published numbers that do not come out; the remarks of the study say so."""
+
+
+@pytest.fixture(autouse=True)
+def neighbours(monkeypatch):
+    """Let the scripts import the modules beside them."""
+    monkeypatch.syspath_prepend(str(STUDIES))
+
+
+def run(name, **parameters):
+    return runpy.run_path(str(STUDIES / f"{name}.py"))["study"](**parameters)
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_study_reproduces_its_numbers_in_a_labelled_figure(name):
+    study = run(name, **SMALL[name])
+    assert isinstance(study, Study)
+    assert {number.name for number in study.numbers if not number.agrees} == EXPLAINED.get(name, set())
+    assert study.numbers
+    assert name not in EXPLAINED or study.remarks
+    axes = study.figure.axes
+    assert all(any(one.get_xlabel() for one in side) for side in _lowest(axes))
+    assert any(one.get_ylabel() for one in axes)
+
+
+def _lowest(axes):
+    """Return the panels of each column, from left to right."""
+    columns = {}
+    for one in axes:
+        columns.setdefault(one.get_subplotspec().colspan.start, []).append(one)
+    return columns.values()
+
+
+def test_every_study_is_tested_and_on_the_page():
+    scripts = {path.stem for path in STUDIES.glob("*.py") if "\ndef study(" in path.read_text(encoding="utf-8")}
+    assert scripts == set(SMALL)
+    page = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
+    assert all(f"images/study_{name}.png" in page and (ROOT / "docs" / "images" / f"study_{name}.png").is_file() for name in scripts)
+
+
+def test_every_study_says_what_it_shows_and_has_defaults():
+    for path in STUDIES.glob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert text.startswith('"""')
+        assert "\ndef study(" not in text or text.rstrip().endswith("run_study(__file__)")
+
+
+def test_regions_name_what_contradicts_the_closed_forms():
+    """Checks just outside of a region are expected to fall or lift off; with no distance they cannot be told apart."""
+    assert run("rimless_regions", spokes=(10,), points=3, checked=(0.5,)).remarks == ()
