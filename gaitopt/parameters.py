@@ -23,6 +23,8 @@ class Parameter:
         Unit, ``"1"`` for a pure number.
     lower, upper : float
         Bounds; `lower` is excluded when `lower_open`.
+    infinite, whole : bool
+        Whether an infinite value is allowed, and whether only whole numbers are.
     description : str
         One line for people.
 
@@ -40,6 +42,7 @@ class Parameter:
     upper: float = math.inf
     lower_open: bool = False
     infinite: bool = False
+    whole: bool = False
 
     def check(self, value: object) -> float:
         """Return `value` as a float, or raise :class:`InputError` saying why it cannot be one.
@@ -55,6 +58,8 @@ class Parameter:
             raise InputError(f"{self.name} must be a number{self._unit()}, got {value!r}.") from None
         if math.isnan(number) or (math.isinf(number) and not self.infinite):
             raise InputError(f"{self.name} must be a finite number{self._unit()}, got {number}.")
+        if self.whole and number != int(number):
+            raise InputError(f"{self.name} must be a whole number{self._unit()}, got {value!r}.")
         low = number <= self.lower if self.lower_open else number < self.lower
         if low or number > self.upper:
             raise InputError(f"{self.name} must be {self._interval()}{self._unit()}, got {number:g}.")

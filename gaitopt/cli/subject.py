@@ -49,7 +49,7 @@ def read_subject(source: Path, settings: list[str], engine: Engine, starts: int,
     if starts:
         wanted = None if problem.word is None else str(problem.word)
         search = search_cycles(problem.robot, problem.parameters, law=problem.law, starts=starts, engine=engine)
-        found = (cycle for cycle in search if wanted is None or cycle.word == wanted)
+        found = (cycle for cycle in search if wanted is None or {str(word) for word in cycle.words} == {wanted})
     gaits = tuple(itertools.islice(found, 1)) if first else ranked(found)
     return Subject(problem.robot, dict(problem.parameters), problem.law or passive(problem.robot), gaits)
 

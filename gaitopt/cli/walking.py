@@ -90,7 +90,11 @@ def basin(
     source: Source,
     over: Annotated[
         list[str],
-        typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="An axis: a coordinate or parameter; once or twice."),
+        typer.Option(
+            "--over",
+            metavar="NAME=FROM:TO:COUNT",
+            help="An axis, once or twice: a coordinate or a parameter of the robot, in SI units and rad.",
+        ),
     ],
     setting: Setting = None,
     state: Annotated[
@@ -118,6 +122,8 @@ def basin(
 
     chosen, began = engine_named(engine), time.perf_counter()
     axes = dict(grid(text) for text in over)
+    if len(axes) < len(over):
+        raise InputError("--over names the same axis twice.")
     subject = read_subject(source, setting or [], chosen, 300 if coordinates_missing(state, axes) else 0, first=True)
     p = subject.robot.vector(subject.parameters)
     names = Section(subject.robot, p, sliding=True).names

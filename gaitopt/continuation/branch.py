@@ -138,7 +138,7 @@ def _approach(
     while True:
         value = target if abs(target - previous[0]) <= abs(step) * (1 + 1e-12) else previous[0] + step
         p = robot.vector(robot.resolve({**parameters, parameter: value}))
-        cycle = cycle_from(Walker(robot, law, p, engine), _predict(before, previous, value))
+        cycle = cycle_from(Walker(robot, law, p, engine), _predict(before, previous, value), len(previous[1].words))
         if cycle is not None and _near(cycle, previous[1]):
             before, previous = previous, (value, cycle)
             yield previous

@@ -10,7 +10,7 @@ from gaitopt.model.robot import Coordinates, Robot, assemble
 from gaitopt.parameters import Parameter
 
 PARAMETERS = (
-    Parameter("spokes", 10.0, "1", "number of spokes", lower=3.0),
+    Parameter("spokes", 10.0, "1", "number of spokes", lower=3.0, whole=True),
     Parameter("leg_length", 1.0, "m", "length of a spoke", lower=0.0, lower_open=True),
     Parameter("mass", 1.0, "kg", "mass of the wheel", lower=0.0, lower_open=True),
     Parameter("inertia_ratio", 1 / 3, "1", "I_c / (m l^2)", lower=0.0),

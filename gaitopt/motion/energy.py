@@ -1,6 +1,6 @@
 """The energy ledger of a motion and the cost of transport."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -115,7 +115,7 @@ def positive_work(motion: Motion) -> float:
 
 
 def cost_of_transport(motion: Motion) -> float:
-    """Return absolute joint work over weight times travel (dimensionless).
+    """Return absolute joint work over weight times travel (dimensionless), of the steps that reached their touchdown.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def cost_of_transport(motion: Motion) -> float:
     Returns
     -------
     float
-        ``absolute_work / (m_total g L)`` with L the forward travel, foot slide included.
+        ``absolute_work / (m_total g L)`` with L the forward travel, foot slide included; nan if no step was completed.
 
     Examples
     --------
@@ -132,7 +132,10 @@ def cost_of_transport(motion: Motion) -> float:
     >>> round(cost_of_transport(load("docs/examples/compass_slip.h5").motion), 3)
     0.016
     """
-    return absolute_work(motion) / (motion.total_mass * motion.parameters["gravity"] * motion.travel)
+    if not motion.jumps:
+        return float("nan")
+    walked = replace(motion, segments=tuple(s for s in motion.segments if s.step <= motion.jumps[-1].step))
+    return absolute_work(walked) / (motion.total_mass * motion.parameters["gravity"] * motion.travel)
 
 
 def _rise_and_fall(time: Array, work: Array, power: Array) -> Array:

@@ -40,9 +40,22 @@ def violations(
     return tuple(worst.values())[:most]
 
 
-def warnings(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:
-    """Return what in a solution deserves a look: durations that rest on their bounds."""
+def warnings(transcription: Transcription, problem: GaitProblem, x: Array, error: float) -> tuple[str, ...]:
+    """Return what in a solution deserves a look: durations that rest on their bounds, a grid that is too coarse.
+
+    Parameters
+    ----------
+    x : array
+        Decision vector.
+    error : float
+        Error between nodes, or of the energy ledger, after the last refinement.
+    """
     found = []
+    if error > problem.transcription.tolerance:
+        found.append(
+            f"the plan is only accurate to {error:.1e} between nodes, not to the tolerance "
+            f"{problem.transcription.tolerance:.1e}: use more intervals."
+        )
     shortest = problem.limits.shortest_phase
     for phase in transcription.phases:
         if x[transcription.variables["duration"][0, phase.number]] < 1.01 * shortest:

@@ -41,6 +41,10 @@ LINEAR_SOLVERS = ("mumps", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "s
 """Linear solvers the Ipopt of CasADi's wheel knows; only the first one comes with it."""
 
 
+_ONE_AT_A_TIME = threading.RLock()
+"""Ipopt with MUMPS is not safe in threads: parallel solves belong in processes."""
+
+
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """What a solver returned.
@@ -130,11 +134,11 @@ class Ipopt:
             Of a solution close by, from which Ipopt then goes on instead of starting anew.
         """
         solver, tap = _compiled(nlp, self, multipliers is not None)
-        tap.watch(observer, bounds)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         try:
-            with _interruptible(tap):
+            with _ONE_AT_A_TIME, _interruptible(tap):
+                tap.watch(observer, bounds)
                 answer = solver(x0=x, p=data, **limits, **near)
         finally:
             tap.rest()

@@ -38,7 +38,7 @@ class GaitProblem:
     limits : Limits
     margins : Margins
     guess : Guess or None
-        Where the optimiser starts; None lets :func:`gaitopt.solve` try its own starts and keep the best answer.
+        Where the optimiser starts; None lets :func:`gaitopt.solve` choose, a straight line from pose to pose.
     transcription : MultipleShooting
     name : str
         For people.

@@ -85,9 +85,9 @@ class MultipleShooting:
 
 
 def _check_count(name: str, count: object, lower: int, upper: int) -> None:
-    number = Parameter(name, lower, "1", "", lower=lower, upper=upper).check(count)
-    if number != int(number) or isinstance(count, bool):
+    if isinstance(count, bool):
         raise InputError(f"{name} must be a whole number, got {count!r}.")
+    Parameter(name, lower, "1", "", lower=lower, upper=upper, whole=True).check(count)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -105,7 +105,7 @@ def _attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observ
             solve_seconds=time.perf_counter() - began - later_builds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=warnings(transcription, problem, outcome.x) if outcome.status.ok else (),
+            warnings=warnings(transcription, problem, outcome.x, worst) if outcome.status.ok else (),
         ),
         decision=outcome.x,
         versions=versions(),

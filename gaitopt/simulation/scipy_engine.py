@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from gaitopt.control.law import Law
 from gaitopt.model.buffered import Buffered
@@ -19,6 +19,12 @@ from gaitopt.simulation.arc import Arc
 from gaitopt.simulation.closed_loop import ClosedLoop, closed_loop
 
 Dense = Callable[[float], Array]
+
+AT_ONCE = 1e-4
+"""Part of a span after which the sign of a guard that starts at zero is looked at."""
+
+ROUNDING = 1e-9
+"""Guards that start below zero by less than this (N, m/s, rad) are on the edge, not beyond it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,19 +148,26 @@ def _first_event(
 ) -> tuple[str | None, float]:
     """Return the first guard that falls through zero in a time span, given its values at both ends, and when.
 
-    A guard that starts at zero (a slide from rest, a force released exactly on the cone) is no event unless it is
-    negative at the next sample: then the mode was left at once.
+    A guard that starts at zero (a slide from rest, a force released exactly on the cone) is no event there unless it
+    falls at once: then the mode was left at once.  One that starts below zero is an event at the start.
     """
     found: list[tuple[float, int, str]] = []
+    middle = watch((span[0] + span[1]) / 2, dense((span[0] + span[1]) / 2)[:n_y])[0].copy()
     for i, name in enumerate(loop.guard_names):
-        if now[i] > 0 or (before[i] <= 0 and now[i] == 0):
-            continue
+        guard = functools.partial(_value, watch, dense, n_y, i)
+        begin, end = span[0], span[1] if now[i] <= 0 else _dip(guard, span, (before[i], middle[i], now[i]))
         if before[i] <= 0:
-            # A touchdown guard starts at zero by definition (both feet on the ground) and counts only once armed.
-            if name not in ("touchdown", "painleve"):
+            if name in ("touchdown", "painleve"):
+                # A touchdown guard starts at zero by definition (both feet on the ground) and counts only once armed.
+                continue
+            begin += AT_ONCE * (span[1] - span[0])
+            if before[i] < -ROUNDING or (now[i] < 0 and guard(begin) <= 0):
                 found.append((span[0], i, name))
+                continue
+            end = span[1] if now[i] < 0 else None
+        if end is None:
             continue
-        at = _root(functools.partial(_value, watch, dense, n_y, i), span)
+        at = _root(guard, (begin, end))
         if name == "touchdown" and watch(at, dense(at)[:n_y])[1][0] <= 0:
             continue
         found.append((at, i, name))
@@ -162,6 +175,21 @@ def _first_event(
         return None, span[1]
     at, _, name = min(found)
     return name, at
+
+
+def _dip(
+    guard: Callable[[float], float], span: tuple[float, float], values: tuple[float, float, float]
+) -> float | None:
+    """Return a time in a span at which a guard that is positive at both ends is negative, or None.
+
+    The minimum is looked for only where the parabola through the ends and the middle comes near to zero inside.
+    """
+    left, middle, right = values
+    bend, lean = 2 * (left - 2 * middle + right), right - left
+    if bend <= abs(lean) or middle - lean**2 / (4 * bend) > 0.1 * max(left, right):
+        return None
+    found = minimize_scalar(guard, bounds=span, method="bounded", options={"xatol": 1e-9 * (span[1] - span[0])})
+    return float(found.x) if found.fun < 0 else None
 
 
 def _value(watch: Buffered, dense: Dense, n_y: int, i: int, t: float) -> float:

@@ -13,6 +13,7 @@ from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_motion, make_segment
+from gaitopt.parameters import Parameter
 from gaitopt.simulation.arc import Arc, Engine
 from gaitopt.simulation.contact_choice import REST
 from gaitopt.simulation.scipy_engine import ScipyEngine
@@ -129,6 +130,8 @@ def simulate(
     >>> str(walk.motion.word()), round(walk.motion.period, 6)
     ('stick | stick', 0.744621)
     """
+    Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
+    Parameter("step_time_limit", 1.0, "s", "", lower=0, lower_open=True).check(step_time_limit)
     engine = engine or ScipyEngine()
     law = law or passive(robot)
     p = robot.vector(robot.resolve(parameters))

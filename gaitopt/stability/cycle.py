@@ -32,6 +32,8 @@ class Cycle:
     section : Section
     z : (n_z,) array
         The gait's point on the section.
+    points : tuple of (n_z,) arrays
+        The start of each step of the period, `z` first.
     period : float [s]
     travel : float [m]
         Forward travel over the period, foot slide included.
@@ -67,6 +69,7 @@ class Cycle:
     words: tuple[Word, ...]
     section: Section
     z: Array
+    points: tuple[Array, ...]
     period: float
     travel: float
     derivative: Array
@@ -134,6 +137,7 @@ def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle
         words=words,
         section=section,
         z=z,
+        points=tuple(section.project(state) for state in point.passage.states),
         period=motion.period,
         travel=motion.travel,
         derivative=derivative,

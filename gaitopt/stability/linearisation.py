@@ -20,6 +20,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import closed_loop
 from gaitopt.simulation.walker import Stride, Walker
 
+BEYOND = 1e-7
+"""A located event leaves its guard at rounding (N, m/s, rad); further below zero the mode was left by a jump."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Slopes:
@@ -88,17 +91,21 @@ class Linearisation:
         return reset @ (np.eye(2 * n) + np.outer(before, shift))
 
     def _time_shift(self, mode: Mode, event: str, clock: float, state: Array) -> tuple[Array, Array]:
-        """Return the flow before an event, and d (event time) / d y, each of shape (2 n_q,)."""
+        """Return the flow before an event, and d (event time) / d y, each of shape (2 n_q,).
+
+        A guard found well below zero did not fall through it: the law's torque jumped there, at a time that is fixed.
+        """
         slopes, data = self._slopes(mode), self._data(clock)
         before = slopes.flow(clock, state, data)[0].copy()
-        gradient, drift = slopes.guards(clock, state, data)
+        values, gradient, drift = slopes.guards(clock, state, data)
         names = closed_loop(self.walker.robot, mode, self.walker.law.torque).guard_names
         which = names.index(event)
+        if values[which] < -BEYOND:
+            return before, np.zeros_like(before)
         row = gradient.reshape(2 * self.walker.robot.n_q, len(names))[:, which]
         return before, -row / (row @ before + drift[which])
 
     def _data(self, clock: float) -> Array:
-        # Just before the event: at a breakpoint of the law, the piece that ends there.
         return self.walker.law.table[:, self.walker.law.piece(clock)]
 
     def _slopes(self, mode: Mode) -> _Slopes:
@@ -119,10 +126,10 @@ def _reordered(function: ca.Function) -> ca.Function:
 
 @functools.lru_cache(maxsize=128)
 def _guard_slopes(function: ca.Function) -> ca.Function:
-    """Return (t, y, data, p) -> gradients of the guards (n_guards, n_y) and their rates at constant y (n_guards)."""
+    """Return (t, y, data, p) -> guards (n), their gradients (n, n_y) and their rates at constant y (n)."""
     t, y, p, data = function.sx_in()
     guards = function(t, y, p, data)[0]
-    outputs = [ca.densify(ca.jacobian(guards, y)), ca.densify(ca.jacobian(guards, t))]
+    outputs = [guards, ca.densify(ca.jacobian(guards, y)), ca.densify(ca.jacobian(guards, t))]
     return ca.Function("guard_slopes", [t, y, data, p], outputs)
 
 

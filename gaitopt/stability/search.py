@@ -39,7 +39,7 @@ def find_cycles(
     law : Law, optional
         Passive by default.
     word : Word or str, optional
-        Keep only gaits with this word.
+        Keep only gaits all of whose steps have this word.
     steps : int
         Period of the gaits in steps (gaits whose period divides it are found too).
     starts : int
@@ -67,7 +67,7 @@ def find_cycles(
     """
     wanted = None if word is None else str(Word.parse(word))
     found = search_cycles(robot, parameters, law=law, steps=steps, starts=starts, seed=seed, engine=engine)
-    return ranked(cycle for cycle in found if wanted is None or cycle.word == wanted)
+    return ranked(cycle for cycle in found if wanted is None or {str(each) for each in cycle.words} == {wanted})
 
 
 def ranked(cycles: Iterable[Cycle]) -> tuple[Cycle, ...]:
@@ -124,8 +124,13 @@ def cycle_from(walker: Walker, z: Array, steps: int = 1, newton: Newton | None =
 
 
 def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:
-    """Return whether two cycles are one gait; in complete slip the foot speed is no mark of difference."""
-    return one.word == other.word and one.z.shape == other.z.shape and bool(np.allclose(one.z, other.z, atol=tolerance))
+    """Return whether two cycles are one gait: the point of one is a point of the other, whichever step comes first.
+
+    In complete slip the foot speed is no mark of difference.
+    """
+    if len(one.words) != len(other.words) or one.z.shape != other.z.shape:
+        return False
+    return any(bool(np.allclose(one.z, point, atol=tolerance)) for point in other.points)
 
 
 def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:

@@ -1,5 +1,7 @@
 """Basins: in which gait, or how, walks end that start on a grid."""
 
+import dataclasses
+import hashlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -7,6 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +101,7 @@ def basin(
     task = _task(
         robot, parameters, values, base or {}, law or passive(robot), patience or Patience(), engine or default_engine()
     )
-    done = Basin.empty(robot.name, robot.resolve(task.parameters), task.base, values, task.patience.steps)
+    done = Basin.empty(robot.name, robot.resolve(task.parameters), task.base, values, _method(task))
     if path is not None and Path(path).exists():
         done = load_basin(path).check_same(done, path)
     open_starts = np.flatnonzero(done.pending())
@@ -208,6 +211,13 @@ def _task(
             raise InputError(f"The section of {robot.name!r} has no coordinate {name!r}. {suggest(name, coordinates)}")
     start = {name: float(base.get(name, 0.0)) for name in coordinates if name not in axes}
     return _Task(robot, fixed, start, tuple(axes), law, patience, engine)
+
+
+def _method(task: _Task) -> dict[str, Any]:
+    """Return what the answer depends on besides robot, parameters and starts, as plain data."""
+    law = hashlib.sha256(task.law.torque.serialize().encode())
+    law.update(task.law.breakpoints.tobytes() + task.law.table.tobytes())
+    return {"law": task.law.name, "law_digest": law.hexdigest(), **dataclasses.asdict(task.patience)}
 
 
 Answer = tuple[str, Array, int]

@@ -30,7 +30,8 @@ class Basin:
         Coordinates of the start that are not axes.
     axes : dict of str to (K,) array
         One or two axes, in order.
-    most_steps : int
+    method : dict
+        What else the answer depends on: most steps, tolerance of a walk that repeats, and the law.
     labels : tuple of str
         Kinds of ending: words of gaits, keys of stops, ``"unsettled"``.
     outcome : (n_starts,) int array
@@ -42,7 +43,7 @@ class Basin:
 
     Examples
     --------
-    >>> empty = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, 100)
+    >>> empty = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, {})
     >>> empty.shape, empty.pending().tolist()
     ((2,), [True, True])
     """
@@ -51,7 +52,7 @@ class Basin:
     parameters: dict[str, float]
     base: dict[str, float]
     axes: dict[str, Array]
-    most_steps: int
+    method: dict[str, Any]
     labels: tuple[str, ...]
     outcome: NDArray[np.int16]
     steps: NDArray[np.int32]
@@ -59,7 +60,12 @@ class Basin:
 
     @classmethod
     def empty(
-        cls, robot: str, parameters: dict[str, float], base: dict[str, float], axes: dict[str, Array], most_steps: int
+        cls,
+        robot: str,
+        parameters: dict[str, float],
+        base: dict[str, float],
+        axes: dict[str, Array],
+        method: dict[str, Any],
     ) -> "Basin":
         """Return a basin with nothing computed."""
         size = int(np.prod([values.size for values in axes.values()]))
@@ -69,7 +75,7 @@ class Basin:
             parameters={name: value for name, value in parameters.items() if name not in axes},
             base=base,
             axes=axes,
-            most_steps=most_steps,
+            method=method,
             labels=(),
             outcome=np.full(size, PENDING, dtype=np.int16),
             steps=np.zeros(size, dtype=np.int32),
@@ -118,8 +124,8 @@ class Basin:
 
     def _question(self) -> dict[str, Any]:
         axes = {name: values.tolist() for name, values in self.axes.items()}
-        question = [self.robot, self.parameters, self.base, axes, self.most_steps]
-        return plain(dict(zip(("robot", "parameters", "base", "axes", "most_steps"), question, strict=True)))
+        question = [self.robot, self.parameters, self.base, axes, self.method]
+        return plain(dict(zip(("robot", "parameters", "base", "axes", "method"), question, strict=True)))
 
 
 def save_basin(basin: Basin, path: str | Path) -> Path:
@@ -128,7 +134,7 @@ def save_basin(basin: Basin, path: str | Path) -> Path:
     Examples
     --------
     >>> import tempfile
-    >>> basin = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, 100)
+    >>> basin = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, {})
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     load_basin(save_basin(basin, f"{folder}/basin.h5")).size
     2
@@ -172,7 +178,7 @@ def load_basin(path: str | Path) -> Basin:
                 parameters={name: float(value) for name, value in question["parameters"].items()},
                 base=question["base"],
                 axes={name: file[f"axes/{name}"][...] for name in question["axes"]},
-                most_steps=int(question["most_steps"]),
+                method=question["method"],
                 labels=tuple(json.loads(file.attrs["labels"])),
                 outcome=file["outcome"][...],
                 steps=file["steps"][...],

@@ -20,7 +20,7 @@ class Ending:
     Attributes
     ----------
     label : str
-        Word of the gait it settled in, the key of a :class:`gaitopt.Stop`, or ``"unsettled"``.
+        Words of the gait it settled in, the key of a :class:`gaitopt.Stop`, or ``"unsettled"``.
     z : (n_z,) array
         Last point on the section with foot speed.
     steps : int
@@ -41,7 +41,9 @@ class Patience:
     steps : int
         Most steps taken.
     tolerance : float
-        Largest change of the state from step to step, twice in a row, of a walk that repeats.
+        Largest change of the state over a period, for two periods in a row, of a walk that repeats.
+    longest_period : int
+        Longest period looked for, in steps; the words of its steps are joined by ``"; "``.
 
     Examples
     --------
@@ -51,6 +53,7 @@ class Patience:
 
     steps: int = 100
     tolerance: float = 1e-6
+    longest_period: int = 4
 
 
 def settle(walker: Walker, z: Array, patience: Patience | None = None) -> Ending:
@@ -68,18 +71,34 @@ def settle(walker: Walker, z: Array, patience: Patience | None = None) -> Ending
     """
     patience = patience or Patience()
     section = Section(walker.robot, walker.p, sliding=True)
-    state, calm = section.embed(z), 0
+    points, words = [np.asarray(z, dtype=float)], []
+    state, calm = section.embed(z), dict.fromkeys(range(1, patience.longest_period + 1), 0)
     for step in range(1, patience.steps + 1):
         stride = walker.stride(state)
         if stride.following is None or stride.impact is None or stride.impact.mode is None:
-            return Ending(stride.stop.key if stride.stop else UNSETTLED, section.project(state), step)
-        before, after = section.project(state), section.project(stride.following)
-        change = np.abs(after - before)
-        if slips_throughout(stride.modes, stride.impact.mode):
-            away = (after[-1] - before[-1]) * after[-1] > 0
-            change = change[:-1] if away else np.array([np.inf])
+            return Ending(stride.stop.key if stride.stop else UNSETTLED, points[-1], step)
+        throughout = slips_throughout(stride.modes, stride.impact.mode)
         state = stride.following
-        calm = calm + 1 if np.max(change) <= patience.tolerance else 0
-        if calm == 2:
-            return Ending(str(Word(stride.modes, stride.impact.mode)), after, step)
-    return Ending(UNSETTLED, section.project(state), patience.steps)
+        points.append(section.project(state))
+        words.append(str(Word(stride.modes, stride.impact.mode)))
+        for period in calm:
+            near = step >= period and _repeats(points[-1 - period], points[-1], throughout, patience.tolerance)
+            calm[period] = calm[period] + 1 if near else 0
+            if calm[period] == 2 * period:
+                return Ending("; ".join(_canonical(words[-period:])), points[-1], step)
+    return Ending(UNSETTLED, points[-1], patience.steps)
+
+
+def _repeats(before: Array, after: Array, throughout: bool, tolerance: float) -> bool:
+    """Return whether two points are the same; in complete slip, up to a foot speed that drifts away from zero."""
+    change = np.abs(after - before)
+    if throughout:
+        away = (after[-1] - before[-1]) * after[-1] > 0
+        return bool(away and np.max(change[:-1]) <= tolerance)
+    return bool(np.max(change) <= tolerance)
+
+
+def _canonical(words: list[str]) -> list[str]:
+    """Return the words of a period from the first in alphabetical order on, whichever step came last."""
+    turns = [words[i:] + words[:i] for i in range(len(words))]
+    return min(turns)

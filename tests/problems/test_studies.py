@@ -14,12 +14,12 @@ SMALL = {
     "benchmarks": {"starts": 30},
     "compass_actuated": {"intervals": 40},
     "compass_force_ratio": {},
-    "compass_multipliers": {"points": 4, "least": 0.1, "most": 0.2},
+    "compass_multipliers": {"points": 4, "least": 0.12, "most": 0.18},
     "compass_portraits": {},
     "rimless_basin_friction": {"frictions": 5, "rates": 4, "workers": 1},
     "rimless_basin_slope": {"slopes": 5, "rates": 4, "workers": 1},
-    "rimless_branches": {"points": 5},
-    "rimless_cascade": {"steps": 35},
+    "rimless_branches": {"points": 7},
+    "rimless_cascade": {"steps": 40},
     "rimless_force_ratio": {},
     "rimless_lift_off": {"samples": 3},
     "rimless_portraits": {"steps": 2},
@@ -72,7 +72,10 @@ def test_every_study_is_tested_and_on_the_page():
     scripts = {path.stem for path in STUDIES.glob("*.py") if "\ndef study(" in path.read_text(encoding="utf-8")}
     assert scripts == set(SMALL)
     page = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
-    assert all(f"images/study_{name}.png" in page and (ROOT / "docs" / "images" / f"study_{name}.png").is_file() for name in scripts)
+    assert all(
+        f"images/study_{name}.png" in page and (ROOT / "docs" / "images" / f"study_{name}.png").is_file()
+        for name in scripts
+    )
 
 
 def test_every_study_says_what_it_shows_and_has_defaults():
@@ -80,8 +83,3 @@ def test_every_study_says_what_it_shows_and_has_defaults():
         text = path.read_text(encoding="utf-8")
         assert text.startswith('"""')
         assert "\ndef study(" not in text or text.rstrip().endswith("run_study(__file__)")
-
-
-def test_regions_name_what_contradicts_the_closed_forms():
-    """Checks just outside of a region are expected to fall or lift off; with no distance they cannot be told apart."""
-    assert run("rimless_regions", spokes=(10,), points=3, checked=(0.5,)).remarks == ()

@@ -5,9 +5,24 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import InputError, WalkProblem, assess_stability, compass_biped, find_cycles, load, rimless_wheel
+from gaitopt import (
+    InputError,
+    Patience,
+    WalkProblem,
+    assess_stability,
+    compass_biped,
+    default_engine,
+    find_cycles,
+    load,
+    passive,
+    rimless_wheel,
+    trace_branch,
+)
 from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.search import cycle_from, same_gait
 from gaitopt.stability.section import Section
+from gaitopt.study.settling import settle
 
 
 def test_search_finds_every_gait_of_the_study_at_once():
@@ -96,3 +111,21 @@ def test_open_loop_multipliers_agree_with_finite_differences():
         one, two = (image(cycle.z + k * step * unit) - image(cycle.z - k * step * unit) for k in (1, 2))
         columns.append((8 * one - two) / (12 * step))
     assert np.max(np.abs(np.array(columns).T - cycle.derivative)) < 1e-5 * np.max(np.abs(cycle.derivative))
+
+
+def test_period_two_gait_is_found_followed_and_settled_in():
+    # Beyond the first period doubling of the compass gait (Goswami et al.: at about 4.4 deg) a stable 2-cycle walks.
+    goswami = {"leg_mass": 5, "hip_mass": 10, "leg_length": 1, "leg_com": 0.5, "gravity": 9.81}
+    robot, slope = compass_biped(), math.radians(4.6)
+    p = robot.vector(robot.resolve({**goswami, "slope": slope}))
+    walker = Walker(robot, passive(robot), p, default_engine())
+    start = np.array([-0.31, 1.15, -0.2, 0.0])
+    ending = settle(walker, start, Patience(steps=300, tolerance=1e-8))
+    assert ending.label == "stick | stick; stick | stick"
+    gait = cycle_from(walker, ending.z, steps=2)
+    assert gait.stable
+    assert not np.allclose(gait.points[0], gait.points[1], atol=1e-3)
+    assert same_gait(gait, cycle_from(walker, np.append(gait.points[1], 0.0), steps=2))
+    branch = trace_branch(robot, goswami, gait, "slope", [slope, slope + 1e-3])
+    assert [len(cycle.words) for cycle in branch.cycles] == [2] * len(branch.cycles)
+    assert not np.allclose(branch.cycles[-1].points[0], branch.cycles[-1].points[1], atol=1e-3)

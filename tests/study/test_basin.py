@@ -4,7 +4,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import ArchiveError, InputError, Patience, basin, basin_edges, load_basin, rimless_wheel, save_basin
+from gaitopt import (
+    ArchiveError,
+    InputError,
+    Patience,
+    basin,
+    basin_edges,
+    load_basin,
+    passive,
+    rimless_wheel,
+    save_basin,
+)
 from gaitopt.simulation.scipy_engine import ScipyEngine
 
 WHEEL = {"slope": math.radians(13)}
@@ -90,3 +100,12 @@ def test_file_round_trip_and_damage(tmp_path):
 def test_wrong_axes_are_named(axes, message):
     with pytest.raises(InputError, match=message):
         basin(rimless_wheel(), WHEEL, axes)
+
+
+def test_file_of_another_law_is_not_gone_on_with(tmp_path):
+    robot, path = rimless_wheel(), tmp_path / "basin.h5"
+    basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path)
+    with pytest.raises(InputError, match="holds another basin"):
+        basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, law=replace(passive(robot), name="another"))
+    with pytest.raises(InputError, match="holds another basin"):
+        basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, patience=Patience(tolerance=1e-3))
