@@ -169,16 +169,18 @@ def basin_edges(
     def ending(value: float) -> str:
         return _run(task, [(value,)])[0][0]
 
-    edges = []
+    def between(a: float, below: str, b: float, above: str) -> list[tuple[float, str, str]]:
+        if below == above:
+            return []
+        if b - a <= tolerance:
+            return [(float((a + b) / 2), below, above)]
+        middle = (a + b) / 2
+        label = ending(middle)
+        return [*between(a, below, middle, label), *between(middle, label, b, above)]
+
     labels = [ending(value) for value in points]
-    for (a, b), (below, above) in zip(itertools.pairwise(points), itertools.pairwise(labels), strict=True):
-        while above != below and b - a > tolerance:
-            middle = (a + b) / 2
-            found = ending(middle)
-            a, b, above = (middle, b, above) if found == below else (a, middle, found)
-        if above != below:
-            edges.append((float((a + b) / 2), below, above))
-    return tuple(edges)
+    spans = zip(points, labels, points[1:], labels[1:], strict=False)
+    return tuple(itertools.chain.from_iterable(itertools.starmap(between, spans)))
 
 
 def _task(

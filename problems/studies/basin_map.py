@@ -12,7 +12,8 @@ ENDINGS = {
     "D": ("settles in Type D", "#D9A6D3"),
     "fell": ("rolls back", "0.88"),
     "lift_off": ("lifts off", "0.62"),
-    "other": ("undecided", "white"),
+    "no_touchdown": ("lingers upright", "white"),
+    "other": ("unsettled", "#F5E663"),
 }
 """Name and colour of each kind of ending."""
 
@@ -40,8 +41,17 @@ def draw_map(axes, basin, across, upward):
     )
     axes.set(xlim=(across[0], across[-1]), ylim=(upward[0], upward[-1]))
     axes.grid(False)
+    for kind in "ABCD":
+        places = np.argwhere(kinds == kind)
+        if _extent(places[:, 0]) > 0.04 * across.size:  # there is room
+            column, row = places.mean(axis=0).astype(int)
+            axes.text(across[column], upward[row], kind, ha="center", va="center", fontsize=11)
     return [
         Patch(facecolor=color, edgecolor="0.5", linewidth=0.5, label=name)
         for kind, (name, color) in ENDINGS.items()
         if kind in kinds
     ]
+
+
+def _extent(numbers):
+    return numbers.max() - numbers.min() if numbers.size else 0

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 from gaitopt import trace_branch
 
+NEAR = 1e-3
+
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
@@ -44,14 +46,15 @@ def follow(robot, start, parameter, values, tolerance=1e-6):
     Stretch
     """
     given = {name: value for name, value in start.parameters.items() if name != parameter}
-    branch = trace_branch(robot, given, start, parameter, values, same_word=True)
+    branch = trace_branch(robot, given, start, parameter, values, same_word=True, smallest_step=NEAR)
     found, cycles = branch.values.tolist(), list(branch.cycles)
     step = 0.0 if found[-1] == values[-1] else float(values[1] - values[0])
+    if branch.ended.startswith("no gait"):  # located to this share of the spacing already
+        step *= NEAR
     while abs(step) > tolerance:
         step /= 2
-        nearer = trace_branch(
-            robot, given, cycles[-1], parameter, [found[-1] + step], same_word=True, smallest_step=1.0
-        )
+        further = [found[-1] + step]
+        nearer = trace_branch(robot, given, cycles[-1], parameter, further, same_word=True, smallest_step=1.0)
         found += nearer.values.tolist()
         cycles += nearer.cycles
     return Stretch(found, cycles)

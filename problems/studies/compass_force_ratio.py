@@ -5,7 +5,6 @@ Gait A needs most friction just after the touchdown; with less than that the foo
 
 import math
 
-import numpy as np
 from compass_setup import FRICTION, WORDS, gait, walk
 from drawing import draw_by_mode, figure_of, key_of_modes
 from published import published
@@ -19,7 +18,7 @@ def study(friction=FRICTION, starts=100):
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in WORDS}
     need = cycles["A"].critical_friction
     with figure_of(3.3) as figure:
-        panels = figure.subplots(1, len(cycles), sharey=True)
+        panels = figure.subplots(1, len(cycles), sharex=True, sharey=True)
         for axes, (name, cycle) in zip(panels, cycles.items(), strict=True):
             _draw(axes, walk(cycle), need.friction if name == "A" else friction)
             axes.set(title=f"Gait {name}", xlabel="time [s]")
@@ -33,7 +32,13 @@ def study(friction=FRICTION, starts=100):
     return Study(figure, numbers)
 
 
-IMPULSE = {"color": "black", "marker": "D", "markersize": 5, "linestyle": "none", "label": "touchdown impulse $L_t/L_n$"}
+IMPULSE = {
+    "color": "black",
+    "marker": "D",
+    "markersize": 5,
+    "linestyle": "none",
+    "label": "touchdown impulse $L_t/L_n$",
+}
 
 
 def _draw(axes, motion, cone):
@@ -43,7 +48,8 @@ def _draw(axes, motion, cone):
     draw_by_mode(axes, time, ratio, [segment.mode for segment in motion.segments])
     for side in (1, -1):
         axes.axhline(side * cone, **LIMIT)
-    axes.annotate(rf"$\mu$ = {cone:.5g}", (0.98, cone), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right")
+    above = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+    axes.annotate(rf"$\mu$ = {cone:.5g}", (0.03, cone), (0, 3), **above)
     for jump in motion.jumps:
         axes.plot([jump.time], [jump.ratio], zorder=5, **IMPULSE)
 

@@ -1,7 +1,7 @@
 """Compass biped: phase portraits of a leg in Gaits A, B and C, and the speed of the stance foot.
 
-A leg leans forward at positive angles.  It stands while the angle rises and swings while it falls back; at touchdown its
-rate jumps.
+A leg leans forward at positive angles.  It stands while the angle rises and swings while it falls back; at touchdown
+its rate jumps.
 """
 
 import math
@@ -9,7 +9,7 @@ import math
 import numpy as np
 from compass_setup import FRICTION, WORDS, gait, walk
 from drawing import JUMP_LINE, draw_by_mode, draw_jump, figure_of, key_of_modes, spelled
-from published import published
+from published import energy_balance, published
 
 from gaitopt import Mode, Study
 
@@ -72,13 +72,15 @@ def _draw_foot_speed(axes, motion):
 
 
 def _numbers(cycles):
-    """Return state, period and step length of each gait beside the study's."""
+    """Return state, period and step length of each gait beside the study's, and its energy balance."""
     numbers = []
     for name, printed in PRINTED.items():
         cycle = cycles[name]
         values = {**cycle.state, "period": cycle.period, "step length": cycle.travel}
         for quantity, digits in printed.items():
             numbers.append(published(f"Gait {name}: {quantity}", values[quantity], digits, UNITS[quantity]))
+        mass = 2 * cycle.parameters["leg_mass"] + cycle.parameters["hip_mass"]
+        numbers.append(energy_balance(f"Gait {name}", cycle, mass))
     return tuple(numbers)
 
 

@@ -1,9 +1,12 @@
 """Numbers beside published ones, with the tolerance their printed digits allow."""
 
+import math
+
 from gaitopt import Number
 
 STUDY = "Gamus & Or 2015"
 OWN = "own computation"
+CLOSED_FORM = "closed form"
 
 
 def published(name, value, printed, unit="1", source=STUDY):
@@ -26,3 +29,18 @@ def published(name, value, printed, unit="1", source=STUDY):
     decimals = len(printed.partition(".")[2])
     tolerance = 0.5 * 10**-decimals if decimals else 0.0  # whole numbers are counts
     return Number(name, float(value), float(printed), tolerance, source, unit)
+
+
+def energy_balance(name, cycle, mass):
+    """Return the energy a passive gait loses over what gravity gives, m g L sin(alpha), which must be 1.
+
+    Parameters
+    ----------
+    name : str
+    cycle : Cycle
+    mass : float
+        Of the whole walker [kg].
+    """
+    given = mass * cycle.parameters["gravity"] * cycle.travel * math.sin(cycle.parameters["slope"])
+    lost = cycle.energy.impact_loss + cycle.energy.friction_loss
+    return Number(f"{name}: (impact + friction loss) / (m g L sin alpha)", lost / given, 1.0, 1e-9, "energy balance")

@@ -14,10 +14,10 @@ from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
 from gaitopt import Patience, Study, basin, basin_edges, rimless_wheel
 
-PATIENCE = Patience(steps=80, tolerance=1e-4)
+PATIENCE = Patience(steps=150, tolerance=1e-6)
 
 
-def study(frictions=40, rates=40, least=0.02, most=1.1, fastest=1.3, workers=2):  # grid of frictions and rates
+def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2):  # grid of frictions and rates
     """Return the study."""
     across, speeds = np.linspace(least, most, frictions), np.linspace(0.01, fastest, rates)
     starts = {"friction": across, "theta_rate": speeds}

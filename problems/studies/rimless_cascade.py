@@ -1,7 +1,7 @@
 """Rimless wheel: from complete slip (Type D) to a gait that sticks and slips (Type B), step by step.
 
-In complete slip thd converges at once, but the foot speed falls by the same amount each step; when the foot comes to rest
-the walk changes its type.
+In complete slip thd converges at once, but the foot speed falls by the same amount each step; when the foot comes to
+rest the walk changes its type.
 """
 
 import numpy as np
@@ -27,7 +27,9 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau
         _draw(lower, after[:, 0], words)
         for cycle, kind in ((before, "D"), (final, "B")):
             upper.axhline(speed_of(cycle), **LIMIT)
-            upper.annotate(f"Type {kind}", (len(after), speed_of(cycle)), (0, 3), textcoords="offset points", ha="right")
+            upper.annotate(
+                f"Type {kind}", (len(after), speed_of(cycle)), (0, 5), textcoords="offset points", ha="right"
+            )
         upper.set(ylabel=rf"rate after impact $\dot\theta$ [{RATE}]", ylim=(0.86, 1.11))
         lower.set(ylabel=rf"foot speed after impact $\dot x$ [{SPEED}]", xlabel="step")
         figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=4, handlelength=1)

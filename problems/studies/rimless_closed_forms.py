@@ -46,7 +46,9 @@ def least_normal_force(rate, spokes, inertia_ratio, slope):
         method="bounded",
         options={"xatol": 1e-10},
     )
-    return min((float(force(angle, rate, spokes, inertia_ratio, slope)[1]), float(angle)) for angle in (theta[k], found.x))
+    return min(
+        (float(force(angle, rate, spokes, inertia_ratio, slope)[1]), float(angle)) for angle in (theta[k], found.x)
+    )
 
 
 def fastest_speed(spokes, inertia_ratio, slope):

@@ -5,7 +5,7 @@ Its largest value is the friction the gait needs; the ratio of the touchdown's i
 
 import numpy as np
 from drawing import figure_of
-from published import OWN, published
+from published import CLOSED_FORM, published
 from rimless_closed_forms import force, gait_speed, kept_share
 from rimless_setup import HALF, INERTIA_RATIO, SLOPE, SPOKES, gait, speed_of, walk
 
@@ -30,25 +30,32 @@ def study():
 
 
 def _exact(name, value, closed_form, unit):
-    return Number(f"Type A: {name}, closed form", value, closed_form, 1e-10, OWN, unit)
+    return Number(f"Type A: {name}, closed form", value, closed_form, 1e-10, CLOSED_FORM, unit)
 
 
 def _draw(cycle, slope):
     """Draw the force ratio over the angle: simulated, and by the closed form."""
     motion = walk(speed_of(cycle)).motion
-    theta = np.linspace(-HALF, HALF, 25)
+    theta = np.linspace(-HALF, HALF, 181)
     f_t, f_n = force(theta, speed_of(cycle), SPOKES, INERTIA_RATIO, slope)
     needed = cycle.critical_friction
     with figure_of(3.2) as figure:
         axes = figure.subplots()
-        ratio = motion.channel("force")[0] / motion.channel("force")[1]
-        axes.plot(np.rad2deg(motion.channel("q")[2]), ratio, color="#0072B2", label="simulated")
-        marks = {"fillstyle": "none", "markersize": 4.5, "color": "#0072B2", "label": "closed form"}
-        axes.plot(np.rad2deg(theta), f_t / f_n, "o", **marks)
+        axes.plot(np.rad2deg(theta), f_t / f_n, color="#0072B2", label="closed form")
+        simulated = motion.channel("force")[0] / motion.channel("force")[1]
+        marks = {"fillstyle": "none", "markersize": 4.5, "color": "#0072B2", "label": "simulated"}
+        axes.plot(np.rad2deg(motion.channel("q")[2]), simulated, "o", **marks)
         axes.axhline(-needed.friction, label=rf"critical friction $\mu$ = {needed.friction:.3f}", **LIMIT)
         end = (float(np.rad2deg(HALF)), cycle.impact_ratio)
         axes.plot(*end, "D", color="black", markersize=5, label="touchdown impulse $L_t/L_n$", linestyle="none")
-        axes.annotate(f"{end[1]:.4f}", end, (-8, 0), textcoords="offset points", ha="right", va="center")
+        axes.annotate(
+            f"{end[1]:.4f}".replace("-", "\N{MINUS SIGN}"),
+            end,
+            (-8, 0),
+            textcoords="offset points",
+            ha="right",
+            va="center",
+        )
         axes.set(xlabel=r"angle $\theta$ [deg]", ylabel=r"force ratio $f_t/f_n$", xlim=(-19, 19), ylim=(-1.0, 0.0))
         axes.legend(loc="lower left", bbox_to_anchor=(0.02, 0.12))
     return figure

@@ -1,19 +1,19 @@
 """Rimless wheel: normal force over a step that starts just fast enough to lift the foot off.
 
-Without a limit of friction the foot lifts at the end of the step.  Where friction is limited the foot slips before, which
-relieves it: a faster start is needed, and the foot lifts when the spoke is upright.
+Without a limit of friction the foot lifts at the end of the step.  Where friction is limited the foot slips before,
+which relieves it: a faster start is needed, and the foot lifts when the spoke is upright.
 """
 
 import math
 
 import numpy as np
 from drawing import draw_by_mode, figure_of, key_of_modes
-from published import OWN
+from published import CLOSED_FORM
 from rimless_closed_forms import fastest_speed
-from rimless_setup import HALF, INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
+from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
 
 from gaitopt import Mode, Number, Patience, Study, basin_edges, rimless_wheel
-from gaitopt.plot.style import LIMIT, line_style
+from gaitopt.plot.style import LIMIT
 
 
 def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, tolerance=1e-9):
@@ -22,7 +22,7 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
     slope = math.radians(SLOPE)
     exact = fastest_speed(SPOKES, INERTIA_RATIO, slope)
     numbers = (
-        Number("thd that lifts off, unlimited friction, closed form", onsets[0], exact, 1e-8, OWN, "rad/tau_c"),
+        Number("thd that lifts off, unlimited friction, closed form", onsets[0], exact, 1e-8, CLOSED_FORM, "rad/tau_c"),
     )
     with figure_of(3.3) as figure:
         panels = figure.subplots(1, len(frictions), sharex=True, sharey=True)
@@ -32,7 +32,7 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
             axes.axhline(0, **LIMIT)
             axes.set_title("unlimited friction" if math.isinf(friction) else rf"$\mu$ = {friction:g}")
             axes.set_xlabel(r"angle $\theta$ [deg]")
-        panels[0].set(ylabel="normal force $f_n/(m\\,g)$", ylim=(-0.03, None), xticks=[-18, -9, 0, 9, 18])
+        panels[0].set(ylabel="normal force $f_n/(m\\,g)$", ylim=(-0.03, 0.62), xticks=[-18, -9, 0, 9, 18])
         panels[0].text(-17, 0.03, f"numbers: rate at the\nstart of the step\n[{RATE}]", color="0.3")
         key_of_modes(figure, tuple(Mode.slipping(sign) for sign in (1, -1)))
     return Study(figure, numbers)
@@ -59,7 +59,7 @@ def _draw(axes, motion, label):
     angle = [np.rad2deg(segment.q[2]) for segment in motion.segments]
     force = [segment.force[1] / weight for segment in motion.segments]
     draw_by_mode(axes, angle, force, [segment.mode for segment in motion.segments])
-    axes.annotate(label, (angle[0][0], force[0][0]), (0, 6), textcoords="offset points", color="0.3")
+    axes.annotate(label, (angle[0][0], force[0][0]), (0, 8), textcoords="offset points", color="0.3")
 
 
 if __name__ == "__main__":

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 from drawing import JUMP_LINE, draw_by_mode, draw_jump, figure_of, key_of_modes, spelled
-from published import published
+from published import CLOSED_FORM, energy_balance, published
 from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 
-from gaitopt import Mode, Study
+from gaitopt import Mode, Number, Study
 
 FRICTION = {"A": 1.0, "B": 0.3, "C": 0.24, "D": 0.3}
 """Where each type is shown; it exists there."""
@@ -22,6 +22,8 @@ def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and ho
         published("Type D, mu = 0.3: thd*", speed_of(cycles["D"]), "1.07204", "rad/tau_c"),
         published("Type D, mu = 0.3: multiplier", cycles["D"].radius, "0.356"),
         published("Type D, mu = 0.3: change of xd per step", cycles["D"].drift, "-0.0517", "l/tau_c"),
+        _drift(cycles["D"]),
+        *(energy_balance(f"Type {kind}", cycles[kind], 1.0) for kind in "ABC"),
     )
     with figure_of(4.6) as figure:
         rows = figure.subplots(2, len(cycles), sharex=True)
@@ -41,6 +43,14 @@ def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and ho
         rows[1, 0].set_ylim(-0.1, 0.1)
         key_of_modes(figure, (Mode.SLIP_FORWARD,), JUMP_LINE)
     return Study(figure, numbers)
+
+
+def _drift(cycle):
+    """Return the change of the foot speed in complete slip beside its closed form."""
+    p = cycle.parameters
+    exact = p["gravity"] * cycle.period * (math.sin(p["slope"]) - p["friction"] * math.cos(p["slope"]))
+    name = "Type D, mu = 0.3: change of xd, g T (sin alpha - mu cos alpha)"
+    return Number(name, cycle.drift, exact, 1e-10, CLOSED_FORM, "l/tau_c")
 
 
 def _draw_portrait(axes, motion, row, following):

@@ -31,7 +31,7 @@ def study(
     """Return the study."""
     ratios = np.linspace(0, 1, points)
     with figure_of(5.4) as figure:
-        grid = figure.subplots(2, -(-len(spokes) // 2), sharex=True, sharey=True)
+        grid = figure.subplots(2, -(-len(spokes) // 2), sharex=True, sharey=True, squeeze=False)
         wrong = []
         for axes, n in zip(grid.flat, spokes, strict=False):
             _draw_region(axes, n, ratios)
@@ -85,7 +85,9 @@ def _draw_checks(axes, n, ratios, beside, steps):
             rate = gait_speed(n, ratio, math.radians(slope))
             found = walk(rate, slope=slope, spokes=n, inertia_ratio=ratio, steps=steps).stop
             label, marker, color = MARKS.get(found, (found.key, "x", "black"))
-            axes.plot([ratio], [slope], marker, color=color, markersize=4.5, linestyle="none", label=label, clip_on=False)
+            axes.plot(
+                [ratio], [slope], marker, color=color, markersize=4.5, linestyle="none", label=label, clip_on=False
+            )
             if found is not stop:
                 wrong.append(f"n = {n}, kappa = {ratio:g}, {slope:.2f} deg: expected {stop.key}, found {found.key}.")
     return wrong

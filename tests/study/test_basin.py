@@ -109,3 +109,9 @@ def test_file_of_another_law_is_not_gone_on_with(tmp_path):
         basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, law=replace(passive(robot), name="another"))
     with pytest.raises(InputError, match="holds another basin"):
         basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, patience=Patience(tolerance=1e-3))
+
+
+def test_edges_of_a_band_narrower_than_the_samples_are_found_when_one_is():
+    # Between 'fell' and 'lift_off' at two far samples lies the whole basin of Type A.
+    edges = basin_edges(rimless_wheel(), WHEEL, "theta_rate", 0.05, 3.5, samples=2, tolerance=1e-4)
+    assert [labels for _, *labels in edges] == [["fell", "stick | stick"], ["stick | stick", "lift_off"]]

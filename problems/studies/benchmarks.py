@@ -1,0 +1,136 @@
+"""Independent benchmarks: multipliers of a rimless wheel, the simplest walker and Goswami's compass, without slip.
+
+The simplest walker is the limit of light legs: a leg of no mass makes the mass matrix singular, so compass bipeds with
+ever lighter feet are extrapolated to it.
+"""
+
+import math
+
+import numpy as np
+from drawing import figure_of
+from numpy.polynomial import Polynomial
+from published import CLOSED_FORM, OWN, published
+from rimless_closed_forms import gait_speed, kept_share
+
+from gaitopt import Number, Study, compass_biped, find_cycles, rimless_wheel, trace_branch
+from gaitopt.plot.style import LIMIT
+
+SIMPLEST = {
+    "th1": -0.2003109005442,
+    "th1_rate": 0.1998324730050,
+    "real": -0.1900998410659,
+    "imaginary": 0.5575987766821,
+}
+UNIT = "rad/sqrt(l/g)"
+
+
+def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=60):  # leg masses over hip mass: geometric
+    """Return the study."""
+    wheel = find_cycles(rimless_wheel(), _wheel(), starts=10)[0]
+    goswami = find_cycles(compass_biped(), _goswami(), starts=starts)[0]
+    masses = heaviest * lighter ** np.arange(ratios)
+    light = _light_legs(masses, starts)
+    limit = {name: Polynomial.fit(masses, values, degree)(0.0) for name, values in light.items()}
+    with figure_of(3.4) as figure:
+        left, right = figure.subplots(1, 2)
+        _draw_limit(left, masses, light, limit)
+        _draw_multipliers(right, wheel, limit, goswami)
+    return Study(figure, (*_wheel_numbers(wheel), *_simplest_numbers(limit), *_goswami_numbers(goswami)))
+
+
+def _wheel():
+    return {"spokes": 6, "inertia_ratio": 0.5, "slope": 0.2, "leg_length": 1, "mass": 1, "gravity": 1}
+
+
+def _goswami():
+    masses = {"leg_mass": 5, "hip_mass": 10, "leg_length": 1, "leg_com": 0.5}
+    return {**masses, "slope": math.radians(3), "gravity": 9.81}
+
+
+def _light_legs(masses, starts):
+    """Return state, and sum and product of the pair of multipliers, for each leg mass.
+
+    Sum and product, unlike the multipliers themselves, stay smooth where a pair becomes complex.
+    """
+    given = {"leg_length": 1, "leg_com": 0, "hip_mass": 1, "slope": 0.009, "gravity": 1}
+    start = find_cycles(compass_biped(), {**given, "leg_mass": masses[0]}, starts=starts)[0]
+    branch = trace_branch(compass_biped(), given, start, "leg_mass", masses)
+    cycles = [branch.cycles[branch.values.tolist().index(mass)] for mass in masses]
+    multipliers = np.array([cycle.multipliers for cycle in cycles])
+    return {
+        "th1": np.array([cycle.state["th1"] for cycle in cycles]),
+        "th1_rate": np.array([cycle.state["th1_rate"] for cycle in cycles]),
+        "sum": (multipliers[:, 0] + multipliers[:, 1]).real,
+        "product": (multipliers[:, 0] * multipliers[:, 1]).real,
+        "third": multipliers[:, 2].real,
+    }
+
+
+def _pair(limit):
+    """Return real and imaginary part of a complex pair from its sum and product."""
+    return limit["sum"] / 2, math.sqrt(limit["product"] - limit["sum"] ** 2 / 4)
+
+
+def _wheel_numbers(cycle):
+    name, value, multiplier = "rimless wheel n = 6, kappa = 1/2", cycle.state["theta_rate"], cycle.multipliers[0].real
+    exact = gait_speed(6, 0.5, 0.2) / math.sqrt(1.5)  # tau_c = sqrt(1.5 l / g)
+    return (
+        Number(f"{name}: thd*", value, 0.460341126609, 1e-12, OWN, UNIT),
+        Number(f"{name}: thd*, closed form", value, exact, 1e-12, CLOSED_FORM, UNIT),
+        Number(f"{name}: multiplier 4/9", multiplier, kept_share(6, 0.5) ** 2, 1e-12, CLOSED_FORM),
+    )
+
+
+def _simplest_numbers(limit):
+    name, values = "simplest walker", dict(limit)
+    values["real"], values["imaginary"] = _pair(limit)
+    units = {"th1": "rad", "th1_rate": UNIT}
+    found = [
+        Number(f"{name}: {key}", float(values[key]), reference, 1e-9, OWN, units.get(key, "1"))
+        for key, reference in SIMPLEST.items()
+    ]
+    return (*found, Number(f"{name}: third multiplier", float(limit["third"]), 0.0, 1e-9, OWN))
+
+
+def _goswami_numbers(cycle):
+    printed = {"th1": "-0.2710286805", "th1_rate": "1.0923835899", "th2_rate": "-0.3773739489"}
+    units = {"th1": "rad", "th1_rate": "rad/s", "th2_rate": "rad/s"}
+    states = [published(f"Goswami's compass: {k}", cycle.state[k], text, units[k], OWN) for k, text in printed.items()]
+    return (*states, published("Goswami's compass: period", cycle.period, "0.7343464", "s", OWN))
+
+
+def _draw_limit(axes, masses, light, limit):
+    """Draw how far the walkers with light legs are from the extrapolated limit."""
+    names = {"th1": (r"$\theta_1$ [rad]", "o"), "th1_rate": (r"$\dot\theta_1$ [rad$/\sqrt{l/g}$]", "s")}
+    names |= {"sum": ("sum of pair", "^"), "product": ("product of pair", "v")}
+    for (key, (label, marker)), color in zip(names.items(), ("#0072B2", "#D55E00", "#009E73", "#AA4499"), strict=True):
+        distance = np.abs(light[key] - limit[key])
+        axes.loglog(masses, distance, marker, linestyle="-", linewidth=0.8, markersize=4.5, color=color, label=label)
+    axes.set(xlabel="leg mass / hip mass", ylabel="distance to the limit of light legs", title="simplest walker")
+    axes.set_ylim(None, 300 * axes.get_ylim()[1])
+    axes.legend(loc="upper left", borderaxespad=0.2)
+
+
+def _draw_multipliers(axes, wheel, limit, goswami):
+    """Draw the multipliers of all benchmarks in the unit circle, with the references as crosses."""
+    turn = np.linspace(0, 2 * np.pi, 181)
+    axes.plot(np.cos(turn), np.sin(turn), **LIMIT)
+    real, imaginary = _pair(limit)
+    sets = {
+        "rimless wheel, $n$ = 6": (wheel.multipliers, "o", "#0072B2"),
+        "simplest walker": (np.array([real + 1j * imaginary, real - 1j * imaginary, limit["third"]]), "s", "#D55E00"),
+        "Goswami's compass": (goswami.multipliers, "^", "#009E73"),
+    }
+    for label, (values, marker, color) in sets.items():
+        axes.plot(values.real, values.imag, marker, color=color, markersize=6, linestyle="none", label=label)
+    pair = SIMPLEST["real"] + 1j * SIMPLEST["imaginary"] * np.array([1, -1])
+    references = np.array([4 / 9, *pair, 0])
+    axes.plot(references.real, references.imag, "x", color="black", markersize=4.5, linestyle="none", label="reference")
+    axes.set(xlabel="real part", ylabel="imaginary part", title="multipliers", aspect="equal", xlim=(-1.1, 1.1))
+    axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower right", ncols=4, handlelength=1)
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

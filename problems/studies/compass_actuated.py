@@ -1,0 +1,69 @@
+"""Compass biped with motors on level ground: the cheapest sticking and slipping gait at one speed and step length.
+
+Both are planned by optimal control and replayed, open loop, by the event-driven simulator.
+"""
+
+from drawing import draw_by_mode, figure_of, key_of_modes
+from published import OWN, published
+
+from gaitopt import GaitProblem, Limits, Mode, MultipleShooting, Number, Study, compass_biped, solve, verify
+from gaitopt.plot.style import LIMIT
+
+PRINTED = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
+"""Cost of transport by word."""
+
+
+def study(speed=0.633, step_length=0.4713, friction=0.14, torque_limit=6.0, intervals=40):  # [m/s], [m], [N m]
+    """Return the study."""
+    gaits, numbers = [], []
+    for word, printed in PRINTED.items():
+        gait = verify(solve(_problem(word, speed, step_length, friction, torque_limit, intervals)).require())
+        gaits.append(gait)
+        numbers.append(published(f"{word}: cost of transport", gait.cost_of_transport, printed, source=OWN))
+        miss, source = gait.verification.state_error, f"{OWN}: within 3e-7"
+        numbers.append(Number(f"{word}: miss of the replayed state", miss, 0.0, 3e-7, source))
+    with figure_of(4.8) as figure:
+        rows = figure.subplots(3, len(gaits), sharex=True, sharey="row")
+        for column, gait in zip(rows.T, gaits, strict=True):
+            _draw(column, gait, friction)
+            column[0].set_title(f"{gait.word}\ncost of transport {gait.cost_of_transport:.5f}")
+            column[2].set_xlabel("time [s]")
+        rows[0, 0].set_ylabel("ankle torque [N m]")
+        rows[1, 0].set_ylabel("hip torque [N m]")
+        rows[2, 0].set(ylabel="force ratio $f_t/f_n$", ylim=(-1.3 * friction, 1.8 * friction))
+        figure.align_ylabels(rows[:, 0])
+        key_of_modes(figure, (Mode.SLIP_FORWARD,))
+    return Study(figure, tuple(numbers))
+
+
+def _problem(word, speed, step_length, friction, torque_limit, intervals):
+    return GaitProblem(
+        name="compass biped",
+        robot=compass_biped(),
+        word=word,
+        friction=friction,
+        speed=speed,
+        step_length=step_length,
+        limits=Limits(torque=torque_limit),
+        objective="cost_of_transport",
+        transcription=MultipleShooting(intervals=intervals),
+    )
+
+
+def _draw(column, gait, friction):
+    """Draw torques and force ratio of a gait over time, by contact mode."""
+    parts = gait.motion.segments
+    time, modes = [part.time for part in parts], [part.mode for part in parts]
+    for axes, actuator in zip(column, range(2), strict=False):
+        draw_by_mode(axes, time, [part.torque[actuator] for part in parts], modes)
+    draw_by_mode(column[2], time, [part.force[0] / part.force[1] for part in parts], modes)
+    for side in (1, -1):
+        column[2].axhline(side * friction, **LIMIT)
+    above = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+    column[2].annotate(rf"$\mu$ = {friction:g}", (0.02, friction), (0, 3), **above)
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)
