@@ -12,6 +12,8 @@ M (v+ - v-) = W^T (L_t, L_n) with
 """
 
 import functools
+import math
+import threading
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,51 +137,56 @@ def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> I
     >>> impact.mode.value, impact.energy_lost > 0
     ('stick', True)
     """
-    friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
-    velocity, mobility, spread = _collision(robot)(q, v, p)
-    found = outcomes(velocity, mobility.reshape(2, 2), friction)
+    collision, place = _collision(robot, threading.get_ident())
+    # Floats: ten times faster here than arrays.
+    v_t, v_n, tt, nt, tn, nn, *spread = collision.packed(np.concatenate((q, v, p))).tolist()
+    found = outcomes((v_t, v_n), ((tt, tn), (nt, nn)), float(p[place]))
     if not found:
         return Impact(None, np.full(2, np.nan), np.full(robot.n_q, np.nan), np.nan, np.nan, False)
     mode, impulse = found[0]
-    v_plus = v + impulse @ spread.reshape(2, -1)
-    lost = -(velocity @ impulse + impulse @ mobility.reshape(2, 2) @ impulse / 2)
-    return Impact(mode, impulse, v_plus, float(lost), float(v_plus[1]), len(found) > 1)
+    l_t, l_n = impulse.tolist()
+    n = robot.n_q
+    v_plus = np.array([a + b * l_t + c * l_n for a, b, c in zip(v.tolist(), spread[:n], spread[n:], strict=True)])
+    lost = -(v_t * l_t + v_n * l_n + (tt * l_t * l_t + (tn + nt) * l_t * l_n + nn * l_n * l_n) / 2)
+    return Impact(mode, impulse, v_plus, lost, float(v_plus[1]), len(found) > 1)
 
 
-@functools.lru_cache(maxsize=32)
-def _collision(robot: Robot) -> Buffered:
-    return Buffered(robot.collision)
+@functools.lru_cache(maxsize=256)
+def _collision(robot: Robot, thread: int) -> tuple[Buffered, int]:
+    """Return the Function of an impact, with memory of its own in each thread, and where the friction is in p."""
+    return Buffered(robot.collision), [parameter.name for parameter in robot.parameters].index("friction")
 
 
-def outcomes(velocity: np.ndarray, mobility: np.ndarray, friction: float) -> list[tuple[Mode, np.ndarray]]:
+def outcomes(
+    velocity: tuple[float, float], mobility: tuple[tuple[float, float], tuple[float, float]], friction: float
+) -> list[tuple[Mode, np.ndarray]]:
     """Return every consistent outcome of an impact with its impulse.
 
     Parameters
     ----------
-    velocity : (2,) array [m/s]
-        Of the landing foot before the impact, (v_t, v_n).
-    mobility : (2, 2) array [1/kg]
+    velocity : (v_t, v_n) [m/s]
+        Of the landing foot before the impact.
+    mobility : ((tt, tn), (tn, nn)) [1/kg]
         Foot velocity per unit impulse.
     friction : float
     """
-    (tt, tn), (_, nn) = mobility
-    v_t, v_n = velocity
+    ((tt, tn), (_, nn)), (v_t, v_n) = mobility, velocity
     found: list[tuple[Mode, np.ndarray]] = []
     determinant = tt * nn - tn * tn
-    stick = np.array([(tn * v_n - nn * v_t) / determinant, (tn * v_t - tt * v_n) / determinant])
-    if stick[1] >= 0 and abs(stick[0]) <= friction * stick[1]:
-        found.append((Mode.STICK, stick))
-    if np.isinf(friction):
+    l_t, l_n = (tn * v_n - nn * v_t) / determinant, (tn * v_t - tt * v_n) / determinant
+    if l_n >= 0 and abs(l_t) <= friction * l_n:
+        found.append((Mode.STICK, np.array([l_t, l_n])))
+    if math.isinf(friction):
         return found
-    for mode in (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD):
-        slide = -mode.sign * friction
+    for mode, sign in ((Mode.SLIP_FORWARD, 1), (Mode.SLIP_BACKWARD, -1)):
+        slide = -sign * friction
         response = nn + tn * slide
         if response <= 0:
             continue
         normal = -v_n / response
-        if normal >= 0 and mode.sign * (v_t + (tt * slide + tn) * normal) > 0:
+        if normal >= 0 and sign * (v_t + (tt * slide + tn) * normal) > 0:
             found.append((mode, np.array([slide * normal, normal])))
     # Exactly on the edge of the cone rounding may refuse the stick and the slip that coincide there.
-    if not found and v_n < 0 and abs(stick[0]) - friction * stick[1] <= _ROUNDING * np.hypot(*stick):
-        found.append((Mode.STICK, stick))
+    if not found and v_n < 0 and abs(l_t) - friction * l_n <= _ROUNDING * math.hypot(l_t, l_n):
+        found.append((Mode.STICK, np.array([l_t, l_n])))
     return found

@@ -40,7 +40,11 @@ class ContactChoice:
         """
         if abs(v[0]) > REST:
             return Mode.slipping(v[0])
-        tangential, normal = self._stick(q, v, torque)[1]
+        tangential, normal = self._stick(q, v, torque)[1].tolist()
+        return self.leave_rest(tangential, normal, leaving)
+
+    def leave_rest(self, tangential: float, normal: float, leaving: Mode | None = None) -> Mode:
+        """Return the mode in which a foot at rest goes on, given the force (f_t, f_n) [N] that keeps it there."""
         if abs(tangential) <= self.friction * normal or self.friction == float("inf"):
             return Mode.STICK
         chosen = Mode.slipping(-tangential)
@@ -48,4 +52,4 @@ class ContactChoice:
 
     def wellposed(self, mode: Mode, q: Array) -> bool:
         """Return whether slip in a mode is well posed (no Painleve paradox); sticking always is."""
-        return not mode.slips or bool(paradox_guard(self._wellposed(q)[0], mode) > 0)
+        return mode is Mode.STICK or paradox_guard(self._wellposed.packed(q).tolist(), mode) > 0

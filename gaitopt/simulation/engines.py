@@ -5,6 +5,8 @@ from importlib.util import find_spec
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.heyoka_engine import HeyokaEngine
+from gaitopt.simulation.heyoka_expressions import heyoka_module
 from gaitopt.simulation.scipy_engine import ScipyEngine
 
 NAMES = ("auto", "heyoka", "scipy")
@@ -19,11 +21,7 @@ def default_engine() -> Engine:
     >>> default_engine().name in ("heyoka", "scipy")
     True
     """
-    if find_spec("heyoka") is None or find_spec("gaitopt.simulation.heyoka_engine") is None:
-        return ScipyEngine()
-    from gaitopt.simulation.heyoka_engine import HeyokaEngine
-
-    return HeyokaEngine()
+    return HeyokaEngine() if find_spec("heyoka") else ScipyEngine()
 
 
 def engine_named(name: str | None = None) -> Engine:
@@ -44,7 +42,6 @@ def engine_named(name: str | None = None) -> Engine:
     if name == "scipy":
         return ScipyEngine()
     if name == "heyoka":
-        from gaitopt.simulation.heyoka_engine import HeyokaEngine
-
+        heyoka_module()
         return HeyokaEngine()
     raise InputError(f"There is no engine {name!r}. {suggest(str(name), NAMES)}")

@@ -1,5 +1,6 @@
 """CasADi Functions as heyoka expressions."""
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -7,17 +8,22 @@ import casadi as ca
 
 from gaitopt.errors import InputError
 
-SAME_NAME = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp", "log",
-             "sqrt", "erf", "expm1", "log1p", "atan2")  # fmt: skip
+SAME_NAME = (
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
+    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+    *("exp", "log", "expm1", "log1p", "sqrt", "erf"),
+)
 """Operations of CasADi that heyoka knows by the same name."""
 
 
+@functools.cache
 def heyoka_module() -> Any:
     """Return heyoka, imported when first needed."""
     try:
         import heyoka
     except ImportError:
         raise InputError("The heyoka engine needs heyoka: pip install 'gaitopt[fast]'.") from None
+    heyoka.set_logger_level_error()  # its warnings of steps that cannot be taken: the engine reports those itself
     return heyoka
 
 
@@ -60,8 +66,8 @@ def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list
             held[targets[0]] = operations[operation](*[held[i] for i in sources])
         else:
             raise InputError(
-                f"The heyoka engine cannot integrate {function.name()!r}: it has no operation {_name(operation)!r}. "
-                "Use the scipy engine, or an expression without it."
+                f"The heyoka engine cannot follow the operation {_name(operation)!r} in {function.name()!r}. "
+                "Use the scipy engine, or a smooth expression."
             )
     return outputs
 

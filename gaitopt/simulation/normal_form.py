@@ -1,8 +1,8 @@
 """Normal form of the expressions of mechanics: sums of cosines and sines of angle sums, times powers, times numbers.
 
-A *form* maps monomials to coefficients.  A monomial is a cosine or sine of an integer combination of state entries times
-powers of *atoms* (state entries, time, and whatever else cannot be taken apart); a coefficient depends on parameters
-only.  Products of cosines become sums, so that identities such as sin^2 + cos^2 = 1 are found by adding coefficients.
+A *form* maps monomials to coefficients.  A monomial is a cosine or sine of an integer combination of state entries
+times powers of *atoms* (state entries, time, and whatever else cannot be taken apart); a coefficient depends on
+parameters only.  Products of cosines become sums, so that sin^2 + cos^2 = 1 and the like come out by adding up.
 Whether a coefficient vanishes for all parameters is decided by its values at a few random ones.
 """
 
@@ -19,9 +19,6 @@ SAMPLES = 4
 """Random parameter values at which coefficients are compared."""
 ROUNDING = 1e-13
 """A sum of coefficients below this fraction of its terms is zero."""
-
-NEW_WAVE = 1.5
-"""Cost of the cosine or sine of an angle sum, in products."""
 
 Wave = tuple[tuple[int, int], ...]
 Powers = tuple[tuple[int, int], ...]
@@ -98,16 +95,6 @@ def power(atom: int) -> Form:
     return {Monomial(powers=((atom, 1),)): number(1)}
 
 
-def cost(form: Form) -> float:
-    """Return roughly how many products of changing quantities it takes to compute a form."""
-    total = 0.0
-    for wave, _, powers in form:
-        factors = sum(exponent for _, exponent in powers) + bool(wave)
-        plain = len(wave) < 2 and all(k == 1 for _, k in wave)
-        total += max(factors - 1, 0) + (0 if plain else NEW_WAVE)
-    return total
-
-
 def same(one: Form, other: Form) -> bool:
     """Return whether two forms are equal for all parameters."""
     return one.keys() == other.keys() and all(coefficient.same(other[key]) for key, coefficient in one.items())
@@ -180,7 +167,7 @@ def _product(left: Monomial, right: Monomial) -> Iterable[tuple[Wave, bool, floa
         left, right = right, left
     plus, minus = (merge(left.wave, tuple((i, sign * k) for i, k in right.wave)) for sign in (1, -1))
     both = left.sine and right.sine
-    # cos a cos b = (cos(a-b) + cos(a+b))/2, sin a sin b = (cos(a-b) - cos(a+b))/2, cos a sin b = (sin(a+b) - sin(a-b))/2
+    # 2 cos a cos b = cos(a+b) + cos(a-b), 2 sin a sin b = cos(a-b) - cos(a+b), 2 cos a sin b = sin(a+b) - sin(a-b)
     first, second = (-0.5, 0.5) if both else (0.5, -0.5) if right.sine else (0.5, 0.5)
     for combination, half in ((plus, first), (minus, second)):
         wave, sine, sign = _directed(combination, right.sine and not both)

@@ -1,7 +1,10 @@
 """The hybrid automaton: one step of a walk, from a state after touchdown to the next touchdown."""
 
+import functools
+from bisect import bisect_right
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
@@ -75,6 +78,9 @@ class Walker:
         self.step_time_limit, self.most_events = step_time_limit, most_events
         self.contact = ContactChoice(robot, p)
         self._torque = Buffered(law.torque)
+        self._force = functools.cache(self._resting_force)
+        self._breaks = law.breakpoints.tolist()
+        self._here = np.zeros(1 + 2 * robot.n_q)
         self._swap = Buffered(robot.swap, p)
 
     def torque(self, clock: float, state: Array) -> Array:
@@ -95,7 +101,7 @@ class Walker:
         n, state, clock = self.robot.n_q, np.array(state, dtype=float), 0.0
         if abs(state[n]) <= REST:
             state[n] = 0.0
-        mode = self.contact.choose(state[:n], state[n:], self.torque(clock, state))
+        mode = self._choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
         for _ in range(self.most_events):
             if not self.contact.wellposed(mode, state[:n]):
@@ -111,18 +117,41 @@ class Walker:
                 return self._touchdown(tuple(arcs), state)
             if arc.event == "at rest":
                 state[n] = 0.0
-                mode = self.contact.choose(state[:n], state[n:], self.torque(clock, state), leaving=mode)
+                mode = self._choose(clock, state, leaving=mode)
             else:
                 mode = Mode(arc.event)
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
+
+    def _choose(self, clock: float, state: Array, leaving: Mode | None = None) -> Mode:
+        """Return the mode in which the foot goes on."""
+        speed = state[self.robot.n_q]
+        if abs(speed) > REST:
+            return Mode.slipping(speed)
+        self._here[0], self._here[1:] = clock, state
+        piece = max(bisect_right(self._breaks, clock) - 1, 0)  # as Law.piece, but ten times faster
+        tangential, normal = self._force(piece).packed(self._here).tolist()
+        return self.contact.leave_rest(tangential, normal, leaving)
+
+    def _resting_force(self, piece: int) -> Buffered:
+        """Return (clock, q, v) -> force that keeps the foot at rest, in one piece of the law."""
+        return Buffered(_resting_force(self.robot, self.law.torque), self.p, self.law.table[:, piece])
 
     def _touchdown(self, arcs: tuple[tuple[Mode, Arc], ...], state: Array) -> Stride:
         n = self.robot.n_q
         impact = solve_impact(self.robot, state[:n], state[n:], self.p)
         if impact.mode is None or impact.separation < 0:
             return Stride(arcs, Stop.DOUBLE_SUPPORT, impact, None)
-        following = np.concatenate(self._swap(state[:n], impact.v_plus))
+        following = self._swap.packed(np.concatenate((state[:n], impact.v_plus))).copy()
         following[n + 1] = 0.0  # the landing foot stays on the ground, exactly
-        if not impact.mode.slips:
+        if impact.mode is Mode.STICK:
             following[n] = 0.0
         return Stride(arcs, None, impact, following)
+
+
+@functools.lru_cache(maxsize=128)
+def _resting_force(robot: Robot, torque: ca.Function) -> ca.Function:
+    """Return (clock, q, v, p, data) -> force that keeps a foot at rest under a law."""
+    clock, q, v, data = torque.sx_in()
+    p = ca.SX.sym("p", len(robot.parameters))
+    _, force = robot.acceleration[Mode.STICK](q, v, torque(clock, q, v, data), p)
+    return ca.Function("resting_force", [clock, q, v, p, data], ca.cse([force]))

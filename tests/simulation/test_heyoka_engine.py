@@ -1,0 +1,415 @@
+"""The fast engine against the reference engine: states, times, energies, words and stops, on guards and off."""
+
+import sys
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt import InputError, Law, Mode, compass_biped, feedforward, passive, rimless_wheel, simulate
+from gaitopt.simulation import engines
+from gaitopt.simulation.engines import default_engine, engine_named
+from gaitopt.simulation.heyoka_engine import HeyokaEngine
+from gaitopt.simulation.heyoka_expressions import convert, heyoka_module
+from gaitopt.simulation.heyoka_programs import form_of, watching
+from gaitopt.simulation.scipy_engine import ScipyEngine
+
+heyoka = pytest.importorskip("heyoka")
+
+FAST, REFERENCE = HeyokaEngine(), ScipyEngine()
+COMPASS, WHEEL = compass_biped(), rimless_wheel()
+DOWNHILL, STEEP = {"slope": np.deg2rad(1)}, {"slope": np.deg2rad(13)}
+GAIT_A = [0, 0, -0.147836890, -0.147836890, 0, 0, 0.732796791, -0.500667882]
+GAIT_B = [0, 0, -0.140807105, -0.140807105, 0, 0, 0.710208797, -0.516847656]
+GAIT_C = [0, 0, -0.079038, -0.079038, 0.634174, 0, 0.043777, -0.431761]
+UNIT = np.sqrt((1 + 1 / 3) / 9.8)  # the wheel's natural time [s]
+
+
+def wheel_state(rate, slide=0.0):
+    """Return the start of a step from speeds in natural units."""
+    return [0, 0, -np.pi / 10, slide / UNIT, 0, rate / UNIT]
+
+
+def law_of(torque):
+    """Return the law with a torque (clock, q, v) of the compass."""
+    clock, q, v, data = ca.SX.sym("clock"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
+    return Law("own", ca.Function("torque", [clock, q, v, data], [torque(clock, q, v)]), np.zeros(1), np.zeros((0, 1)))
+
+
+def vector(robot, parameters):
+    return robot.vector(robot.resolve(parameters))
+
+
+def assert_same_walk(robot, parameters, state, tolerance=1e-9, **options):
+    """Simulate with both engines and compare everything that can be compared; return the walk."""
+    q, v = np.split(np.array(state, dtype=float), 2)
+    fast, reference = (simulate(robot, q, v, parameters, engine=engine, **options) for engine in (FAST, REFERENCE))
+    assert fast.engine == "heyoka"
+    assert fast.stop is reference.stop
+    assert [(e.name, e.before, e.after, e.step) for e in fast.events] == [
+        (e.name, e.before, e.after, e.step) for e in reference.events
+    ]
+    np.testing.assert_allclose([e.time for e in fast.events], [e.time for e in reference.events], atol=tolerance)
+    for one, other in zip(fast.motion.segments, reference.motion.segments, strict=True):
+        for name in ("q", "v", "work", "friction_work", "kinetic", "torque", "force"):
+            ends = getattr(one, name)[..., -1], getattr(other, name)[..., -1]
+            # Forces may be large: they grow without bound where a slide ceases to be well posed.
+            near = 100 * tolerance if name == "force" else tolerance
+            np.testing.assert_allclose(*ends, rtol=near, atol=near)
+    for one, other in zip(fast.motion.jumps, reference.motion.jumps, strict=True):
+        np.testing.assert_allclose(one.v_next, other.v_next, atol=tolerance)
+    return fast
+
+
+def both_arcs(robot, law, mode, state, parameters, *, clock=0.0, until=2.0):
+    """Return the arcs of both engines from a state, after checking that recording does not change the fast one."""
+    p, state = vector(robot, parameters), np.array(state, dtype=float)
+    arcs = [engine.flow(robot, law, mode, clock, state, p, until=until) for engine in (FAST, REFERENCE)]
+    recorded = FAST.flow(robot, law, mode, clock, state, p, until=until, record=True)
+    assert recorded.event == arcs[0].event
+    assert recorded.time[-1] == arcs[0].time[-1]
+    np.testing.assert_array_equal(recorded.states[:, [0, -1]], arcs[0].states)
+    return arcs
+
+
+def assert_same_arc(*problem, **options):
+    fast, reference = both_arcs(*problem, **options)
+    assert fast.event == reference.event
+    np.testing.assert_allclose(fast.time, reference.time, atol=1e-9)
+    np.testing.assert_allclose(fast.states, reference.states, atol=1e-9)
+    return fast
+
+
+# Published gaits, and walks of every kind
+
+
+@pytest.mark.parametrize(
+    ("friction", "state", "word"),
+    [
+        (0.3, GAIT_A, "stick | stick"),
+        (np.inf, GAIT_A, "stick | stick"),
+        (0.14, GAIT_B, "slip+ stick slip- | stick"),
+        (0.14, GAIT_C, "slip+ stick | slip+"),
+    ],
+)
+def test_passive_compass_gaits(friction, state, word):
+    walk = assert_same_walk(COMPASS, DOWNHILL | {"friction": friction}, state, steps=3)
+    assert {str(walk.motion.word(step)) for step in range(3)} == {word}
+
+
+@pytest.mark.parametrize(
+    ("friction", "rate", "slide", "words"),
+    [
+        (1.0, 0.876031, 0.0, {"stick | stick"}),
+        (0.3, 0.88075, 0.0, {"stick slip+ | stick"}),
+        (0.24, 0.88, 0.1, {"slip+ | slip+", "slip+ stick slip+ | slip+"}),
+        (0.3, 1.12, 0.7, {"slip+ | slip+", "slip+ | stick", "stick slip+ | stick"}),
+        (0.1, 1.07, 1.5, {"slip+ | slip+"}),
+        (np.inf, 0.876031, 0.0, {"stick | stick"}),
+    ],
+    ids=["A", "B", "C", "cascade D to B", "complete slip", "unlimited"],
+)
+def test_wheel_gaits(friction, rate, slide, words):
+    walk = assert_same_walk(WHEEL, STEEP | {"friction": friction}, wheel_state(rate, slide), steps=20)
+    assert {str(walk.motion.word(step)) for step in range(20)} == words
+
+
+def test_slip_reversal():
+    parameters = {"slope": 0.2, "friction": 0.05}
+    walk = assert_same_walk(WHEEL, parameters, [0, 0, -0.3, -0.3, 0, 1.5], steps=1)
+    assert [segment.mode.value for segment in walk.motion.segments][:2] == ["slip-", "slip+"]
+
+
+def test_optimised_gait_replayed_open_loop(slip_gait):
+    first = slip_gait.motion.segments[0]
+    state, law = np.concatenate([first.q[:, 0], first.v[:, 0]]), feedforward(COMPASS, slip_gait.motion)
+    walk = assert_same_walk(COMPASS, slip_gait.motion.parameters, state, law=law, steps=2)
+    assert str(walk.motion.word()) == str(slip_gait.word)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_walks(seed):
+    rng = np.random.default_rng(seed)
+    friction = rng.choice([0.05, 0.1, 0.14, 0.2, 0.3, 0.5, 0.8, 1.5, np.inf])
+    slide = rng.normal() / 2 if np.isfinite(friction) and rng.random() < 0.5 else 0.0
+    if seed % 2:
+        th = rng.uniform(-0.3, 0.3, 2) if rng.random() < 0.3 else np.full(2, -rng.uniform(0.02, 0.35))
+        parameters = {"slope": rng.uniform(-0.02, 0.1), "friction": friction}
+        state = [*rng.normal(size=2), *th, slide, 0, rng.uniform(0, 2), rng.uniform(-2, 1)]
+        assert_same_walk(COMPASS, parameters, state, steps=2, step_time_limit=3.0)
+    else:
+        parameters = {
+            "slope": rng.uniform(0, 0.4),
+            "friction": friction,
+            "inertia_ratio": rng.uniform(0, 0.6),
+        }
+        state = [0, rng.normal(), -np.pi / 10, slide, 0, rng.uniform(-0.5, 4)]
+        assert_same_walk(WHEEL, parameters, state, steps=3, step_time_limit=3.0)
+
+
+# Every reason to stop
+
+
+@pytest.mark.parametrize(
+    ("key", "robot", "parameters", "state", "options"),
+    [
+        ("fell", COMPASS, DOWNHILL | {"friction": 0.3}, [0, 0, -0.2, -0.2, 0, 0, 1.5, 0.8], {}),
+        ("fell", WHEEL, {"slope": 0.0}, [0, 0, -np.pi / 10, 0, 0, 0.1], {}),
+        ("lift_off", WHEEL, STEEP | {"friction": 0.5}, wheel_state(1.4), {"steps": 9}),
+        ("lift_off", WHEEL, STEEP, wheel_state(1.4), {"steps": 9}),
+        ("double_support", COMPASS, DOWNHILL | {"friction": 0.3}, [0, 0, -0.2, -0.2, 0, 0, 0.9, 1.5], {}),
+        ("painleve", WHEEL, {"slope": 0.2, "friction": 9.0, "inertia_ratio": 0.02}, [0, 0, 0.7, 2, 0, 2], {}),
+        ("no_touchdown", WHEEL, STEEP, wheel_state(0.876031), {"step_time_limit": 0.1}),
+        ("too_many_events", COMPASS, DOWNHILL | {"friction": 0.14}, GAIT_B, {"most_events": 2}),
+        ("steps_done", COMPASS, DOWNHILL, GAIT_A, {}),
+    ],
+)
+def test_every_stop(key, robot, parameters, state, options):
+    walk = assert_same_walk(robot, parameters, state, **{"step_time_limit": 3.0, **options})
+    assert walk.stop.key == key
+
+
+def test_time_limit_is_met_exactly():
+    for mode in (Mode.STICK, Mode.SLIP_FORWARD):
+        state = np.array(GAIT_A) + np.eye(8)[4] * 2 * mode.sign
+        friction = {"friction": 0.3 if mode is Mode.STICK else 0.05}
+        arc = assert_same_arc(COMPASS, passive(COMPASS), mode, state, DOWNHILL | friction, clock=0.1, until=0.4)
+        assert arc.event is None
+        assert arc.time.tolist() == [0.1, 0.4]
+    arc = assert_same_arc(COMPASS, passive(COMPASS), Mode.STICK, GAIT_A, DOWNHILL, clock=0.4, until=0.4)
+    assert (arc.event, arc.time.tolist()) == (None, [0.4, 0.4])
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [lambda clock: 0.01 / (clock - 0.3), lambda clock: ca.sqrt(0.3 - clock), lambda clock: ca.sqrt(clock - 9)],
+    ids=["pole", "root", "never finite"],
+)
+def test_motion_that_cannot_go_on(torque):
+    law = law_of(lambda clock, q, v: ca.vertcat(0, torque(clock)))
+    # The reference engine needs minutes to creep up to the pole at small tolerances.
+    rough = ScipyEngine(relative=1e-6, absolute=1e-8)
+    arcs = [e.flow(COMPASS, law, Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=2.0, record=True)
+            for e in (FAST, rough)]  # fmt: skip
+    assert [arc.event for arc in arcs] == ["singular", "singular"]
+    assert arcs[0].time[-1] == pytest.approx(arcs[1].time[-1], abs=1e-3)
+    assert np.all(np.isfinite(arcs[0].states))
+
+
+# Starts on a guard
+
+
+def edge_friction(state):
+    """Return the friction for which the force that keeps a foot at rest lies on the edge of its cone."""
+    tangential, normal = np.asarray(
+        COMPASS.acceleration[Mode.STICK](state[:4], state[4:], [0, 0], vector(COMPASS, DOWNHILL))[1]
+    ).ravel()
+    return abs(tangential) / normal
+
+
+def test_force_on_the_edge_of_the_cone_that_moves_inside_is_no_event():
+    # Gait A: the force ratio is largest just after the impact.
+    for factor in (1.0, 1 + 1e-15, 1 - 1e-15):
+        parameters = DOWNHILL | {"friction": factor * edge_friction(GAIT_A)}
+        assert assert_same_arc(COMPASS, passive(COMPASS), Mode.STICK, GAIT_A, parameters).event == "touchdown"
+
+
+def test_force_on_the_edge_of_the_cone_that_moves_outside_is_an_event_at_once():
+    state = np.array(GAIT_A)
+    state[4:] *= -1  # the same orbit backwards
+    for factor in (1.0, 1 + 1e-15, 1 - 1e-15):
+        parameters = DOWNHILL | {"friction": factor * edge_friction(state)}
+        arc = assert_same_arc(COMPASS, passive(COMPASS), Mode.STICK, state, parameters)
+        assert arc.event in ("slip+", "slip-")
+        assert arc.time[-1] == pytest.approx(0, abs=1e-12)
+
+
+def test_slide_from_rest_is_no_event_unless_the_force_stops_it():
+    parameters = DOWNHILL | {"friction": 0.14}
+    forward = assert_same_arc(COMPASS, passive(COMPASS), Mode.SLIP_FORWARD, GAIT_B, parameters)
+    assert forward.event == "at rest"
+    assert forward.time[-1] > 0.01
+    backward = assert_same_arc(COMPASS, passive(COMPASS), Mode.SLIP_BACKWARD, GAIT_B, parameters)
+    assert backward.event == "at rest"
+    assert backward.time[-1] == pytest.approx(0, abs=1e-12)
+
+
+def test_onset_of_slip_where_the_slide_starts_without_acceleration():
+    # At the edge of the cone sticking and sliding force agree, so the sliding acceleration is zero to rounding.
+    parameters, law = DOWNHILL | {"friction": 0.14}, passive(COMPASS)
+    arc = FAST.flow(COMPASS, law, Mode.SLIP_FORWARD, 0.0, np.array(GAIT_B), vector(COMPASS, parameters), until=2.0)
+    rested = arc.states[:, -1] * (np.arange(8) != 4)
+    stick = assert_same_arc(COMPASS, law, Mode.STICK, rested, parameters, clock=float(arc.time[-1]))
+    assert stick.event == "slip-"
+    clock, onset = float(stick.time[-1]), stick.states[:, -1]
+    acceleration, _ = COMPASS.acceleration[Mode.SLIP_BACKWARD](
+        onset[:4], onset[4:], [0, 0], vector(COMPASS, parameters)
+    )
+    assert abs(float(acceleration[0])) < 1e-12
+    slide = assert_same_arc(COMPASS, law, Mode.SLIP_BACKWARD, onset, parameters, clock=clock)
+    assert slide.time[-1] - clock > 1e-3
+
+
+def test_force_that_pulls_at_the_start_is_lift_off():
+    parameters = STEEP | {"friction": 0.5}
+    arc = assert_same_arc(WHEEL, passive(WHEEL), Mode.STICK, wheel_state(2.0), parameters)
+    assert (arc.event, arc.time[-1]) == ("lift-off", 0.0)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-16, -1e-16, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6])
+def test_both_feet_on_the_ground_is_no_touchdown(gap):
+    state = np.array(GAIT_A)
+    state[3] += gap
+    assert assert_same_arc(COMPASS, passive(COMPASS), Mode.STICK, state, DOWNHILL).time[-1] > 0.7
+
+
+def test_armed_touchdown_guard_counts_only_from_above():
+    # Both legs in front of the hip, the swing foot coming down through the stance foot's line.
+    for gap, event in ((0.0, "lift-off"), (1e-15, "touchdown"), (1e-3, "touchdown")):
+        arc = assert_same_arc(COMPASS, passive(COMPASS), Mode.STICK, [0, 0, 0.2, 0.2 + gap, 0, 0, 1.0, -1.0], DOWNHILL)
+        assert arc.event == event
+
+
+def test_touchdown_at_the_end_of_a_piece_of_the_law():
+    # Torques of a simulated step end exactly at its touchdown.
+    walk = simulate(COMPASS, GAIT_A[:4], GAIT_A[4:], DOWNHILL, engine=FAST)
+    law = feedforward(COMPASS, walk.motion)
+    assert law.breakpoints[-1] == walk.motion.jumps[0].time
+    for shift in (0.0, 1e-16, -1e-16, 2e-16, -2e-16):
+        moved = Law("moved", law.torque, law.breakpoints + shift, law.table)
+        arc = FAST.flow(COMPASS, moved, Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=3.0)
+        assert arc.event == "touchdown"
+        assert arc.time[-1] == pytest.approx(law.breakpoints[-1], abs=1e-12)
+
+
+def test_law_that_jumps_out_of_the_cone():
+    data = ca.SX.sym("data", 2)
+    clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", 4), ca.SX.sym("v", 4)
+    torque = ca.Function("torque", [clock, q, v, data], [data])
+    law = Law("switched", torque, np.array([0.0, 0.2]), np.array([[0.0, 60.0], [0.0, 0.0]]))
+    arc = assert_same_arc(COMPASS, law, Mode.STICK, GAIT_A, DOWNHILL | {"friction": 0.3})
+    assert (arc.event, arc.time[-1]) == ("slip-", 0.2)
+
+
+def test_paradox_within_a_slide():
+    parameters = {"slope": 0.2058, "friction": 2.8844, "inertia_ratio": 0.024397}
+    state = [0, 0, 0.6003652, 2.8251185, 0, -1.4288159]
+    arc = assert_same_arc(WHEEL, passive(WHEEL), Mode.SLIP_FORWARD, state, parameters)
+    assert arc.event == "painleve"
+    assert arc.time[-1] > 0.1
+
+
+# What is recorded, and sensitivities
+
+
+def test_recorded_arc(slip_gait):
+    first, law = slip_gait.motion.segments[0], feedforward(COMPASS, slip_gait.motion)
+    state, p = np.concatenate([first.q[:, 0], first.v[:, 0]]), vector(COMPASS, slip_gait.motion.parameters)
+    fast, reference = (
+        engine.flow(COMPASS, law, Mode.SLIP_FORWARD, 0.0, state, p, until=2.0, record=True)
+        for engine in (FAST, REFERENCE)
+    )
+    assert fast.energy.shape == (3, fast.time.size)
+    assert np.all(np.diff(fast.time) > 0)
+    assert set(law.breakpoints[law.breakpoints < fast.time[-1]]) <= set(fast.time)
+    np.testing.assert_allclose(fast.energy[:, -1], reference.energy[:, -1], atol=1e-10)
+    # Between its ends: the reference arc, stopped at a recorded time.
+    k = fast.time.size // 2
+    until = float(fast.time[k])
+    middle = REFERENCE.flow(COMPASS, law, Mode.SLIP_FORWARD, 0.0, state, p, until=until, record=True)
+    np.testing.assert_allclose(fast.states[:, k], middle.states[:, -1], atol=1e-9)
+    np.testing.assert_allclose(fast.energy[:, k], middle.energy[:, -1], atol=1e-9)
+
+
+@pytest.mark.parametrize("mode", [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD])
+@pytest.mark.parametrize("case", ["compass", "wheel", "feedforward", "feedback"])
+def test_sensitivity(mode, case, slip_gait, rng):
+    robot = WHEEL if case == "wheel" else COMPASS
+    law = {
+        "feedforward": lambda: feedforward(COMPASS, slip_gait.motion),
+        # A law that feels entries of the state that rest.
+        "feedback": lambda: law_of(lambda t, q, v: ca.vertcat(q[0] * v[2] - v[0] * (1 + v[1]), ca.sin(q[1] + 3 * t))),
+    }.get(case, lambda: passive(robot))()
+    angles = robot.n_q - 2
+    state = np.concatenate([[0.3, 0.2], rng.uniform(-0.2, 0.2, angles), [mode.sign * 0.5, 0], rng.normal(size=angles)])
+    p = vector(robot, {"friction": 0.2, "slope": 0.05})
+    one, other = (e.sensitivity(robot, law, mode, 0.05, state, p, until=0.4) for e in (FAST, REFERENCE))
+    np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(FAST.sensitivity(robot, law, mode, 0.4, state, p, until=0.4), np.eye(2 * robot.n_q))
+
+
+# Compilation
+
+
+def test_law_made_anew_is_not_compiled_anew(slip_gait):
+    one, two = feedforward(COMPASS, slip_gait.motion), feedforward(COMPASS, slip_gait.motion)
+    assert one.torque is not two.torque
+    assert form_of(one.torque) is form_of(two.torque)
+    p = vector(COMPASS, DOWNHILL)
+    FAST.flow(COMPASS, one, Mode.STICK, 0.0, np.array(GAIT_A), p, until=0.1)
+    before = watching.cache_info().misses
+    FAST.flow(COMPASS, two, Mode.STICK, 0.0, np.array(GAIT_A), p * 1.01, until=0.1)
+    assert watching.cache_info().misses == before
+
+
+def test_full_mode_and_looser_tolerance_agree():
+    p, state = vector(WHEEL, STEEP | {"friction": 0.3}), np.array(wheel_state(1.12, 0.7))
+    arcs = [
+        engine.flow(WHEEL, passive(WHEEL), Mode.SLIP_FORWARD, 0.0, state, p, until=2.0)
+        for engine in (FAST, HeyokaEngine(compact_mode=False), HeyokaEngine(tolerance=1e-10))
+    ]
+    for arc in arcs[1:]:
+        assert arc.event == arcs[0].event
+        np.testing.assert_allclose(arc.states, arcs[0].states, atol=1e-8)
+
+
+def test_converted_operations_equal_those_of_casadi(rng):
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    unary = [ca.sin, ca.cos, ca.tan, ca.asin, ca.acos, ca.atan, ca.sinh, ca.cosh, ca.tanh, ca.asinh, ca.atanh, ca.exp]
+    unary += [ca.log, ca.sqrt, ca.erf, ca.expm1, ca.log1p, lambda a: ca.acosh(1 + a), lambda a: -a, lambda a: 1 / a]
+    unary += [lambda a: 2 * a, lambda a: a * a, lambda a: a**3, lambda a: a**-2.5]
+    results = [f(x) for f in unary]
+    results += [x + y, x - y, x * y, x / y, x**y, ca.atan2(x, y), ca.hypot(x, y), ca.SX(0.5), 3 * x - 1]
+    function = ca.Function("all", [x, y], results)
+    z, w = heyoka.make_vars("z", "w")
+    compiled = heyoka.cfunc([e for output in convert(function, [[z], [w]]) for e in output], [z, w])
+    for point in rng.uniform(0.1, 0.9, (20, 2)):
+        np.testing.assert_allclose(compiled(point), [float(value) for value in function(*point)], rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "torque"),
+    [("fabs", lambda v: ca.fabs(v)), ("lt", lambda v: ca.if_else(v < 0, 1, v)), ("fmin", lambda v: ca.fmin(v, 1))],
+)
+def test_operations_a_taylor_integrator_cannot_follow_are_refused(name, torque):
+    law = law_of(lambda clock, q, v: ca.vertcat(torque(v[2]), 0))
+    with pytest.raises(InputError, match=rf"cannot follow the operation '{name}' in 'stick'\. Use the scipy engine"):
+        FAST.flow(COMPASS, law, Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=1.0)
+
+
+# Which engine
+
+
+def test_engines_by_name():
+    assert default_engine().name == engine_named("heyoka").name == engine_named("auto").name == "heyoka"
+    assert engine_named("scipy") == ScipyEngine()
+    with pytest.raises(InputError, match="Did you mean 'heyoka'"):
+        engine_named("heyoca")
+
+
+def test_without_heyoka_the_reference_engine_runs(monkeypatch):
+    monkeypatch.setattr(engines, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    default_engine.cache_clear()
+    heyoka_module.cache_clear()
+    try:
+        assert engine_named(None).name == "scipy"
+        with pytest.raises(InputError, match=r"pip install 'gaitopt\[fast\]'"):
+            engine_named("heyoka")
+        with pytest.raises(InputError, match=r"pip install 'gaitopt\[fast\]'"):
+            HeyokaEngine(tolerance=1e-9).flow(
+                COMPASS, passive(COMPASS), Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=1.0
+            )
+    finally:
+        default_engine.cache_clear()
+        heyoka_module.cache_clear()
