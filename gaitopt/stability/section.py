@@ -98,13 +98,13 @@ def _last_angle(robot: Robot) -> ca.Function:
     guess = ca.Function("start", [others], [start])(value[0])
     for _ in range(8):
         guess = newton(guess, *value)
-    return ca.Function("last_angle", list(value), [guess])
+    return ca.Function("last_angle", list(value), [guess]).expand()
 
 
 @functools.lru_cache(maxsize=32)
 def _last_angle_slope(robot: Robot) -> ca.Function:
     function = _last_angle(robot)
-    others, p = function.mx_in()
+    others, p = function.sx_in()
     return ca.Function("last_angle_slope", [others, p], [ca.jacobian(function(others, p), others)])
 
 

@@ -1,6 +1,6 @@
 """Speed and memory, as ratios measured in one run: ``pytest tests/benchmarks --benchmark-only -s``.
 
-Targets by issue 2: build + solve within 1.5 times a plain CasADi script of the same programme, import below 0.5 s,
+Targets: build + solve within 1.5 times a plain CasADi script of the same programme, import below 0.5 s,
 peak memory of the default solve below 500 MB.
 """
 
