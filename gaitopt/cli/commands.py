@@ -111,6 +111,7 @@ def verify(
         print_json(summarise(gait) | {"file": str(file)})
     else:
         print_gait(gait)
+        out.print("replayed just now in the event-driven simulator; the file is as it was")
     passed = gait.verification is not None and gait.verification.passed
     raise typer.Exit(0 if passed and gait.status.ok else 1)
 

@@ -1,6 +1,7 @@
 """What commands print: tables for people, one JSON object for programs."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import summarise
 from gaitopt.status import Status
 
-out = Console(highlight=False)
+# A file or a pipe has no width of its own: numbers must not be cut there to fit a terminal.
+out = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
 err = Console(stderr=True, highlight=False)
 
 

@@ -40,8 +40,9 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
         spec.loader.exec_module(module)
     found = getattr(module, function, None)
     if not callable(found):
-        others = [name for name in ("problem", "study") if callable(getattr(module, name, None))]
-        hint = f" It has {others[0]}(...): use a command for that kind of script." if others else ""
+        verbs = {"problem": "solve' or 'gaitopt stability", "study": "run"}
+        others = [name for name in verbs if callable(getattr(module, name, None))]
+        hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
         raise InputError(f"{path} has no function {function}(**parameters).{hint}")
     return found
 

@@ -19,21 +19,27 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
     if not cycles:
         out.print(f"no periodic gait found (engine {engine.name}); try more --starts or another slope or friction")
         return
-    table = Table(box=box.SIMPLE, pad_edge=False, title=f"periodic gaits (engine {engine.name})", title_justify="left")
+    table = Table(
+        box=box.SIMPLE,
+        pad_edge=False,
+        show_lines=True,
+        title=f"periodic gaits (engine {engine.name})",
+        caption="State just after touchdown in rad, rad/s, m/s. Needs: least friction without slipping.",
+        title_justify="left",
+        caption_justify="left",
+    )
     table.add_column("word")
-    for column in ("after touchdown", "period [s]", "multipliers"):
+    for column in ("state", "period [s]", "multipliers", "stable", "needs"):
         table.add_column(column, no_wrap=True)
-    table.add_column("stable")
-    table.add_column("critical friction")
     for cycle in cycles:
         critical = cycle.critical_friction
         table.add_row(
-            cycle.word,
+            cycle.word + (f"\nfoot speed {cycle.drift:+.4g} m/s a step" if cycle.drift else ""),
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(_spelled(value) for value in cycle.multipliers),
             "[green]yes[/]" if cycle.stable else "[red]no[/]",
-            "slips" if critical is None else f"{critical.friction:.6g}",
+            "(slips)" if critical is None else f"{critical.friction:.6g}",
         )
     out.print(table)
 
@@ -85,7 +91,7 @@ def print_numbers(numbers: list[dict[str, Any]], remarks: tuple[str, ...]) -> No
     """Print computed numbers beside published ones."""
     table = Table(box=box.SIMPLE, pad_edge=False)
     for column in ("number", "ours", "published", "difference", "agrees", "source"):
-        table.add_column(column)
+        table.add_column(column, no_wrap=column in ("ours", "published", "difference"))
     for n in numbers:
         unit = "" if n["unit"] == "1" else f" {n['unit']}"
         agrees = "[green]yes[/]" if n["agrees"] else "[red]no[/]"

@@ -115,6 +115,10 @@ def load(path: str | Path) -> Gait:
     path = Path(path)
     if not path.is_file():
         raise ArchiveError(f"There is no file {path}.")
+    if path.suffix == ".py":
+        raise ArchiveError(
+            f"{path} is a script, not a gait; run 'gaitopt solve {path}' first and name the file it writes."
+        )
     try:
         with h5py.File(path, "r") as file:
             _check_format(file, path)
