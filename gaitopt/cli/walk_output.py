@@ -8,7 +8,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import out
 from gaitopt.motion.energy import ledger
-from gaitopt.motion.summary import plain
+from gaitopt.motion.summary import ledger_facts, plain
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
@@ -50,7 +50,6 @@ def _spelled(value: complex) -> str:
 
 def walk_facts(walk: Rollout) -> dict[str, Any]:
     """Return a simulated walk as plain data."""
-    energy = ledger(walk.motion) if walk.motion.segments else None
     return plain(
         {
             "engine": walk.engine,
@@ -61,16 +60,7 @@ def walk_facts(walk: Rollout) -> dict[str, Any]:
                 str(word) for step in range(len(walk.motion.jumps)) if (word := walk.motion.word(step)) is not None
             ],
             "events": [vars(event) for event in walk.events],
-            "energy": None
-            if energy is None
-            else {
-                "actuator": energy.actuator,
-                "gravity": energy.gravity,
-                "impact_loss": energy.impact_loss,
-                "friction_loss": energy.friction_loss,
-                "kinetic_change": energy.kinetic_change,
-                "residual": energy.residual,
-            },
+            "energy": ledger_facts(ledger(walk.motion)),
         }
     )
 

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from typing import Any
 
+from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
 
 
@@ -43,14 +44,7 @@ def summarise(gait: Gait) -> dict[str, Any]:
         "friction_margin": gait.friction_margin,
         "foot_slide": motion.foot_slide,
         "impact": {"mode": jump.mode.value, "ratio": jump.ratio},
-        "energy": {
-            "actuator": energy.actuator,
-            "gravity": energy.gravity,
-            "impact_loss": energy.impact_loss,
-            "friction_loss": energy.friction_loss,
-            "residual": energy.residual,
-            "relative_residual": energy.relative_residual,
-        },
+        "energy": ledger_facts(energy),
         "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
         "solver": solver,
         "violations": violations,
@@ -59,6 +53,12 @@ def summarise(gait: Gait) -> dict[str, Any]:
         "versions": gait.versions,
     }
     return plain(data)
+
+
+def ledger_facts(energy: Ledger) -> dict[str, float]:
+    """Return every entry of an energy ledger and its closing error by name [J]."""
+    closing = {"residual": energy.residual, "relative_residual": energy.relative_residual}
+    return {**dataclasses.asdict(energy), **closing}
 
 
 def plain(value: Any) -> Any:

@@ -11,6 +11,7 @@ from gaitopt.motion.word import Word
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.layout import Layout, Rows
 from gaitopt.ocp.nlp import Block
+from gaitopt.ocp.stance import Row
 
 
 def touchdown_block(
@@ -77,20 +78,6 @@ def touchdown_block(
     distance = robot.landing(q, v_minus, p)[0][0]
     length = distance + ca.sum1(slides)
     excess = impulse_excess(impulse, friction, word.impact, margin)
-    cone = ["impact friction cone"] if word.impact.slips else ["forward impact cone", "backward impact cone"]
-
-    table = [(f"leg swap of {angle}", 0.0, 0.0) for angle in robot.angles]
-    table += [(f"momentum balance {i + 1}", 0.0, 0.0) for i in range(robot.n_q)]
-    table += [(name, 0.0, 0.0 if word.impact.slips else math.inf) for name in cone]
-    table += [
-        ("touchdown", 0.0, 0.0),
-        ("touchdown direction", -math.inf, -1e-3),
-        ("touchdown ahead of the stance foot", 1e-3, math.inf),
-        ("separation of the trailing foot", 0.0, math.inf),
-        ("step length", 0.0, 0.0),
-        ("speed", 0.0, math.inf),
-        ("step duration", 0.0, math.inf),
-    ]
     period = ca.sum1(durations)
     constraints = ca.vertcat(
         after - relabelled,
@@ -109,5 +96,24 @@ def touchdown_block(
         variables=ca.vertcat(*local),
         constraints=constraints,
         columns=np.concatenate(columns)[:, None],
-        rows=rows.add("touchdown", table, ["touchdown"]),
+        rows=rows.add("touchdown", _table(robot, word), ["touchdown"]),
     )
+
+
+def _table(robot: Robot, word: Word) -> list[Row]:
+    """Return name, lower and upper bound of each row of the touchdown, in order."""
+    cone = ["impact friction cone"] if word.impact.slips else ["forward impact cone", "backward impact cone"]
+
+    table = [(f"leg swap of {angle}", 0.0, 0.0) for angle in robot.angles]
+    table += [(f"momentum balance {i + 1}", 0.0, 0.0) for i in range(robot.n_q)]
+    table += [(name, 0.0, 0.0 if word.impact.slips else math.inf) for name in cone]
+    table += [
+        ("touchdown", 0.0, 0.0),
+        ("touchdown direction", -math.inf, -1e-3),
+        ("touchdown ahead of the stance foot", 1e-3, math.inf),
+        ("separation of the trailing foot", 0.0, math.inf),
+        ("step length", 0.0, 0.0),
+        ("speed", 0.0, math.inf),
+        ("step duration", 0.0, math.inf),
+    ]
+    return table

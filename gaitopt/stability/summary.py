@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from gaitopt.motion.summary import plain
+from gaitopt.motion.summary import ledger_facts, plain
 from gaitopt.stability.cycle import Cycle
 
 
@@ -26,7 +26,7 @@ def summarise_cycle(cycle: Cycle) -> dict[str, Any]:
     >>> summarise_cycle(gait)["stable"]
     True
     """
-    critical, energy = cycle.critical_friction, cycle.energy
+    critical = cycle.critical_friction
     sides = [_pairs(matrix) for matrix in cycle.one_sided_multipliers]
     return plain(
         {
@@ -44,15 +44,7 @@ def summarise_cycle(cycle: Cycle) -> dict[str, Any]:
             "critical_impact_ratio": None if critical is None else critical.impact,
             "impact_ratio": cycle.impact_ratio,
             "residual": cycle.residual,
-            "energy": {
-                "actuator": energy.actuator,
-                "gravity": energy.gravity,
-                "impact_loss": energy.impact_loss,
-                "friction_loss": energy.friction_loss,
-                "kinetic_change": energy.kinetic_change,
-                "residual": energy.residual,
-                "relative_residual": energy.relative_residual,
-            },
+            "energy": ledger_facts(cycle.energy),
         }
     )
 
