@@ -54,7 +54,7 @@ class MultipleShooting:
 
     intervals: int | tuple[int, ...] = 40
     substeps: int = 1
-    tolerance: float = 2e-7
+    tolerance: float = 1e-7
     name = "multiple shooting"
 
     def __post_init__(self) -> None:
