@@ -67,7 +67,7 @@ def test_problems_lists_scripts_with_descriptions_and_parameters(command, root):
     assert set(listed) >= {"compass_slip.py", "compass_stick.py"}
     slip, stick = listed["compass_slip.py"], listed["compass_stick.py"]
     assert slip["description"] == "Energy-optimal compass-biped gait whose touchdown slips forward."
-    # names and defaults demanded by issue 2
+    # names and defaults promised to users
     assert slip["parameters"] == {
         "leg_length": 1.6,
         "leg_com": 0.8,

@@ -4,7 +4,7 @@ import pytest
 
 from gaitopt import Status, load
 
-KEYS = {  # demanded by issue 2
+KEYS = {  # promised to users
     "status",
     "word",
     "cost_of_transport",
@@ -50,7 +50,7 @@ def test_the_main_job_at_its_defaults(process, root, folder):
     assert run.status == 0, run.err
     assert run.err == ""
     facts = demanded(run.json)
-    # Cost by an independent computation of the authors of issue 2.
+    # Cost by an independent computation, not by gaitopt.
     assert facts["cost_of_transport"] == pytest.approx(0.01586, rel=1e-2)
     assert facts["status"] == "solved"
     assert facts["word"] == "slip+ stick | slip+"

@@ -6,7 +6,7 @@ import pytest
 from gaitopt import InputError, Word, compass_biped, passive_cycle, rimless_wheel
 
 # Gait A of Gamus & Or, SIAM J. Appl. Dyn. Syst. 2015 (compass l=1.6, d=0.8, m=4, m_h=2, g=9.8, slope 1 deg), more
-# digits computed independently with two integrators by the authors of issue 2.
+# digits computed independently with two integrators, not by gaitopt.
 PERIOD, STEP = 0.744620868, 0.471356685
 SECTION = (-0.147836890, 0.732796791, -0.500667882)  # th1, th1 rate, th2 rate after the leg swap
 

@@ -1,6 +1,6 @@
 """The reference optimum: robot defaults, level ground, 0.633 m/s, 0.4713 m, torques within 6 N m, friction 0.14.
 
-Source of the two costs: an independent computation by the authors of issue 2.
+Source of the two costs: an independent computation, not by gaitopt.
 """
 
 import numpy as np

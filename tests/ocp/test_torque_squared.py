@@ -8,7 +8,7 @@ import pytest
 from gaitopt import MultipleShooting, TorqueSquared
 
 # Optimal integral of the squared torques, 100 kg in all (legs 40 kg, hip 20 kg), level ground, 0.633 m/s, 0.4713 m,
-# friction and torques unlimited: computed independently by the authors of issue 2.
+# friction and torques unlimited: computed independently, not by gaitopt.
 CONTINUOUS = 214.5268
 UNLIMITED = {"masses": (40.0, 20.0), "torque": math.inf, "friction": math.inf, "objective": "torque_squared"}
 
