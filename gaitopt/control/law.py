@@ -4,6 +4,7 @@ A law is a CasADi Function (clock, q, v, data) -> torque and, for each stretch o
 column of data it uses there.  Simulators, variational equations and exported code all run this one Function.
 """
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -23,7 +24,8 @@ class Law:
     ----------
     name : str
     torque : (clock, q (n_q), v (n_q), data (n_d)) -> (n_u) Function [N m]
-        The clock is the time since the last touchdown [s].
+        The clock is the time since the last touchdown [s].  Laws that compute alike hold the same Function, whatever
+        their numbers, so that what is derived or compiled from it is made once.
     breakpoints : (K,) array [s]
         Where each piece of the clock begins; the first is 0 and the last piece never ends.
     table : (n_d, K) array
@@ -41,6 +43,9 @@ class Law:
     torque: ca.Function = field(repr=False)
     breakpoints: Array = field(repr=False)
     table: Array = field(repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "torque", _shared(self.torque.serialize()))
 
     def piece(self, clock: float) -> int:
         """Return the number of the piece a clock time lies in."""
@@ -96,6 +101,12 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     value, rate = data[1 : 1 + robot.n_u], data[1 + robot.n_u :]
     function = _function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))
     return Law("feedforward", function, time, np.vstack([time, torque, slope]))
+
+
+@functools.lru_cache(maxsize=128)
+def _shared(serialized: str) -> ca.Function:
+    """Return one Function for all that compute alike."""
+    return ca.Function.deserialize(serialized)
 
 
 def _function(robot: Robot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> ca.Function:

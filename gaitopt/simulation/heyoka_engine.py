@@ -10,7 +10,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Arc
 from gaitopt.simulation.heyoka_phase import Phase, phase_of
-from gaitopt.simulation.heyoka_programs import form_of, recording, varying
+from gaitopt.simulation.heyoka_programs import recording, varying
 from gaitopt.simulation.scipy_engine import pieces
 
 
@@ -77,7 +77,7 @@ class HeyokaEngine:
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
     ) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.arc.Engine`."""
-        program = varying(robot, mode, form_of(law.torque), self.tolerance)
+        program = varying(robot, mode, law.torque, self.tolerance)
         n, y = len(program.entries), np.array(state, dtype=float)
         program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
         for piece, begin, end in pieces(law, clock, until):
@@ -97,7 +97,7 @@ class _Tape:
 
     def __init__(self, phase: Phase, tolerance: float, samples: int) -> None:
         self._phase, self._samples, here = phase, samples, phase.here
-        self._program = recording(phase.robot, phase.loop.mode, phase.torque, tolerance)
+        self._program = recording(phase.robot, phase.loop.mode, phase.law.torque, tolerance)
         self._times, self._states = [here[:1].copy()], [here[1:, None].copy()]
         self._energies = [np.zeros((phase.robot.n_u + 1, 1))]
 

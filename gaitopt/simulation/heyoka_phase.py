@@ -18,7 +18,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import closed_loop
 from gaitopt.simulation.heyoka_expressions import heyoka_module
-from gaitopt.simulation.heyoka_programs import form_of, watching
+from gaitopt.simulation.heyoka_programs import watching
 
 ZERO = 1e-9
 """A guard this little below zero at the start was put there by rounding; whether it falls decides."""
@@ -43,8 +43,6 @@ class Phase:
 
     Attributes
     ----------
-    torque : Function
-        The law's, the same for all laws of its form.
     loop : ClosedLoop
     here : (1 + 2 n_q,) array
         Clock [s] and state, for :meth:`run` to change.
@@ -52,10 +50,9 @@ class Phase:
 
     def __init__(self, robot: Robot, law: Law, mode: Mode, p: Array, tolerance: float, compact_mode: bool) -> None:
         self.robot, self.law, self.p = robot, law, p
-        self.torque = form_of(law.torque)
-        self.loop = closed_loop(robot, mode, self.torque)
+        self.loop = closed_loop(robot, mode, law.torque)
         self.here = np.zeros(1 + 2 * robot.n_q)
-        self._program = watching(robot, mode, self.torque, tolerance, compact_mode)
+        self._program = watching(robot, mode, law.torque, tolerance, compact_mode)
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
         self._breaks = law.breakpoints.tolist()

@@ -54,17 +54,6 @@ class Program:
         return row
 
 
-@functools.lru_cache(maxsize=1024)
-def form_of(torque: ca.Function) -> ca.Function:
-    """Return one Function for all that compute the same, so that a law made anew is not compiled anew."""
-    return _deserialized(torque.serialize())
-
-
-@functools.lru_cache(maxsize=128)
-def _deserialized(text: str) -> ca.Function:
-    return ca.Function.deserialize(text)
-
-
 @functools.lru_cache(maxsize=128)
 def watching(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, compact_mode: bool) -> Program:
     """Return the integrator that stops at guards; its last parameters are added to the guards."""

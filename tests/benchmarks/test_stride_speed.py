@@ -86,9 +86,9 @@ import sys, time
 import heyoka
 heyoka.llvm_state.set_diskcache_path(sys.argv[1])
 from gaitopt import compass_biped, passive, Mode
-from gaitopt.simulation.heyoka_programs import form_of, watching
+from gaitopt.simulation.heyoka_programs import watching
 robot = compass_biped()
-torque = form_of(passive(robot).torque)
+torque = passive(robot).torque
 began = time.perf_counter()
 for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD):
     watching(robot, mode, torque, 1e-15, sys.argv[2] == "compact")

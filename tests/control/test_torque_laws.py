@@ -120,3 +120,11 @@ def test_passive_is_zero_always(request, name):
 def test_pieces_begin_at_their_breakpoint(compass, samples):
     law = feedforward(compass, motion(segment(*samples)))
     assert [law.piece(clock) for clock in (-1.0, 0.0, 0.05, 0.1, 0.15, 0.39, 0.4, 9.0)] == [0, 0, 0, 1, 2, 2, 3, 3]
+
+
+def test_laws_that_compute_alike_share_a_function(compass, samples):
+    time, torques = samples
+    one, two = (feedforward(compass, motion(segment(scale * time, torques))) for scale in (1, 2))
+    assert one.torque is two.torque
+    assert one.torque is not passive(compass).torque
+    assert one.breakpoints[1] != two.breakpoints[1]
