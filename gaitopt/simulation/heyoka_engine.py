@@ -104,10 +104,11 @@ class _Tape:
     def add(self, piece: int, start: Array, end: Array, steps: int) -> None:
         """Add a stretch of one piece of the law between two (clock, state), which took some Taylor steps."""
         program, n, reached = self._program, len(self._program.entries), self._energies[-1][:, -1]
-        apart = end[0] - start[0] > 1e-9
-        grid = np.linspace(start[0], end[0], 1 + (self._samples * steps if apart else 1))
+        # However short a stretch, its work counts; in a very short one, samples between its ends would coincide.
+        count = self._samples * steps if end[0] - start[0] > 1e-9 else 1
+        grid = np.linspace(start[0], end[0], 1 + count)
         states, energies = (np.tile(part[:, None], grid.size) for part in (start[1:], reached))
-        if apart:
+        if end[0] > start[0]:
             program.numbers[:] = program.row(self._phase.p, self._phase.law.table[:, piece], start[1:])
             program.state[:n], program.state[n:] = start[1:][program.entries], reached
             program.integrator.time = start[0]

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Law, Mode, compass_biped, feedforward, passive, rimless_wheel, simulate
+from gaitopt import InputError, Law, Mode, compass_biped, feedforward, ledger, passive, rimless_wheel, simulate
 from gaitopt.simulation import engines
 from gaitopt.simulation.engines import default_engine, engine_named
 from gaitopt.simulation.heyoka_engine import HeyokaEngine
@@ -319,6 +319,17 @@ def test_recorded_arc(slip_gait):
     middle = REFERENCE.flow(COMPASS, law, Mode.SLIP_FORWARD, 0.0, state, p, until=until, record=True)
     np.testing.assert_allclose(fast.states[:, k], middle.states[:, -1], atol=1e-9)
     np.testing.assert_allclose(fast.energy[:, k], middle.energy[:, -1], atol=1e-9)
+
+
+@pytest.mark.parametrize("gap", [8e-10, 1e-12])
+def test_work_of_a_stretch_however_short_is_counted(slip_gait, gap):
+    """A breakpoint of the law a hair before the touchdown: the joints work there too, and the ledger closes."""
+    first, law = slip_gait.motion.segments[0], feedforward(COMPASS, slip_gait.motion)
+    walk = simulate(COMPASS, first.q[:, 0], first.v[:, 0], slip_gait.motion.parameters, law=law, engine=FAST)
+    early = walk.motion.jumps[0].time - gap - law.breakpoints[-1]
+    moved = Law("moved", law.torque, np.append(law.breakpoints[:-1], law.breakpoints[-1] + early), law.table)
+    walk = assert_same_walk(COMPASS, walk.motion.parameters, [*first.q[:, 0], *first.v[:, 0]], 1e-12, law=moved)
+    assert abs(ledger(walk.motion).residual) < 1e-13
 
 
 @pytest.mark.parametrize("mode", [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD])
