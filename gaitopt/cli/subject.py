@@ -15,6 +15,7 @@ from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
 from gaitopt.motion.archive import load
 from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.engines import engine_named
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.search import ranked, search_cycles
@@ -29,29 +30,37 @@ class Subject:
     robot: Robot
     parameters: dict[str, float]
     law: Law
+    engine: Engine
     gaits: tuple[Cycle, ...]
 
 
-def read_subject(source: Path, settings: list[str], engine: Engine, starts: int, *, first: bool = False) -> Subject:
-    """Return what a script or a saved gait describes, with its gaits if `starts` > 0: all, or the first one found."""
+def read_subject(source: Path, settings: list[str], engine: str, starts: int, *, first: bool = False) -> Subject:
+    """Return what a script or a saved gait describes, with its gaits if `starts` > 0: all, or the first one found.
+
+    `engine` names the engine to walk with, as :func:`gaitopt.simulation.engines.engine_named` takes it.
+    """
     if source.suffix != ".py":
         if settings:
             raise InputError("--set changes parameters of a script; a saved gait has none to change.")
         gait = load(source)
         robot = robot_named(gait.robot)
-        cycle = assess_stability(gait, engine=engine)
-        return Subject(robot, gait.motion.parameters, feedforward(robot, gait.motion), (cycle,))
+        law = feedforward(robot, gait.motion)
+        chosen = engine_named(engine, law)
+        cycle = assess_stability(gait, law, engine=chosen)
+        return Subject(robot, gait.motion.parameters, law, chosen, (cycle,))
     problem = call_script(source, settings)
     if not isinstance(problem, WalkProblem):
         kind = type(problem).__name__
         raise InputError(f"{source} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
+    law = problem.law or passive(problem.robot)
+    chosen = engine_named(engine, law)
     found: Iterator[Cycle] = iter(())
     if starts:
         wanted = None if problem.word is None else str(problem.word)
-        search = search_cycles(problem.robot, problem.parameters, law=problem.law, starts=starts, engine=engine)
+        search = search_cycles(problem.robot, problem.parameters, law=law, starts=starts, engine=chosen)
         found = (cycle for cycle in search if wanted is None or {str(word) for word in cycle.words} == {wanted})
     gaits = tuple(itertools.islice(found, 1)) if first else ranked(found)
-    return Subject(problem.robot, dict(problem.parameters), problem.law or passive(problem.robot), gaits)
+    return Subject(problem.robot, dict(problem.parameters), law, chosen, gaits)
 
 
 def coordinates_missing(state: list[str] | None, axes: dict[str, Any]) -> bool:

@@ -38,15 +38,13 @@ def stability(
     """
     from gaitopt.cli.subject import read_subject
     from gaitopt.cli.walk_output import print_cycles
-    from gaitopt.simulation.engines import engine_named
     from gaitopt.stability.summary import summarise_cycle
 
-    chosen = engine_named(engine)
-    subject = read_subject(source, setting or [], chosen, starts)
+    subject = read_subject(source, setting or [], engine, starts)
     if json:
-        print_json({"engine": chosen.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
+        print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
-        print_cycles(subject.gaits, chosen)
+        print_cycles(subject.gaits, subject.engine)
     raise typer.Exit(0 if subject.gaits else 1)
 
 
@@ -68,16 +66,14 @@ def simulate(
     """
     from gaitopt.cli.subject import read_start, read_subject
     from gaitopt.cli.walk_output import print_walk, walk_facts
-    from gaitopt.simulation.engines import engine_named
     from gaitopt.simulation.simulator import record_walk
     from gaitopt.simulation.walker import Walker
     from gaitopt.stability.section import Section
 
-    chosen = engine_named(engine)
-    subject = read_subject(source, setting or [], chosen, 300, first=True)
+    subject = read_subject(source, setting or [], engine, 300, first=True)
     p = subject.robot.vector(subject.parameters)
     start = read_start(subject, p, state or [])
-    walker = Walker(subject.robot, subject.law, p, chosen)
+    walker = Walker(subject.robot, subject.law, p, subject.engine)
     walk = record_walk(walker, Section(subject.robot, p, sliding=True).embed(start), steps)
     if json:
         print_json(walk_facts(walk))
@@ -114,17 +110,16 @@ def basin(
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.h5
     """
     from gaitopt.cli.subject import coordinates_missing, read_pairs, read_start, read_subject
-    from gaitopt.simulation.engines import engine_named
     from gaitopt.stability.section import Section
     from gaitopt.study.basin import basin as find_basin
     from gaitopt.study.basin import grid
     from gaitopt.study.settling import Patience
 
-    chosen, began = engine_named(engine), time.perf_counter()
+    began = time.perf_counter()
     axes = dict(grid(text) for text in over)
     if len(axes) < len(over):
         raise InputError("--over names the same axis twice.")
-    subject = read_subject(source, setting or [], chosen, 300 if coordinates_missing(state, axes) else 0, first=True)
+    subject = read_subject(source, setting or [], engine, 300 if coordinates_missing(state, axes) else 0, first=True)
     p = subject.robot.vector(subject.parameters)
     names = Section(subject.robot, p, sliding=True).names
     base = (
@@ -147,13 +142,13 @@ def basin(
             base={name: value for name, value in base.items() if name not in axes},
             law=subject.law,
             patience=Patience(steps=steps),
-            engine=chosen,
+            engine=subject.engine,
             workers=workers,
             path=output,
             observer=lambda done, total: progress.update(task, completed=done, total=total),
         )
     facts = {
-        "engine": chosen.name,
+        "engine": subject.engine.name,
         "robot": found.robot,
         "axes": {name: values.tolist() for name, values in found.axes.items()},
         "fractions": found.fractions(),

@@ -96,7 +96,8 @@ def trace_branch(
     known = [p.name for p in robot.parameters]
     if parameter not in known:
         raise InputError(f"Robot {robot.name!r} has no parameter {parameter!r}. {suggest(parameter, known)}")
-    engine, law = engine or default_engine(), law or passive(robot)
+    law = law or passive(robot)
+    engine = engine or default_engine(law)
     found: list[tuple[float, Cycle]] = []
     ended = "all values reached"
     previous = (float(start.parameters[parameter]), start)

@@ -1,31 +1,37 @@
 """Which engine runs."""
 
-import functools
 from importlib.util import find_spec
 
+from gaitopt.control.law import Law
 from gaitopt.errors import InputError, suggest
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.heyoka_engine import HeyokaEngine
-from gaitopt.simulation.heyoka_expressions import heyoka_module
+from gaitopt.simulation.heyoka_expressions import can_follow, heyoka_module
 from gaitopt.simulation.scipy_engine import ScipyEngine
 
 NAMES = ("auto", "heyoka", "scipy")
 
 
-@functools.cache
-def default_engine() -> Engine:
-    """Return the fastest engine installed: heyoka where it is, else scipy.
+def default_engine(law: Law | None = None) -> Engine:
+    """Return the fastest engine that can walk under a law: heyoka where it is installed, else scipy.
+
+    Parameters
+    ----------
+    law : Law, optional
+        Passive by default.  heyoka cannot follow torques that are not smooth, such as ``fabs`` or ``if_else``.
 
     Examples
     --------
     >>> default_engine().name in ("heyoka", "scipy")
     True
     """
-    return HeyokaEngine() if find_spec("heyoka") else ScipyEngine()
+    if find_spec("heyoka") and (law is None or can_follow(law.torque)):
+        return HeyokaEngine()
+    return ScipyEngine()
 
 
-def engine_named(name: str | None = None) -> Engine:
-    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` (also None) for the fastest installed.
+def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
+    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest that can walk under a law.
 
     Raises
     ------
@@ -37,11 +43,11 @@ def engine_named(name: str | None = None) -> Engine:
     >>> engine_named("scipy").name
     'scipy'
     """
-    if name in (None, "auto"):
-        return default_engine()
+    if name == "auto":
+        return default_engine(law)
     if name == "scipy":
         return ScipyEngine()
     if name == "heyoka":
         heyoka_module()
         return HeyokaEngine()
-    raise InputError(f"There is no engine {name!r}. {suggest(str(name), NAMES)}")
+    raise InputError(f"There is no engine {name!r}. {suggest(name, NAMES)}")

@@ -72,6 +72,19 @@ def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list
     return outputs
 
 
+def can_follow(function: ca.Function) -> bool:
+    """Return whether a Function holds nothing but operations :func:`convert` knows; needs heyoka.
+
+    Examples
+    --------
+    >>> x = ca.SX.sym("x")
+    >>> [can_follow(ca.Function("f", [x], [f(x)])) for f in (ca.sin, ca.fabs)]
+    [True, False]
+    """
+    known = {ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST, *_operations(heyoka_module())}
+    return all(function.instruction_id(k) in known for k in range(function.n_instructions()))
+
+
 def _operations(heyoka: Any) -> dict[int, Any]:
     """Return what computes each operation."""
     arithmetic = {

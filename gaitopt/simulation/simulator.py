@@ -16,7 +16,7 @@ from gaitopt.motion.sampling import make_motion, make_segment
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.arc import Arc, Engine
 from gaitopt.simulation.contact_choice import REST
-from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.status import Stop
 
@@ -110,6 +110,7 @@ def simulate(
     most_events : int
         Contact events allowed in one step, so that chattering ends with a named stop.
     engine : Engine, optional
+        By default the fastest one installed that can follow the law; `Rollout.engine` tells which ran.
 
     Returns
     -------
@@ -132,8 +133,8 @@ def simulate(
     """
     Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
     Parameter("step_time_limit", 1.0, "s", "", lower=0, lower_open=True).check(step_time_limit)
-    engine = engine or ScipyEngine()
     law = law or passive(robot)
+    engine = engine or default_engine(law)
     p = robot.vector(robot.resolve(parameters))
     q, v = _checked(robot, "q", q), _checked(robot, "v", v)
     if v[1] != 0:

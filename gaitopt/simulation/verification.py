@@ -12,6 +12,7 @@ from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
 from gaitopt.motion.motion import Motion
 from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
 from gaitopt.status import Stop
 
@@ -51,6 +52,8 @@ def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: Engine | None = 
     robot : Robot
     steps : int
         The torque clock is reset at every touchdown.
+    engine : Engine, optional
+        By default the reference engine, :class:`gaitopt.ScipyEngine`.
 
     Examples
     --------
@@ -67,7 +70,7 @@ def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: Engine | None = 
         law=feedforward(robot, gait.motion),
         steps=steps,
         step_time_limit=3 * gait.period,
-        engine=engine,
+        engine=engine or ScipyEngine(),
     )
 
 
@@ -85,6 +88,8 @@ def verify(
     robot : Robot, optional
         Needed for a robot that is not in gaitopt's catalogue.
     tolerances : Tolerances, optional
+    engine : Engine, optional
+        By default the reference engine, :class:`gaitopt.ScipyEngine`.
 
     Returns
     -------

@@ -49,9 +49,8 @@ def assess_stability(
     gait.require()
     robot = robot or robot_named(gait.robot)
     p = robot.vector(gait.motion.parameters)
-    walker = Walker(
-        robot, law or feedforward(robot, gait.motion), p, engine or default_engine(), step_time_limit=3 * gait.period
-    )
+    law = law or feedforward(robot, gait.motion)
+    walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=3 * gait.period)
     first = gait.motion.segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
     cycle = cycle_from(walker, Section(robot, p, sliding=True).project(state))

@@ -87,7 +87,8 @@ def search_cycles(
 ) -> Iterator[Cycle]:
     """Yield each distinct periodic gait when it is found; see :func:`find_cycles`."""
     p = robot.vector(robot.resolve(parameters))
-    walker = Walker(robot, law or passive(robot), p, engine or default_engine(), step_time_limit=_patience(robot, p))
+    law = law or passive(robot)
+    walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=_patience(robot, p))
     known: list[Cycle] = []
     for z in random_starts(walker, starts, seed):
         cycle = cycle_from(walker, z, steps)

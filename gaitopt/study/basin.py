@@ -98,9 +98,8 @@ def basin(
     ['fell', 'stick | stick', 'lift_off']
     """
     values = {name: np.array(points, dtype=float) for name, points in axes.items()}
-    task = _task(
-        robot, parameters, values, base or {}, law or passive(robot), patience or Patience(), engine or default_engine()
-    )
+    law = law or passive(robot)
+    task = _task(robot, parameters, values, base or {}, law, patience or Patience(), engine or default_engine(law))
     done = Basin.empty(robot.name, robot.resolve(task.parameters), task.base, values, _method(task))
     if path is not None and Path(path).exists():
         done = load_basin(path).check_same(done, path)
@@ -155,16 +154,9 @@ def basin_edges(
     >>> [(below, above) for _, below, above in edges]
     [('fell', 'stick | stick'), ('stick | stick', 'lift_off')]
     """
-    points = np.linspace(lower, upper, samples)
-    task = _task(
-        robot,
-        parameters,
-        {coordinate: points},
-        base or {},
-        law or passive(robot),
-        patience or Patience(),
-        engine or default_engine(),
-    )
+    points, law = np.linspace(lower, upper, samples), law or passive(robot)
+    axes, engine = {coordinate: points}, engine or default_engine(law)
+    task = _task(robot, parameters, axes, base or {}, law, patience or Patience(), engine)
 
     def ending(value: float) -> str:
         return _run(task, [(value,)])[0][0]

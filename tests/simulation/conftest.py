@@ -1,11 +1,13 @@
-"""Walks of the two robots of the study, in its own coordinates."""
+"""Walks of the two robots of the study, in its own coordinates, with each engine."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
 
-from gaitopt import compass_biped, rimless_wheel, simulate
+from gaitopt import ScipyEngine, compass_biped, rimless_wheel, simulate
+from gaitopt.simulation.heyoka_engine import HeyokaEngine
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
 
@@ -36,14 +38,22 @@ def walk_wheel(rate, *, xd=0.0, mu=np.inf, steps=1, robot=WHEEL, **options):
     )
 
 
-@pytest.fixture
-def compass_walk():
-    return walk_compass
+@pytest.fixture(params=["scipy", "heyoka"])
+def engine(request):
+    if request.param == "scipy":
+        return ScipyEngine()
+    pytest.importorskip("heyoka")
+    return HeyokaEngine()
 
 
 @pytest.fixture
-def wheel_walk():
-    return walk_wheel
+def compass_walk(engine):
+    return functools.partial(walk_compass, engine=engine)
+
+
+@pytest.fixture
+def wheel_walk(engine):
+    return functools.partial(walk_wheel, engine=engine)
 
 
 @pytest.fixture(params=[GAIT_A, GAIT_B, GAIT_C], ids=["A", "B", "C"])

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Law, Mode, compass_biped, feedforward, ledger, passive, rimless_wheel, simulate
+from gaitopt import InputError, Law, Mode, compass_biped, feedforward, ledger, passive, replay, rimless_wheel, simulate
 from gaitopt.simulation import engines
 from gaitopt.simulation.engines import default_engine, engine_named
 from gaitopt.simulation.heyoka_engine import HeyokaEngine
@@ -406,13 +406,24 @@ def test_engines_by_name():
         engine_named("heyoca")
 
 
+def test_simulate_takes_the_fastest_engine_and_replay_the_reference(slip_gait):
+    assert simulate(COMPASS, GAIT_A[:4], GAIT_A[4:], DOWNHILL).engine == "heyoka"
+    assert replay(slip_gait, COMPASS).engine == "scipy"
+
+
+def test_a_law_that_heyoka_cannot_follow_is_left_to_the_reference_engine():
+    law = law_of(lambda clock, q, v: ca.vertcat(ca.fabs(v[2]), 0))
+    assert (default_engine(law).name, engine_named("auto", law).name) == ("scipy", "scipy")
+    assert simulate(COMPASS, GAIT_A[:4], GAIT_A[4:], DOWNHILL, law=law).engine == "scipy"
+
+
 def test_without_heyoka_the_reference_engine_runs(monkeypatch):
     monkeypatch.setattr(engines, "find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    default_engine.cache_clear()
     heyoka_module.cache_clear()
     try:
-        assert engine_named(None).name == "scipy"
+        assert engine_named().name == "scipy"
+        assert simulate(COMPASS, GAIT_A[:4], GAIT_A[4:], DOWNHILL).engine == "scipy"
         with pytest.raises(InputError, match=r"pip install 'gaitopt\[fast\]'"):
             engine_named("heyoka")
         with pytest.raises(InputError, match=r"pip install 'gaitopt\[fast\]'"):
@@ -420,5 +431,4 @@ def test_without_heyoka_the_reference_engine_runs(monkeypatch):
                 COMPASS, passive(COMPASS), Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=1.0
             )
     finally:
-        default_engine.cache_clear()
         heyoka_module.cache_clear()

@@ -147,14 +147,14 @@ def test_benchmark_of_six_spokes(wheel_walk):
     assert (near[0] - near[1]) / 2e-5 == pytest.approx(4 / 9, abs=1e-8)
 
 
-def test_a_wheel_of_another_size_walks_the_same_in_its_own_time(wheel, hand_wheel):
+def test_a_wheel_of_another_size_walks_the_same_in_its_own_time(wheel, engine, hand_wheel):
     """Everything scales with l and sqrt(l/g): the same walk with l = 0.6 m, g = 9.8 m/s2, 7 kg."""
     hand = dataclasses.replace(hand_wheel, mu=0.26)
     small = {**hand.parameters, "leg_length": 0.6, "gravity": 9.8, "mass": 7.0}
     time = np.sqrt(0.6 / 9.8)
     start = [0, 0, -hand.half]
-    one = simulate(wheel, start, [0, 0, 0.8], hand.parameters)
-    two = simulate(wheel, start, [0, 0, 0.8 / time], small)
+    one = simulate(wheel, start, [0, 0, 0.8], hand.parameters, engine=engine)
+    two = simulate(wheel, start, [0, 0, 0.8 / time], small, engine=engine)
     assert two.motion.period == pytest.approx(one.motion.period * time, rel=1e-10)
     assert two.motion.travel == pytest.approx(one.motion.travel * 0.6, rel=1e-10)
     assert two.motion.word() == one.motion.word()

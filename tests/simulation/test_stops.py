@@ -41,10 +41,10 @@ def test_lift_off_at_the_very_start(wheel_walk):
     assert ledger(walk.motion).relative_residual == 0.0
 
 
-def test_lift_off_right_after_a_touchdown_keeps_the_ledger(wheel):
+def test_lift_off_right_after_a_touchdown_keeps_the_ledger(wheel, engine):
     """A foot that slid stops dead at its impact; the wheel then turns too fast for its new foot to stay down."""
     parameters = {"spokes": 6, "friction": 0.7381758, "inertia_ratio": 0.1447556, "slope": 0.1944665}
-    walk = simulate(wheel, [0, 0, -0.2222044], [5.5077048, 0, 0.1561074], parameters, steps=2)
+    walk = simulate(wheel, [0, 0, -0.2222044], [5.5077048, 0, 0.1561074], parameters, steps=2, engine=engine)
     assert walk.stop is Stop.LIFT_OFF
     assert len(walk.motion.jumps) == 1
     assert walk.motion.segments[-1].duration == 0.0
@@ -73,10 +73,10 @@ def test_time_limit(compass_walk, gait_a):
     assert last_event(walk).name == "no touchdown"
 
 
-def test_a_wheel_that_stands_still_stands_until_the_time_limit(wheel):
+def test_a_wheel_that_stands_still_stands_until_the_time_limit(wheel, engine):
     """Upright on level ground, exactly balanced: whatever the friction, nil included, nothing happens."""
     for friction in (0.0, 0.3, np.inf):
-        walk = simulate(wheel, [0, 0, 0], [0, 0, 0], {"friction": friction}, step_time_limit=1.0)
+        walk = simulate(wheel, [0, 0, 0], [0, 0, 0], {"friction": friction}, step_time_limit=1.0, engine=engine)
         assert walk.stop is Stop.NO_TOUCHDOWN
         np.testing.assert_array_equal(walk.motion.segments[-1].q[:, -1], 0.0)
 
@@ -89,9 +89,9 @@ def test_too_many_events(compass_walk, gait_b):
     assert compass_walk(gait_b["z"], mu=0.14, most_events=3).stop is Stop.STEPS_DONE
 
 
-def test_double_support(compass):
+def test_double_support(compass, engine):
     """Just before touchdown the walker rocks backward: the trailing foot would be pushed into the ground."""
-    walk = simulate(compass, [0, 0, 0.2, 0.201], [0, 0, -0.5, -3.0], {"friction": 0.6})
+    walk = simulate(compass, [0, 0, 0.2, 0.201], [0, 0, -0.5, -3.0], {"friction": 0.6}, engine=engine)
     assert walk.stop is Stop.DOUBLE_SUPPORT
     assert walk.motion.jumps == ()
     assert last_event(walk).name == "double support"
@@ -99,15 +99,15 @@ def test_double_support(compass):
     assert end.q[2, -1] == pytest.approx(end.q[3, -1], abs=1e-12)
 
 
-def test_painleve_at_the_start(wheel):
+def test_painleve_at_the_start(wheel, engine):
     """A spoke that leans back from its slip at a friction above Painleve's: nothing is walked, nothing raised."""
     hand = HandWheel(kappa=0.1, mu=3.0)
     assert hand.normal_mobility(-0.3, 1) < 0 < hand.normal_mobility(-0.3, -1)
-    walk = simulate(wheel, [0, 0, -0.3], [0.5, 0, 1.0], hand.parameters)
+    walk = simulate(wheel, [0, 0, -0.3], [0.5, 0, 1.0], hand.parameters, engine=engine)
     assert walk.stop is Stop.PAINLEVE
     assert walk.motion.segments == ()
     assert (walk.motion.period, walk.motion.travel, ledger(walk.motion).residual) == (0.0, 0.0, 0.0)
-    assert simulate(wheel, [0, 0, -0.3], [-0.5, 0, 1.0], hand.parameters).stop is not Stop.PAINLEVE
+    assert simulate(wheel, [0, 0, -0.3], [-0.5, 0, 1.0], hand.parameters, engine=engine).stop is not Stop.PAINLEVE
 
 
 @pytest.mark.parametrize(
@@ -117,9 +117,9 @@ def test_painleve_at_the_start(wheel):
         (0.3251532, (-3.4774697, 0, -2.7664132), {"spokes": 5, "friction": 0.3140680, "inertia_ratio": 0.00101699}),
     ],
 )
-def test_painleve_while_sliding(wheel, theta, v, parameters):
+def test_painleve_while_sliding(wheel, engine, theta, v, parameters):
     """The contact force grows without bound on the way into the paradox: the walk ends at its edge, and soon."""
-    walk = simulate(wheel, [0, 0, theta], v, {**parameters, "slope": 0.4}, step_time_limit=5.0)
+    walk = simulate(wheel, [0, 0, theta], v, {**parameters, "slope": 0.4}, step_time_limit=5.0, engine=engine)
     assert walk.stop is Stop.PAINLEVE
     end = walk.motion.segments[-1]
     hand = HandWheel(parameters["spokes"], parameters["inertia_ratio"], 0.4, parameters["friction"])
