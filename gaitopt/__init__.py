@@ -10,6 +10,7 @@ __version__ = metadata.version("gaitopt")
 
 _PUBLIC = {
     "gaitopt.continuation.branch": ("Branch", "trace_branch"),
+    "gaitopt.control.joint_pd": ("joint_pd",),
     "gaitopt.control.law": ("Law", "feedforward", "passive"),
     "gaitopt.errors": ("ArchiveError", "GaitoptError", "InputError", "ScriptError", "WordError"),
     "gaitopt.model.catalogue": ("robot_named",),

@@ -1,19 +1,22 @@
 """Control laws: a symbolic torque with a table of numbers, one column per piece of the step.
 
 A law is a CasADi Function (clock, q, v, data) -> torque and, for each stretch of the clock between breakpoints, the
-column of data it uses there.  Simulators, variational equations and exported code all run this one Function.
+column of data it uses there.  Simulators, variational equations and exported code all run this one Function.  It may
+have two more inputs: values *held* over a step, which another Function computes from the state after the touchdown,
+and the sign of the foot's *slide*.
 """
 
 import functools
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
+from gaitopt.parameters import Parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,13 +26,18 @@ class Law:
     Attributes
     ----------
     name : str
-    torque : (clock, q (n_q), v (n_q), data (n_d)) -> (n_u) Function [N m]
-        The clock is the time since the last touchdown [s].  Laws that compute alike hold the same Function, whatever
-        their numbers, so that what is derived or compiled from it is made once.
+    torque : (clock, q (n_q), v (n_q), data (n_d)[, held (n_h), slide]) -> (n_u) Function [N m]
+        The clock is the time since the last touchdown [s], `slide` is 1, -1 or 0 by the contact mode.  Laws that
+        compute alike hold the same Function, whatever their numbers, so that what is derived or compiled from it is
+        made once.
     breakpoints : (K,) array [s]
         Where each piece of the clock begins; the first is 0 and the last piece never ends.
     table : (n_d, K) array
         Data of each piece.
+    gains : mapping of str to int
+        Rows of the table that hold a gain, the same in every piece.
+    hold : (q, v, data (n_d)) -> (n_h) Function or None
+        Values held over a step, from the state after the touchdown and the first column of the table.
 
     Examples
     --------
@@ -43,13 +51,44 @@ class Law:
     torque: ca.Function = field(repr=False)
     breakpoints: Array = field(repr=False)
     table: Array = field(repr=False)
+    gains: Mapping[str, int] = field(default_factory=dict, repr=False)
+    hold: ca.Function | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "torque", _shared(self.torque.serialize()))
+        if self.hold is not None:
+            object.__setattr__(self, "hold", _shared(self.hold.serialize()))
 
     def piece(self, clock: float) -> int:
         """Return the number of the piece a clock time lies in."""
         return max(int(np.searchsorted(self.breakpoints, clock, side="right")) - 1, 0)
+
+    @property
+    def gain_values(self) -> dict[str, float]:
+        """Gains by name."""
+        return {name: float(self.table[row, 0]) for name, row in self.gains.items()}
+
+    def with_gains(self, values: Mapping[str, float]) -> "Law":
+        """Return the law with other gains; those not named stay.
+
+        Raises
+        ------
+        InputError
+            If the law has no such gain.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped, joint_pd, load
+        >>> law = joint_pd(compass_biped(), load("docs/examples/compass_slip.h5").motion, torque_limit=6)
+        >>> law.with_gains({"hip_stiffness": 4.0}).gain_values["hip_stiffness"]
+        4.0
+        """
+        table = self.table.copy()
+        for name, value in values.items():
+            if name not in self.gains:
+                raise InputError(f"The law {self.name!r} has no gain {name!r}. {suggest(name, self.gains)}")
+            table[self.gains[name]] = Parameter(name, 0.0, "", "").check(value)
+        return replace(self, table=table)
 
 
 def passive(robot: Robot) -> Law:
@@ -62,7 +101,7 @@ def passive(robot: Robot) -> Law:
     'passive'
     """
     data = ca.SX.sym("data", 0)
-    function = _function(robot, data, lambda clock, q, v: ca.SX.zeros(robot.n_u))
+    function = torque_function(robot, data, lambda clock, q, v: ca.SX.zeros(robot.n_u))
     return Law("passive", function, np.zeros(1), np.zeros((0, 1)))
 
 
@@ -99,8 +138,21 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     time, torque = time[keep], torque[:, keep]
     data = ca.SX.sym("data", 1 + 2 * robot.n_u)
     value, rate = data[1 : 1 + robot.n_u], data[1 + robot.n_u :]
-    function = _function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))
+    function = torque_function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))
     return Law("feedforward", function, time, np.vstack([time, torque, slope]))
+
+
+def demanded(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> ca.SX:
+    """Return the torque of a law's Function in a state y = (q, v, held)."""
+    n, held = torque.size1_in(1), held_size(torque)
+    extra = (y[2 * n :], slide) if torque.n_in() > 4 else ()
+    assert y.numel() == 2 * n + held
+    return torque(clock, y[:n], y[n : 2 * n], data, *extra)
+
+
+def held_size(torque: ca.Function) -> int:
+    """Return how many values a law's Function wants held over a step."""
+    return int(torque.size1_in(4)) if torque.n_in() > 4 else 0
 
 
 @functools.lru_cache(maxsize=128)
@@ -109,6 +161,7 @@ def _shared(serialized: str) -> ca.Function:
     return ca.Function.deserialize(serialized)
 
 
-def _function(robot: Robot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> ca.Function:
+def torque_function(robot: Robot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> ca.Function:
+    """Return the Function of a law from its expression in terms of clock, q and v."""
     clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q)
     return ca.Function("torque", [clock, q, v, data], [torque(clock, q, v)], ["clock", "q", "v", "data"], ["torque"])

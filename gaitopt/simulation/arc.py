@@ -17,8 +17,8 @@ class Arc:
     ----------
     time : (K,) array [s]
         Clock since the start of the step; only the two ends unless the arc was recorded.
-    states : (2 n_q, K) array
-        y = (q, v).
+    states : (n_y, K) array
+        y = (q, v), followed by what the law holds over the step.
     event : str or None
         Name of the guard that ended it, or "singular" where the integrator could not go on; None at the time limit.
     energy : (n_u + 1, K) array or None [J]
@@ -60,8 +60,8 @@ class Engine(Protocol):
         mode : Mode
         clock : float [s]
             Time since the start of the step.
-        state : (2 n_q,) array
-            y = (q, v).
+        state : (n_y,) array
+            y = (q, v), followed by what the law holds over the step.
         p : (n_p,) array
         until : float [s]
         record : bool
@@ -72,5 +72,5 @@ class Engine(Protocol):
     def sensitivity(
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
     ) -> Array:
-        """Return d y(until) / d y(clock) at fixed times, shape (2 n_q, 2 n_q), without watching guards."""
+        """Return d y(until) / d y(clock) at fixed times, shape (n_y, n_y), without watching guards."""
         ...

@@ -1,7 +1,7 @@
 """A robot under a law in one contact mode, as numbers in and numbers out.
 
-The state is y = (q, v); the same Functions the optimiser uses are composed with the law's Function once per robot, mode
-and law form.
+The state is y = (q, v), followed by what the law holds over a step; the same Functions the optimiser uses are composed
+with the law's Function once per robot, mode and law form.
 """
 
 import functools
@@ -10,6 +10,7 @@ from typing import Any
 
 import casadi as ca
 
+from gaitopt.control.law import demanded, held_size
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 
@@ -29,7 +30,9 @@ class ClosedLoop:
         The mode lasts while every guard is positive.
     active : tuple of int
         Entries of y that move in this mode; the others (a stuck foot, the height of a foot on the ground) rest.
-    flow : (t, y, p, data) -> dy/dt (2 n_q)
+    size : int
+        Entries of y.
+    flow : (t, y, p, data) -> dy/dt (size)
     energy : (t, y, p, data) -> power of each actuator, then friction loss rate (n_u + 1) [W]
     guards : (t, y, p, data) -> values, armed
         A touchdown counts only where `armed` is positive.
@@ -38,6 +41,7 @@ class ClosedLoop:
     mode: Mode
     guard_names: tuple[str, ...]
     active: tuple[int, ...]
+    size: int
     flow: ca.Function
     energy: ca.Function
     guards: ca.Function
@@ -62,10 +66,11 @@ def paradox_guard(wellposed: Any, mode: Mode) -> Any:
 def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
     """Return the closed loop of a robot, a mode and the Function of a law; composed once."""
     n = robot.n_q
-    t, y = ca.SX.sym("t"), ca.SX.sym("y", 2 * n)
+    held = held_size(torque)
+    t, y = ca.SX.sym("t"), ca.SX.sym("y", 2 * n + held)
     p, data = ca.SX.sym("p", len(robot.parameters)), ca.SX.sym("data", torque.size1_in(3))
-    q, v = y[:n], y[n:]
-    u = torque(t, q, v, data)
+    q, v = y[:n], y[n : 2 * n]
+    u = demanded(torque, t, y, data, mode.sign)
     acceleration, force = robot.acceleration[mode](q, v, u, p)
     loss = -force[0] * v[0] if mode.slips else 0
     guard, _, armed = robot.touchdown(q, v, p)
@@ -87,7 +92,8 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
         mode=mode,
         guard_names=SLIP_GUARDS if mode.slips else STICK_GUARDS,
         active=tuple(moving + [n + i for i in moving]),
-        flow=function("flow", ca.vertcat(v, acceleration)),
+        size=2 * n + held,
+        flow=function("flow", ca.vertcat(v, acceleration, ca.SX.zeros(held))),
         energy=function("energy", ca.vertcat(u * robot.joint_rates(q, v, p), loss)),
         guards=function("guards", guards, armed),
     )

@@ -86,7 +86,7 @@ class HeyokaEngine:
             program.integrator.propagate_until(end)
         # Entries at rest drift at their own constant rate, which is zero here but may be varied.
         matrix = np.eye(y.size)
-        matrix[: robot.n_q, robot.n_q :] = max(until - clock, 0) * np.eye(robot.n_q)
+        matrix[: robot.n_q, robot.n_q : 2 * robot.n_q] = max(until - clock, 0) * np.eye(robot.n_q)
         matrix[program.entries] = 0
         matrix[np.ix_(program.entries, program.entries)] = program.state[n:].reshape(n, n)
         return matrix

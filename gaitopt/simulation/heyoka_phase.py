@@ -44,14 +44,14 @@ class Phase:
     Attributes
     ----------
     loop : ClosedLoop
-    here : (1 + 2 n_q,) array
+    here : (1 + n_y,) array
         Clock [s] and state, for :meth:`run` to change.
     """
 
     def __init__(self, robot: Robot, law: Law, mode: Mode, p: Array, tolerance: float, compact_mode: bool) -> None:
         self.robot, self.law, self.p = robot, law, p
         self.loop = closed_loop(robot, mode, law.torque)
-        self.here = np.zeros(1 + 2 * robot.n_q)
+        self.here = np.zeros(1 + self.loop.size)
         self._program = watching(robot, mode, law.torque, tolerance, compact_mode)
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]

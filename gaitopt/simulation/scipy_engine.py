@@ -62,7 +62,8 @@ class ScipyEngine:
         record: bool = False,
     ) -> Arc:
         """Integrate one contact mode; see :class:`gaitopt.simulation.arc.Engine`."""
-        loop, n_y = closed_loop(robot, mode, law.torque), 2 * robot.n_q
+        loop = closed_loop(robot, mode, law.torque)
+        n_y = loop.size
         start = np.concatenate([state, np.zeros(robot.n_u + 1)]) if record else np.array(state, dtype=float)
         times, states, event = [clock], [start], None
         for piece, begin, end in pieces(law, clock, until):
@@ -92,7 +93,8 @@ class ScipyEngine:
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
     ) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.arc.Engine`."""
-        loop, n_y = closed_loop(robot, mode, law.torque), 2 * robot.n_q
+        loop = closed_loop(robot, mode, law.torque)
+        n_y = loop.size
         jacobian = loop.flow.factory("flow_jacobian", ["i0", "i1", "i2", "i3"], ["jac:o0:i1"])
         jacobian = ca.Function("dense", jacobian.sx_in(), [ca.densify(jacobian(*jacobian.sx_in()))])
         start = np.concatenate([state, np.eye(n_y).ravel()])

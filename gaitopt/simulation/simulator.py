@@ -182,7 +182,7 @@ def _checked(robot: Robot, name: str, value: Array) -> Array:
 
 def _segment(walker: Walker, step: int, began: float, mode: Mode, arc: Arc) -> Segment:
     robot, n = walker.robot, walker.robot.n_q
-    torque = [walker.torque(t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
+    torque = [walker.torque(mode, t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
     energy = np.zeros((robot.n_u + 1, arc.time.size)) if arc.energy is None else arc.energy
     return make_segment(
         robot,
@@ -191,7 +191,7 @@ def _segment(walker: Walker, step: int, began: float, mode: Mode, arc: Arc) -> S
         step=step,
         time=began + arc.time,
         q=arc.states[:n],
-        v=arc.states[n:],
+        v=arc.states[n : 2 * n],
         torque=np.array(torque).reshape(arc.time.size, robot.n_u).T,
         work=energy[:-1],
         friction_work=energy[-1],
@@ -208,7 +208,7 @@ def _jump(walker: Walker, step: int, time: float, state: Array, impact: Impact, 
         mode=mode,
         impulse=impact.impulse,
         q=state[:n],
-        v_minus=state[n:],
+        v_minus=state[n : 2 * n],
         v_plus=impact.v_plus,
         q_next=following[:n],
         v_next=following[n:],

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law
+from gaitopt.control.law import Law, demanded, held_size
 from gaitopt.model.buffered import Buffered
 from gaitopt.model.impact import Impact, solve_impact
 from gaitopt.model.modes import Mode
@@ -77,16 +77,23 @@ class Walker:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
         self.step_time_limit, self.most_events = step_time_limit, most_events
         self.contact = ContactChoice(robot, p)
-        self._torque = Buffered(law.torque)
+        self._torque: dict[Mode, Buffered] = {mode: Buffered(_demand(law.torque, mode)) for mode in Mode}
+        self._hold = None if law.hold is None else Buffered(law.hold, law.table[:, 0])
         self._force = functools.cache(self._resting_force)
         self._breaks = law.breakpoints.tolist()
-        self._here = np.zeros(1 + 2 * robot.n_q)
+        self._here = np.zeros(1 + 2 * robot.n_q + held_size(law.torque))
         self._swap = Buffered(robot.swap, p)
 
-    def torque(self, clock: float, state: Array) -> Array:
-        """Return the torque at a clock time and state, shape (n_u,) [N m]."""
+    def torque(self, mode: Mode, clock: float, y: Array) -> Array:
+        """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
+        return self._torque[mode](clock, y, self.law.table[:, self.law.piece(clock)])[0]
+
+    def begin(self, state: Array) -> Array:
+        """Return the state y at the start of a step: (q, v), followed by what the law holds over it."""
+        if self._hold is None:
+            return np.array(state, dtype=float)
         n = self.robot.n_q
-        return self._torque(clock, state[:n], state[n:], self.law.table[:, self.law.piece(clock)])[0]
+        return np.concatenate((state, self._hold(state[:n], state[n:])[0]))
 
     def stride(self, state: Array, *, record: bool = False) -> Stride:
         """Walk one step.
@@ -98,7 +105,8 @@ class Walker:
         record : bool
             Whether arcs are sampled for plots and ledgers.
         """
-        n, state, clock = self.robot.n_q, np.array(state, dtype=float), 0.0
+        n, clock = self.robot.n_q, 0.0
+        state = self.begin(state)
         if abs(state[n]) <= REST:
             state[n] = 0.0
         mode = self._choose(clock, state)
@@ -133,12 +141,12 @@ class Walker:
         return self.contact.leave_rest(tangential, normal, leaving)
 
     def _resting_force(self, piece: int) -> Buffered:
-        """Return (clock, q, v) -> force that keeps the foot at rest, in one piece of the law."""
+        """Return (clock, y) -> force that keeps the foot at rest, in one piece of the law."""
         return Buffered(_resting_force(self.robot, self.law.torque), self.p, self.law.table[:, piece])
 
     def _touchdown(self, arcs: tuple[tuple[Mode, Arc], ...], state: Array) -> Stride:
         n = self.robot.n_q
-        impact = solve_impact(self.robot, state[:n], state[n:], self.p)
+        impact = solve_impact(self.robot, state[:n], state[n : 2 * n], self.p)
         if impact.mode is None or impact.separation < 0:
             return Stride(arcs, Stop.DOUBLE_SUPPORT, impact, None)
         following = self._swap.packed(np.concatenate((state[:n], impact.v_plus))).copy()
@@ -150,8 +158,17 @@ class Walker:
 
 @functools.lru_cache(maxsize=128)
 def _resting_force(robot: Robot, torque: ca.Function) -> ca.Function:
-    """Return (clock, q, v, p, data) -> force that keeps a foot at rest under a law."""
-    clock, q, v, data = torque.sx_in()
-    p = ca.SX.sym("p", len(robot.parameters))
-    _, force = robot.acceleration[Mode.STICK](q, v, torque(clock, q, v, data), p)
-    return ca.Function("resting_force", [clock, q, v, p, data], ca.cse([force]))
+    """Return (clock, y, p, data) -> force that keeps a foot at rest under a law."""
+    demand = _demand(torque, Mode.STICK)
+    clock, y, data = demand.sx_in()
+    p, n = ca.SX.sym("p", len(robot.parameters)), robot.n_q
+    _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], demand(clock, y, data), p)
+    return ca.Function("resting_force", [clock, y, p, data], ca.cse([force]))
+
+
+@functools.lru_cache(maxsize=128)
+def _demand(torque: ca.Function, mode: Mode) -> ca.Function:
+    """Return (clock, y, data) -> torque of a law in a contact mode."""
+    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * torque.size1_in(1) + held_size(torque))
+    data = ca.SX.sym("data", torque.size1_in(3))
+    return ca.Function("demand", [clock, y, data], [ca.densify(demanded(torque, clock, y, data, mode.sign))])

@@ -60,12 +60,13 @@ def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) ->
         end = stride.duration
 
         def at(t: float, state: Array = state) -> tuple[float, Array]:
-            y = state
+            y = walker.begin(state)
             if t > 0:
-                arc = walker.engine.flow(walker.robot, walker.law, Mode.STICK, 0.0, state, walker.p, until=t)
+                arc = walker.engine.flow(walker.robot, walker.law, Mode.STICK, 0.0, y, walker.p, until=t)
                 y = arc.states[:, -1]
-            tangential, normal = np.asarray(force(y[:n], y[n:], walker.torque(t, y), walker.p)[1]).ravel()
-            return float(abs(tangential) / normal), y
+            torque = walker.torque(Mode.STICK, t, y)
+            tangential, normal = np.asarray(force(y[:n], y[n : 2 * n], torque, walker.p)[1]).ravel()
+            return float(abs(tangential) / normal), y[: 2 * n]
 
         times = np.linspace(0, end, samples + 1)
         ratios = [at(t)[0] for t in times]

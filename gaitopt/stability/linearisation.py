@@ -57,8 +57,8 @@ class Linearisation:
         impact : Mode, optional
             Another outcome of the impact than the one taken, for one-sided derivatives on the edge between two.
         """
-        walker, n_y = self.walker, 2 * self.walker.robot.n_q
-        matrix, start, clock = np.eye(n_y), np.array(state, dtype=float), 0.0
+        walker, clock = self.walker, 0.0
+        start, matrix = walker.begin(state), self._beginning(state)
         for i, (mode, arc) in enumerate(stride.arcs):
             until = float(arc.time[-1])
             if until > clock:
@@ -75,7 +75,7 @@ class Linearisation:
 
     def _change_of_mode(self, mode: Mode, following: Mode, event: str, clock: float, state: Array) -> Array:
         n = self.walker.robot.n_q
-        reset = np.eye(2 * n)
+        reset = np.eye(state.size)
         if event == "at rest":
             reset[n, n] = 0.0
         before, shift = self._time_shift(mode, event, clock, state)
@@ -87,11 +87,11 @@ class Linearisation:
         before, shift = self._time_shift(mode, "touchdown", clock, state)
         if outcome not in self._resets:
             self._resets[outcome] = Buffered(reset_slope(self.walker.robot, outcome), self.walker.p)
-        reset = self._resets[outcome](state[:n], state[n:])[0].reshape(2 * n, 2 * n).T
-        return reset @ (np.eye(2 * n) + np.outer(before, shift))
+        reset = self._resets[outcome](state[:n], state[n : 2 * n])[0].reshape(2 * n, 2 * n).T
+        return reset @ (np.eye(2 * n, state.size) + np.outer(before[: 2 * n], shift))
 
     def _time_shift(self, mode: Mode, event: str, clock: float, state: Array) -> tuple[Array, Array]:
-        """Return the flow before an event, and d (event time) / d y, each of shape (2 n_q,).
+        """Return the flow before an event, and d (event time) / d y, each of shape (n_y,).
 
         A guard found well below zero did not fall through it: the law's torque jumped there, at a time that is fixed.
         """
@@ -102,8 +102,16 @@ class Linearisation:
         which = names.index(event)
         if values[which] < -BEYOND:
             return before, np.zeros_like(before)
-        row = gradient.reshape(2 * self.walker.robot.n_q, len(names))[:, which]
+        row = gradient.reshape(state.size, len(names))[:, which]
         return before, -row / (row @ before + drift[which])
+
+    def _beginning(self, state: Array) -> Array:
+        """Return d y / d (q, v) at the start of a step, shape (n_y, 2 n_q): what the law holds depends on the state."""
+        n, hold = self.walker.robot.n_q, self.walker.law.hold
+        if hold is None:
+            return np.eye(2 * n)
+        slope = _hold_slope(hold)(state[:n], state[n:], self.walker.law.table[:, 0])
+        return np.vstack([np.eye(2 * n), np.asarray(slope)])
 
     def _data(self, clock: float) -> Array:
         return self.walker.law.table[:, self.walker.law.piece(clock)]
@@ -115,6 +123,13 @@ class Linearisation:
             flow = _reordered(loop.flow)
             self._known[mode] = _Slopes(Buffered(flow, walker.p), Buffered(_guard_slopes(loop.guards), walker.p))
         return self._known[mode]
+
+
+@functools.lru_cache(maxsize=128)
+def _hold_slope(hold: ca.Function) -> ca.Function:
+    """Return (q, v, data) -> d held / d (q, v), shape (n_h, 2 n_q)."""
+    q, v, data = hold.sx_in()
+    return ca.Function("hold_slope", [q, v, data], [ca.densify(ca.jacobian(hold(q, v, data), ca.vertcat(q, v)))])
 
 
 @functools.lru_cache(maxsize=128)

@@ -1,0 +1,79 @@
+"""Joint feedback: the reference's torque, corrected in proportion to the errors of joint angles and rates."""
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.control.law import Law, torque_function
+from gaitopt.control.limits import limited, torque_limits
+from gaitopt.control.reference import reference
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Motion
+
+
+def joint_pd(
+    robot: Robot,
+    motion: Motion,
+    *,
+    stiffness: float = 0.0,
+    damping: float = 0.0,
+    torque_limit: float | Mapping[str, float] = np.inf,
+) -> Law:
+    """Return the law u = u_ref(t) - K (joint angle - its reference) - D (joint rate - its reference), within limits.
+
+    A joint angle is the angle an actuator works on.  With zero gains it is :func:`feedforward`.
+
+    Parameters
+    ----------
+    robot : Robot
+    motion : Motion
+        Its first step is the reference, with a clock reset at touchdown.
+    stiffness : float [N m/rad]
+    damping : float [N m s/rad]
+        Of all joints; ``Law.with_gains`` sets those of one, named such as ``"hip_stiffness"`` and ``"hip_damping"``.
+    torque_limit : float or mapping of actuator to float [N m]
+
+    Raises
+    ------
+    InputError
+        If the motion belongs to another robot, or a limit is not positive.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, joint_pd, load
+    >>> law = joint_pd(compass_biped(), load("docs/examples/compass_slip.h5").motion, stiffness=20, damping=5)
+    >>> list(law.gain_values)
+    ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']
+    """
+    plan, n_u = reference(robot, motion), robot.n_u
+    limits = torque_limits(robot, torque_limit)
+    data = ca.SX.sym("data", plan.size + 2 * n_u + limits.size)
+    gains = data[plan.size : plan.size + 2 * n_u]
+
+    def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
+        desired = plan.desired(clock, data)
+        error, rate = (joints(robot, of) for of in (q[2:] - desired.angles, v[2:] - desired.rates))
+        demand = desired.torque - gains[:n_u] * error - gains[n_u:] * rate
+        return limited(demand, data[plan.size + 2 * n_u :])
+
+    names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
+    values = np.concatenate([np.full(n_u, float(stiffness)), np.full(n_u, float(damping)), limits])
+    return Law(
+        "pd",
+        torque_function(robot, data, torque),
+        plan.breakpoints,
+        np.vstack([plan.table, np.tile(values[:, None], plan.breakpoints.size)]),
+        {name: plan.size + i for i, name in enumerate(names)},
+    )
+
+
+def joints(robot: Robot, angles: ca.SX) -> ca.SX:
+    """Return the joint angles that belong to leg angles (without foot), shape (n_u, 1)."""
+    return actuation(robot).T @ angles
+
+
+def actuation(robot: Robot) -> ca.DM:
+    """Return what torques do on the angles, shape (n_angles, n_u); it does not depend on the state."""
+    zero = np.zeros(robot.n_q)
+    return robot.dynamics(zero, zero, robot.vector(robot.resolve({})))[2][2:, :]

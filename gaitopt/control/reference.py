@@ -1,0 +1,139 @@
+"""The reference of a feedback law: one step of a motion as piecewise polynomials of the clock."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array, Motion, Segment
+
+
+@dataclass(frozen=True, eq=False)
+class Desired:
+    """What a reference asks for at one instant, as expressions.
+
+    Attributes
+    ----------
+    torque : SX, shape (n_u, 1) [N m]
+    angles, rates, accelerations : SX, shape (n_angles, 1)
+    foot_speed : SX [m/s]
+    """
+
+    torque: ca.SX
+    angles: ca.SX
+    rates: ca.SX
+    accelerations: ca.SX
+    foot_speed: ca.SX
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """One step of a motion as polynomials of the clock, a column of coefficients per piece.
+
+    Torques are linear between samples, angles the quintics and foot speeds the cubics that meet values and slopes at
+    both ends of a piece.  After the last sample the torque is held, the angles go on at their last rates.
+
+    Attributes
+    ----------
+    robot : Robot
+    breakpoints : (K,) array [s]
+    table : (n_r, K) array
+        Start of the piece, torque, its slope, six coefficients per angle, four of the foot speed.
+    modes : (K,) int array
+        Sign of the foot's slide planned in each piece.
+    duration : float [s]
+    """
+
+    robot: Robot
+    breakpoints: Array
+    table: Array
+    modes: Array
+    duration: float
+
+    @property
+    def size(self) -> int:
+        """Number of rows of the table."""
+        return int(self.table.shape[0])
+
+    def desired(self, clock: ca.SX, data: ca.SX) -> Desired:
+        """Return what the reference asks for at a clock time, given a column of its table."""
+        n_u, n_a = self.robot.n_u, len(self.robot.angles)
+        since = clock - data[0]
+        rows = [1, n_u, n_u, *[6] * n_a, 4]
+        _, value, slope, *angles, foot = ca.vertsplit(data[: self.size], np.cumsum([0, *rows]).tolist())
+        curves = [_derivatives(coefficients, since) for coefficients in angles]
+        positions, rates, accelerations = (ca.vertcat(*column) for column in zip(*curves, strict=True))
+        return Desired(value + slope * since, positions, rates, accelerations, _derivatives(foot, since)[0])
+
+
+def reference(robot: Robot, motion: Motion) -> Reference:
+    """Return the first step of a motion as a reference.
+
+    Raises
+    ------
+    InputError
+        If the motion has other actuators or angles than the robot.
+    """
+    if (motion.actuators, motion.angles) != (robot.actuators, robot.angles):
+        raise InputError(
+            f"The motion has actuators {motion.actuators} and angles {motion.angles}, "
+            f"but the robot has {robot.actuators} and {robot.angles}."
+        )
+    first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
+    began, p = first[0].time[0], robot.vector(motion.parameters)
+    parts = [_columns(robot, segment, began, p) for segment in first]
+    table = np.hstack([*parts, _afterwards(robot, first[-1], began)])
+    signs = [segment.mode.sign for segment, part in zip(first, parts, strict=True) for _ in range(part.shape[1])]
+    end = float(first[-1].time[-1] - began)
+    return Reference(robot, table[0].copy(), table, np.array([*signs, first[-1].mode.sign]), end)
+
+
+def _columns(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
+    """Return a column for each stretch between two samples of a segment."""
+    count = segment.time.size
+    a, _ = robot.acceleration[segment.mode].map(count)(
+        segment.q, segment.v, segment.torque, np.tile(p[:, None], (1, count))
+    )
+    a, steps = np.asarray(a), np.diff(segment.time)
+    torque = segment.torque
+    rows = [(segment.time[:-1] - began)[None], torque[:, :-1], np.diff(torque, axis=1) / steps]
+    for i in range(2, robot.n_q):
+        rows.append(_quintic(segment.q[i], segment.v[i], a[i], steps))
+    rows.append(_cubic(segment.v[0], a[0], steps))
+    return np.vstack(rows)[:, steps > 0]
+
+
+def _afterwards(robot: Robot, segment: Segment, began: float) -> Array:
+    """Return the column in force after the last sample."""
+    rows = [[segment.time[-1] - began], segment.torque[:, -1], np.zeros(robot.n_u)]
+    rows += [[segment.q[i, -1], segment.v[i, -1], 0, 0, 0, 0] for i in range(2, robot.n_q)]
+    return np.concatenate([*rows, [segment.v[0, -1], 0, 0, 0]])[:, None]
+
+
+def _quintic(q: Array, v: Array, a: Array, h: Array) -> Array:
+    """Return the coefficients of the quintics that meet q, v and a at both ends of steps h, shape (6, K)."""
+    gap = (q[1:] - q[:-1] - v[:-1] * h - a[:-1] * h**2 / 2) / h**3
+    turn = (v[1:] - v[:-1] - a[:-1] * h) / h**2
+    bend = (a[1:] - a[:-1]) / h
+    third = 10 * gap - 4 * turn + bend / 2
+    fourth = (-15 * gap + 7 * turn - bend) / h
+    fifth = (6 * gap - 3 * turn + bend / 2) / h**2
+    return np.array([q[:-1], v[:-1], a[:-1] / 2, third, fourth, fifth])
+
+
+def _cubic(v: Array, a: Array, h: Array) -> Array:
+    """Return the coefficients of the cubics that meet v and a at both ends of steps h, shape (4, K)."""
+    gap, turn = (v[1:] - v[:-1] - a[:-1] * h) / h**2, (a[1:] - a[:-1]) / h
+    return np.array([v[:-1], a[:-1], 3 * gap - turn, (turn - 2 * gap) / h])
+
+
+def _derivatives(coefficients: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Return a polynomial and its first two derivatives, by Horner's rule."""
+    value, first, second = ca.SX(0), ca.SX(0), ca.SX(0)
+    for k in reversed(range(coefficients.numel())):
+        second = second * x + 2 * first
+        first = first * x + value
+        value = value * x + coefficients[k]
+    return value, first, second
