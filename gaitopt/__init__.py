@@ -3,6 +3,7 @@
 Everything listed in ``__all__`` is public and loaded when first used, so that importing gaitopt is quick.
 """
 
+import sys
 from importlib import import_module, metadata
 from typing import Any
 
@@ -39,6 +40,8 @@ _PUBLIC = {
     "gaitopt.plot.animation": ("animate",),
     "gaitopt.plot.gait_figure": ("plot_gait",),
     "gaitopt.progress": ("Iteration",),
+    "gaitopt.report.notebook": ("show_in_notebook",),
+    "gaitopt.report.page": ("write_report",),
     "gaitopt.simulation.engines": ("default_engine",),
     "gaitopt.simulation.scipy_engine": ("ScipyEngine",),
     "gaitopt.simulation.simulator": ("Event", "Rollout", "simulate"),
@@ -70,3 +73,22 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+_SHOWN = {"gaitopt.motion.gait": "Gait", "gaitopt.simulation.simulator": "Rollout", "gaitopt.stability.cycle": "Cycle"}
+"""Classes that notebooks draw, by name: the layers of the results know nothing of pages."""
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """Let notebooks draw results; called when gaitopt is imported in one, or by ``%load_ext gaitopt``."""
+
+    def show(result: Any) -> str:
+        html: str = import_module("gaitopt.report.notebook").show_in_notebook(result)
+        return html
+
+    for module, name in _SHOWN.items():
+        shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, show)
+
+
+if "IPython" in sys.modules and (_shell := sys.modules["IPython"].get_ipython()) is not None:
+    load_ipython_extension(_shell)

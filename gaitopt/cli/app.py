@@ -30,6 +30,7 @@ for command in (
     commands.verify,
     commands.plot,
     commands.animate,
+    commands.report,
     commands.problems,
     walking.simulate,
     walking.stability,

@@ -162,6 +162,34 @@ def animate(
     print_written(written)
 
 
+def report(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gaits written by 'gaitopt solve'.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="HTML", help="Where to write. [FILE.html, or report.html for several]"),
+    ] = None,
+    title: Annotated[str, typer.Option(help="Title of the page.")] = "Gait report",
+) -> None:
+    """Write gaits as one HTML page: animated walker, charts, energy, multipliers, comparison, problem and versions.
+
+    The page needs no network and can be sent as it is.
+
+    Example: gaitopt report slip.h5 stick.h5 -o report.html
+    """
+    from gaitopt.motion.archive import load
+    from gaitopt.motion.atomic import check_writable
+    from gaitopt.report.page import write_report
+
+    stems = [file.stem for file in files]
+    names = [file.stem if stems.count(file.stem) == 1 else str(file) for file in files]
+    if len(set(names)) < len(names):
+        raise InputError("The same gait file is named twice.")
+    path = output or Path(f"{stems[0]}.html" if len(files) == 1 else "report.html")
+    check_writable(path)
+    gaits = {name: load(file) for name, file in zip(names, files, strict=True)}
+    print_written(write_report(gaits, path, title=title))
+
+
 def problems(
     folder: Annotated[Path | None, typer.Argument(help="Folder of problem scripts. [problems]")] = None,
     json: Json = False,

@@ -10,9 +10,9 @@ import numpy as np
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import replacing
 from gaitopt.motion.gait import Gait
-from gaitopt.plot.playback import Playback
+from gaitopt.motion.playback import Playback
+from gaitopt.motion.skeleton import is_drawable
 from gaitopt.plot.saving import checked_suffix
-from gaitopt.plot.skeleton import is_drawable
 from gaitopt.plot.stage import Picture, draw_pictures
 from gaitopt.plot.style import SETTINGS
 

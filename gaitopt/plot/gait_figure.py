@@ -8,8 +8,8 @@ import numpy as np
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.skeleton import is_drawable
 from gaitopt.plot import panels
-from gaitopt.plot.skeleton import is_drawable
 from gaitopt.plot.stick_figures import draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, MODE_HATCH, SETTINGS, WARNING, spell
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from gaitopt.model.modes import Mode
 from gaitopt.motion.gait import Gait
-from gaitopt.plot.playback import Frame, Playback
-from gaitopt.plot.skeleton import read_skeleton
+from gaitopt.motion.playback import Frame, Playback
+from gaitopt.motion.skeleton import read_skeleton
 from gaitopt.plot.style import CONE, FIRST_LEG, FORCE, GROUND, MODE_FILL, MODE_INK, SECOND_LEG, WARNING
 
 if TYPE_CHECKING:

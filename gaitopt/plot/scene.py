@@ -6,8 +6,8 @@ import numpy as np
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.plot.playback import Frame, Playback, Slide
-from gaitopt.plot.skeleton import read_skeleton, tilt
+from gaitopt.motion.playback import Frame, Playback, Slide
+from gaitopt.motion.skeleton import read_skeleton, tilt
 from gaitopt.plot.style import BODY, CONE, FIRST_LEG, FORCE, GROUND, MODE_FILL, MODE_INK, SECOND_LEG
 
 if TYPE_CHECKING:

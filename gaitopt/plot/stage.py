@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.playback import Frame, Playback
 from gaitopt.plot.insets import FootGlass, ForceDiagram, Header
-from gaitopt.plot.playback import Frame, Playback
 from gaitopt.plot.scene import Scene
 
 if TYPE_CHECKING:

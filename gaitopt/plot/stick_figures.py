@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gaitopt.motion.motion import Array, Motion, Segment
-from gaitopt.plot.skeleton import Links, read_skeleton, tilt
+from gaitopt.motion.skeleton import Links, read_skeleton, tilt
 from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, SECOND_LEG, spell
 
 if TYPE_CHECKING:

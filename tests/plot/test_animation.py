@@ -6,8 +6,8 @@ import pytest
 from PIL import Image
 
 from gaitopt import ArchiveError, InputError, animate
+from gaitopt.motion.playback import SHORTEST_SLIP, Playback
 from gaitopt.plot import animation
-from gaitopt.plot.playback import SHORTEST_SLIP, Playback
 from gaitopt.plot.stage import draw_pictures
 
 QUICK = {"steps": 2, "fps": 5, "slow": 1.0}

@@ -154,7 +154,7 @@ def test_settings_of_matplotlib_are_left_alone(slipping):
 
 
 def test_importing_the_wing_does_not_import_matplotlib():
-    modules = "animation, gait_figure, insets, panels, playback, saving, scene, skeleton, stage, stick_figures, style"
+    modules = "animation, gait_figure, insets, panels, saving, scene, stage, stick_figures, style"
     code = f"import sys; from gaitopt.plot import {modules}; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gaitopt.model.modes import Mode
-from gaitopt.plot.playback import SHORTEST_SLIP, Playback
-from gaitopt.plot.skeleton import read_skeleton
+from gaitopt.motion.playback import SHORTEST_SLIP, Playback
+from gaitopt.motion.skeleton import read_skeleton
 
 
 @pytest.fixture(scope="module")

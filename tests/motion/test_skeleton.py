@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.plot.skeleton import is_drawable, read_skeleton, tilt
+from gaitopt.motion.skeleton import is_drawable, read_skeleton, tilt
 
 
 def test_compass_has_a_leg_each_and_a_hip(slipping):

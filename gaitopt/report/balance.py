@@ -1,0 +1,89 @@
+"""The energy ledger as bars, and multipliers on the unit circle."""
+
+from collections.abc import Sequence
+
+from gaitopt.motion.energy import Ledger
+from gaitopt.report.chart import Axis
+from gaitopt.report.markup import Element, element
+
+WIDTH, ROW, NAMES = 420, 30, 112
+"""Width of the bars, height of one, and room for their names [px]."""
+
+SIDE, LARGEST = 250, 3.0
+"""Width of the picture of the unit circle [px]; multipliers beyond this modulus are drawn at its rim."""
+
+
+def draw_ledger(energy: Ledger) -> Element:
+    """Return the entries of an energy ledger as bars: what comes in above, where it goes below.
+
+    Examples
+    --------
+    >>> bars = draw_ledger(Ledger(actuator=3.0, gravity=1.0, impact_loss=2.5, friction_loss=1.5, kinetic_change=0.0))
+    >>> [bar.get("class") for bar in bars.iter("rect")]
+    ['bar in', 'bar in', 'bar out', 'bar out', 'bar out']
+    """
+    entries = (
+        ("actuators", energy.actuator, "in"),
+        ("gravity", energy.gravity, "in"),
+        ("impact", energy.impact_loss, "out"),
+        ("friction", energy.friction_loss, "out"),
+        ("kinetic change", energy.kinetic_change, "out"),
+    )
+    largest = max(max(abs(value) for _, value, _ in entries), 1e-12)
+    low = min(0.0, *(value for _, value, _ in entries))
+    axis = Axis(low, max(largest, low + 1e-12), float(NAMES), WIDTH - 92.0)
+    parts: list[Element] = []
+    for number, (name, value, kind) in enumerate(entries):
+        top = 6 + number * ROW + (8 if kind == "out" else 0)
+        start, end = sorted((axis(0.0), axis(value)))
+        text = f"{value + 0.0:.4g} J".replace("-", "\N{MINUS SIGN}")
+        parts += [
+            element("text", name, class_="tick end", x=NAMES - 8, y=top + 15),
+            element("rect", class_=f"bar {kind}", x=start, y=top, width=max(end - start, 1.0), height=ROW - 10),
+            element("text", text, class_="tick", x=end + 6, y=top + 15),
+        ]
+    height = 12 + len(entries) * ROW + 8
+    zero = element("path", class_="grid", d=f"M{axis(0.0):.2f} 0V{height}")
+    label = "Energy of a step: in from actuators and gravity, out by impact and friction"
+    return element("svg", zero, *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=label)
+
+
+def draw_multipliers(multipliers: Sequence[complex]) -> Element:
+    """Return multipliers in the complex plane with the unit circle; a gait is stable when all lie inside.
+
+    Examples
+    --------
+    >>> [mark.get("class") for mark in draw_multipliers([0.5, -2.0]).iter("circle")]
+    ['unit', 'multiplier inside', 'multiplier outside']
+    """
+    reach = 1.15 * min(max(1.0, *(abs(value) for value in multipliers)), LARGEST)
+    x, y = Axis(-reach, reach, 8.0, SIDE - 8.0), Axis(-reach, reach, SIDE - 8.0, 8.0)
+    axes = [
+        element("path", class_="grid", d=f"M8 {y(0):.2f}H{SIDE - 8}"),
+        element("path", class_="grid", d=f"M{x(0):.2f} 8V{SIDE - 8}"),
+        element("circle", class_="unit", cx=x(0), cy=y(0), r=x(1) - x(0)),
+        element("text", "Re", class_="tick end", x=SIDE - 8, y=y(0) - 5),
+        element("text", "Im", class_="tick", x=x(0) + 5, y=18),
+    ]
+    marks = []
+    for value in multipliers:
+        shown = value if abs(value) <= LARGEST else value / abs(value) * LARGEST
+        kind = "inside" if abs(value) < 1 else "outside"
+        mark = element("circle", class_=f"multiplier {kind}", cx=x(shown.real), cy=y(shown.imag), r=5)
+        mark.append(element("title", spell_complex(value)))
+        marks.append(mark)
+    label = f"Multipliers {', '.join(map(spell_complex, multipliers))} and the unit circle"
+    return element("svg", *axes, *marks, class_="plane", viewBox=f"0 0 {SIDE} {SIDE}", role="img", aria_label=label)
+
+
+def spell_complex(value: complex) -> str:
+    """Return a multiplier as text.
+
+    Examples
+    --------
+    >>> spell_complex(0.5 - 0.25j), spell_complex(0.5)
+    ('0.5 −0.25i', '0.5')
+    """
+    real = f"{value.real:.4g}"
+    text = real if abs(value.imag) < 1e-12 else f"{real} {value.imag:+.4g}i"
+    return text.replace("-", "\N{MINUS SIGN}")

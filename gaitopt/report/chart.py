@@ -1,0 +1,183 @@
+"""Line charts as SVG: drawn once, with a mark that a player may move along them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.model.modes import Mode
+from gaitopt.motion.motion import Array
+from gaitopt.report.markup import Element, element, points
+
+WIDTH, HEIGHT = 420, 230
+LEFT, RIGHT, TOP, BOTTOM = 54, 10, 10, 38
+"""Size of a chart and its margins [px]."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A map from numbers to pixels.
+
+    Examples
+    --------
+    >>> axis = Axis(0.0, 2.0, 100.0, 300.0)
+    >>> axis(0.5), axis.ticks(4)
+    (150.0, [0.0, 0.5, 1.0, 1.5, 2.0])
+    """
+
+    low: float
+    high: float
+    start: float
+    end: float
+
+    def __call__(self, value: float) -> float:
+        """Return the pixel of a number."""
+        return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
+
+    def ticks(self, count: int) -> list[float]:
+        """Return about `count` round numbers within the axis."""
+        rough = (self.high - self.low) / count
+        power = 10.0 ** math.floor(math.log10(rough))
+        step = next(factor * power for factor in (1, 2, 2.5, 5, 10) if factor * power >= 0.999 * rough)
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        return [round(number * step, 12) + 0.0 for number in range(first, last + 1)]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Line:
+    """A line of a chart, one piece for each phase of the step.
+
+    Attributes
+    ----------
+    label : str
+    x, y : tuple of (K,) arrays
+    """
+
+    label: str
+    x: tuple[Array, ...]
+    y: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Chart:
+    """A line chart.
+
+    Attributes
+    ----------
+    title, x_label, y_label, unit : str
+        The unit follows the value a player reads off.
+    lines : sequence of Line
+    bands : sequence of (from, to, Mode)
+        Stretches of x that are shaded.
+    limits : sequence of float
+        Levels of y marked by a dashed line.
+    closed : bool
+        Whether a dashed line joins the end of each line to its start.
+
+    Examples
+    --------
+    >>> line = Line(label="a", x=(np.array([0.0, 1.0]),), y=(np.array([0.0, 2.0]),))
+    >>> chart = Chart(title="a", x_label="time [s]", y_label="a [m]", unit="m", lines=[line])
+    >>> chart.draw().tag, chart.place(0.0, 0.0)[0]
+    ('svg', 54.0)
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    unit: str
+    lines: Sequence[Line]
+    bands: Sequence[tuple[float, float, Mode]] = ()
+    limits: Sequence[float] = ()
+    closed: bool = False
+
+    @property
+    def x_axis(self) -> Axis:
+        """The horizontal axis; time fills it to its ends."""
+        low, high = _range([x for line in self.lines for x in line.x])
+        margin = 0.05 * (high - low) if self.closed else 0.0
+        return Axis(low - margin, high + margin, float(LEFT), float(WIDTH - RIGHT))
+
+    @property
+    def y_axis(self) -> Axis:
+        """The vertical axis."""
+        low, high = _range([*(y for line in self.lines for y in line.y), np.array(self.limits, dtype=float)])
+        margin = 0.07 * (high - low)
+        return Axis(low - margin, high + margin, float(HEIGHT - BOTTOM), float(TOP))
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Return the pixels of a point of the chart."""
+        return self.x_axis(x), self.y_axis(y)
+
+    def write(self, value: float) -> str:
+        """Return a value of y with as many decimals as can be told apart in the chart."""
+        axis = self.y_axis
+        decimals = max(0, 3 - math.ceil(math.log10(axis.high - axis.low)))
+        return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
+
+    def draw(self) -> Element:
+        """Return the chart as an SVG element."""
+        x, y = self.x_axis, self.y_axis
+        marks = [element("circle", class_=f"dot line-{number}", r=5, cx=-99) for number, _ in enumerate(self.lines)]
+        cursor = None if self.closed else element("line", class_="cursor", x1=-99, x2=-99, y1=y.end, y2=y.start)
+        return element(
+            "svg",
+            *(_band(x, y, *band) for band in self.bands),
+            *_grid(x, y),
+            *(element("path", class_="limit", d=f"M{x.start} {y(level):.2f}H{x.end}") for level in self.limits),
+            *(part for number, line in enumerate(self.lines) for part in self._line(number, line)),
+            element("text", self.x_label, class_="label", x=(x.start + x.end) / 2, y=HEIGHT - 4),
+            element(
+                "text", self.y_label, class_="label", transform=f"translate(12 {(y.start + y.end) / 2}) rotate(-90)"
+            ),
+            cursor,
+            *marks,
+            viewBox=f"0 0 {WIDTH} {HEIGHT}",
+            role="img",
+            aria_label=f"{self.title}: {', '.join(line.label for line in self.lines)}",
+        )
+
+    def _line(self, number: int, line: Line) -> list[Element]:
+        pieces = [
+            [self.place(float(a), float(b)) for a, b in zip(*piece, strict=True)]
+            for piece in zip(line.x, line.y, strict=True)
+        ]
+        drawn = [element("polyline", class_=f"line line-{number}", points=points(*piece)) for piece in pieces]
+        if self.closed:
+            drawn.append(element("polyline", class_=f"jump line-{number}", points=points(pieces[-1][-1], pieces[0][0])))
+        return drawn
+
+
+def _range(arrays: Sequence[Array]) -> tuple[float, float]:
+    """Return the least and the greatest of all numbers, kept apart where they are all the same."""
+    joined = np.concatenate(arrays)
+    low, high = float(joined.min()), float(joined.max())
+    if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
+        half = 0.5 * max(abs(low), 1.0)
+        return low - half, high + half
+    return low, high
+
+
+def _band(x: Axis, y: Axis, start: float, end: float, mode: Mode) -> Element:
+    width = max(x(end) - x(start), 1.5)
+    shade = element(
+        "rect", class_=f"band {mode.name.lower()}", x=x(start), y=y.end, width=width, height=y.start - y.end
+    )
+    shade.append(element("title", mode.value))
+    return shade
+
+
+def _grid(x: Axis, y: Axis) -> list[Element]:
+    parts = []
+    for value in x.ticks(5):
+        parts.append(element("path", class_="grid", d=f"M{x(value):.2f} {y.start}V{y.end}"))
+        parts.append(element("text", _written(value), class_="tick middle", x=x(value), y=y.start + 15))
+    for value in y.ticks(4):
+        parts.append(element("path", class_="grid", d=f"M{x.start} {y(value):.2f}H{x.end}"))
+        parts.append(element("text", _written(value), class_="tick end", x=x.start - 6, y=y(value) + 4))
+    return parts
+
+
+def _written(value: float) -> str:
+    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")

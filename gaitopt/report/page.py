@@ -1,0 +1,91 @@
+"""write_report: gaits as one HTML page that needs nothing but a browser."""
+
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+
+from gaitopt import __version__
+from gaitopt.errors import InputError
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.gait import Gait
+from gaitopt.report.markup import Element, element, to_html
+from gaitopt.report.sections import comparison, gait_section
+
+
+def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "Gait report") -> Path:
+    """Write gaits as one self-contained HTML page, to look at, share and keep.
+
+    Each gait can be played and scrubbed: the walker with its contact force in the friction cone and the marks of its
+    slides, and with it a mark on every chart.  The page tells energy, multipliers (of the torques played back in open
+    loop), the resolved problem and versions; several gaits are compared in a table.  It loads nothing from the network.
+
+    Parameters
+    ----------
+    gaits : mapping of str to Gait
+        By the title of each.
+    path : str or Path
+        Usually ends in ``.html``.
+    title : str
+        Of the page.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If there are no gaits.
+    ArchiveError
+        If the file cannot be written; an older file of that name is then left as it was.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from gaitopt import load, write_report
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = write_report({"slipping": gait}, f"{folder}/report.html")
+    ...     page.read_text(encoding="utf-8").count("<section")
+    1
+    """
+    if not gaits:
+        raise InputError("A report needs at least one gait.")
+    path = Path(path)
+    text = "<!doctype html>\n" + to_html(_page(gaits, title)) + "\n"
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
+
+def read_asset(name: str) -> str:
+    """Return the text of a style sheet or script of the page."""
+    return (files("gaitopt.report") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _page(gaits: Mapping[str, Gait], title: str) -> Element:
+    names = {f"gait-{number}": name for number, name in enumerate(gaits, start=1)}
+    several = len(gaits) > 1
+    links = [element("a", title, href=f"#{name}") for name, title in names.items()]
+    body = element(
+        "body",
+        element(
+            "main",
+            element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
+            comparison(list(gaits.values()), list(gaits)) if several else None,
+            *(gait_section(gaits[title], title=title, name=name) for name, title in names.items()),
+            element("footer", f"Written by gaitopt {__version__}."),
+        ),
+        element("script", read_asset("player.js")),
+        class_="gaitopt",
+    )
+    head = element(
+        "head",
+        element("meta", charset="utf-8"),
+        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        element("meta", name="color-scheme", content="light dark"),
+        element("title", title),
+        element("link", rel="icon", href="data:,"),
+        element("style", read_asset("page.css") + read_asset("parts.css")),
+    )
+    return element("html", head, body, lang="en")

@@ -1,0 +1,109 @@
+"""The player of a gait: stage, word, controls, and the positions of every mark in every frame."""
+
+from typing import Any
+
+import numpy as np
+
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
+from gaitopt.motion.playback import Frame, Playback
+from gaitopt.report.chart import Chart, Line
+from gaitopt.report.markup import Element, data_element, element
+from gaitopt.report.stage import Stage
+
+STEPS, RATE, SLOW = 2, 60, 2.0
+"""Steps shown, frames a second, and seconds on the screen for a second of motion."""
+
+
+def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
+    """Return the player of a gait, which moves its own stage and the marks of the charts beside it.
+
+    Parameters
+    ----------
+    gait : Gait
+    charts : list of Chart
+        In the order in which they stand in the section of the player.
+    name : str
+        Unlike that of any other player of the page.
+    """
+    film = Playback(gait.motion, steps=1, rate=RATE, slow=SLOW)
+    stage = Stage(film, steps=STEPS, name=name)
+    frames = [film.frame(number) for number in range(len(film))]
+    positions = stage.frames()
+    for frame, position in zip(frames, positions, strict=True):
+        position |= {
+            "time": round(frame.time, 5),
+            "phase": frame.phase,
+            "mode": frame.mode.name.lower(),
+            "pace": f"{frame.slowness:.2g}",
+            "charts": [_marks(chart, gait, frame) for chart in charts],
+        }
+    data = {
+        "steps": STEPS,
+        "rate": RATE,
+        "period": gait.period,
+        "shift": stage.shift(),
+        "frames": positions,
+    }
+    return element(
+        "div",
+        _word(gait),
+        stage.draw(),
+        _controls(STEPS * len(frames) - 1),
+        _key(),
+        data_element(data, class_="film"),
+        class_="player",
+        role="group",
+        aria_label=f"Animation of {gait.word}",
+    )
+
+
+def _word(gait: Gait) -> Element:
+    """Return the word of the gait, each token of which lights up in its turn."""
+    tokens = [
+        element(
+            "span", mode.value.replace("-", "\N{MINUS SIGN}"), class_=f"token {mode.name.lower()}", data_phase=phase
+        )
+        for phase, mode in enumerate(gait.word.phases)
+    ]
+    impact = gait.word.impact
+    landing = element("span", impact.value.replace("-", "\N{MINUS SIGN}"), class_=f"token {impact.name.lower()} impact")
+    return element("p", *tokens, element("span", "|", class_="bar"), landing, class_="word")
+
+
+def _controls(last: int) -> Element:
+    return element(
+        "div",
+        element("button", "\N{BLACK RIGHT-POINTING TRIANGLE}", class_="play", type="button", aria_label="Play"),
+        element("input", class_="time", type="range", min=0, max=last, value=0, step=1, aria_label="Time"),
+        element("output", "", class_="stamp"),
+        class_="controls",
+    )
+
+
+def _key() -> Element:
+    parts = (("force", "contact force"), ("cone", "friction cone"), ("stance", "one leg"), ("swing", "the other leg"))
+    return element(
+        "p",
+        *(element("span", element("i", class_=f"swatch {kind}"), text) for kind, text in parts),
+        element("span", "Space plays, arrow keys step.", class_="hint"),
+        class_="key",
+    )
+
+
+def _marks(chart: Chart, gait: Gait, frame: Frame) -> list[list[Any]]:
+    """Return for each line of a chart where its mark is, and what it reads."""
+    return [_mark(chart, line, gait, frame) for line in chart.lines]
+
+
+def _mark(chart: Chart, line: Line, gait: Gait, frame: Frame) -> list[Any]:
+    x, y = (_value(gait, frame, pieces) for pieces in (line.x, line.y))
+    column, row = chart.place(x, y)
+    return [round(column, 1), round(row, 1), f"{chart.write(y)} {chart.unit}".strip()]
+
+
+def _value(gait: Gait, frame: Frame, pieces: tuple[Array, ...]) -> float:
+    """Return a sampled quantity at the time of a frame, in the phase of the frame."""
+    motion = gait.motion
+    time = frame.time + float(motion.segments[0].time[0])
+    return float(np.interp(time, motion.segments[frame.phase].time, pieces[frame.phase]))

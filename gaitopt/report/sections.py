@@ -1,0 +1,180 @@
+"""The parts of a page: a gait, a simulated walk, a periodic gait with its multipliers, a comparison."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from gaitopt.errors import InputError
+from gaitopt.motion.energy import ledger
+from gaitopt.motion.facts import describe_gait
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Motion
+from gaitopt.motion.skeleton import is_drawable
+from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
+from gaitopt.report.chart import Chart
+from gaitopt.report.markup import Element, element, table
+from gaitopt.report.panels import portraits, time_charts
+from gaitopt.report.player import make_player
+from gaitopt.simulation.simulator import Rollout
+from gaitopt.stability.assessment import assess_stability
+from gaitopt.stability.cycle import Cycle
+
+MOST_EVENTS = 40
+"""Events of a walk that are listed."""
+
+
+def gait_section(gait: Gait, *, title: str, name: str) -> Element:
+    """Return everything about a gait: player, charts, energy, multipliers, problem and versions.
+
+    Parameters
+    ----------
+    gait : Gait
+    title : str
+    name : str
+        Unlike that of any other section of the page.
+    """
+    drawable = is_drawable(gait.motion)
+    charts = [*_time_charts(gait), *portraits(gait.motion)] if drawable else []
+    warning = None if gait.status.ok else f"Not a solution ({gait.status.key}): {gait.status.hint}"
+    return element(
+        "section",
+        element("h2", title),
+        None if warning is None else element("p", warning, class_="warning"),
+        element(
+            "div",
+            make_player(gait, charts, name=name) if drawable else _nothing_to_draw(),
+            _figure("Facts", facts_table(gait)),
+            class_="top",
+        ),
+        element(
+            "div",
+            *map(chart_figure, charts),
+            *([_energy(gait.motion)] if drawable else []),
+            _stability(gait),
+            class_="grid-of-figures",
+        ),
+        _details("Problem, fully resolved", [(key, _plainly(value)) for key, value in gait.problem.items()]),
+        _details("Versions", list(gait.versions.items())),
+        class_="gait",
+        id=name,
+    )
+
+
+def gait_card(gait: Gait) -> Element:
+    """Return a gait in short: its facts, force ratio and energy."""
+    drawings = []
+    if is_drawable(gait.motion):
+        drawings = [chart_figure(_time_charts(gait)[-2]), _energy(gait.motion)]
+    return element("div", facts_table(gait), *drawings, class_="grid-of-figures")
+
+
+def walk_card(walk: Rollout) -> Element:
+    """Return a simulated walk: why it ended, its events, and its angles over time."""
+    rows = [
+        (str(event.step + 1), f"{event.time:.6f}", event.name, event.before, event.after)
+        for event in walk.events[:MOST_EVENTS]
+    ]
+    more = len(walk.events) - len(rows)
+    charts = time_charts(walk.motion, {}) if walk.motion.segments and is_drawable(walk.motion) else []
+    return element(
+        "div",
+        element("p", f"{len(walk.motion.jumps)} steps: {walk.stop.hint} (engine {walk.engine})"),
+        table(rows, ("step", "time [s]", "event", "from", "to"), name="Events"),
+        element("p", f"and {more} events more") if more > 0 else None,
+        element("div", *map(chart_figure, charts[:1]), class_="grid-of-figures"),
+    )
+
+
+def cycle_card(cycle: Cycle) -> Element:
+    """Return a periodic gait: its facts, its multipliers on the unit circle, and its energy."""
+    critical = cycle.critical_friction
+    facts = [
+        ("word", cycle.word),
+        ("stable", f"{'yes' if cycle.stable else 'no'}: largest modulus {cycle.radius:.6g}"),
+        *((name, f"{value:.9g}") for name, value in cycle.state.items()),
+        ("period", f"{cycle.period:.7g} s"),
+        ("travel", f"{cycle.travel:.7g} m"),
+        ("friction needed", "slips" if critical is None else f"{critical.friction:.6g}"),
+        ("residual", f"{cycle.residual:.1e}"),
+        ("engine", cycle.engine),
+    ]
+    return element(
+        "div",
+        table(facts, name="Facts"),
+        _figure("Multipliers", _multipliers(cycle)),
+        _figure("Energy of a period", draw_ledger(cycle.energy)),
+        class_="grid-of-figures",
+    )
+
+
+def comparison(gaits: Sequence[Gait], titles: Sequence[str]) -> Element:
+    """Return gaits side by side, one column each."""
+    columns = [dict(describe_gait(gait)) for gait in gaits]
+    names = dict.fromkeys(name for column in columns for name in column)
+    rows = [(name, *(column.get(name, "\N{EN DASH}") for column in columns)) for name in names]
+    return element(
+        "section",
+        element("h2", "Comparison"),
+        table(rows, ("", *titles), name="Comparison of gaits"),
+        class_="comparison",
+    )
+
+
+def facts_table(gait: Gait) -> Element:
+    """Return the facts of a gait as a table."""
+    return table(describe_gait(gait), name="Facts")
+
+
+def chart_figure(chart: Chart) -> Element:
+    """Return a chart with its title, and for each line its key and the value a player reads off."""
+    keys = [
+        element("span", element("i", class_=f"key-line line-{number}"), line.label, " ", element("output"))
+        for number, line in enumerate(chart.lines)
+    ]
+    return _figure(chart.title, chart.draw(), element("p", *keys, class_="key"), class_="chart")
+
+
+def _time_charts(gait: Gait) -> list[Chart]:
+    return time_charts(gait.motion, gait.problem.get("torque_limit") or {})
+
+
+def _figure(title: str, *content: Element, class_: str | None = None) -> Element:
+    return element("figure", element("figcaption", title), *content, class_=class_)
+
+
+def _energy(motion: Motion) -> Element:
+    energy = ledger(motion)
+    note = element("p", f"closes to {energy.relative_residual:.1e} of its largest entry", class_="note")
+    return _figure("Energy of the step", draw_ledger(energy), note)
+
+
+def _stability(gait: Gait) -> Element:
+    """Return the multipliers of the gait's torques played back in open loop, or why there are none."""
+    try:
+        cycle = assess_stability(gait)
+    except InputError as error:
+        return _figure("Multipliers, torques played back", element("p", f"Not assessed. {error}", class_="note"))
+    verdict = "stable" if cycle.stable else "unstable"
+    note = element("p", f"{verdict}: largest modulus {cycle.radius:.4g} (engine {cycle.engine})", class_="note")
+    title = "Multipliers, torques played back"
+    return _figure(title, _multipliers(cycle), note)
+
+
+def _multipliers(cycle: Cycle) -> Element:
+    """Return multipliers as a picture, and beside it as numbers."""
+    values = cycle.multipliers.tolist()
+    rows = [(spell_complex(value), f"{abs(value):.4g}") for value in values]
+    numbers = table(rows, ("multiplier", "modulus"), name="Multipliers")
+    return element("div", draw_multipliers(values), numbers, class_="side-by-side")
+
+
+def _nothing_to_draw() -> Element:
+    return element("p", "The last iterate is not made of numbers: there is nothing to draw.", class_="warning")
+
+
+def _details(title: str, rows: list[tuple[str, str]]) -> Element:
+    return element("details", element("summary", title), table(rows, name=title))
+
+
+def _plainly(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value)

@@ -1,0 +1,167 @@
+"""The walker on its ground as SVG, and where everything in it goes in each frame of a film."""
+
+from typing import Any
+
+import numpy as np
+
+from gaitopt.model.modes import Mode
+from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.playback import Frame, Playback
+from gaitopt.motion.skeleton import read_skeleton, tilt
+from gaitopt.report.markup import Element, element, points
+
+TALL, WIDEST, FLOOR = 360, 720, 46
+"""Height and greatest width of the picture, and the room below the ground for the labels of slides [px]."""
+
+WEIGHT_DRAWN = 0.45
+"""Length of a force as large as the weight, in heights of the walker."""
+
+
+class Stage:
+    """The picture of a step that repeats.
+
+    Parameters
+    ----------
+    film : Playback
+        Of one step.
+    steps : int
+        How often it is played; the legs swap roles each time.
+    name : str
+        Unlike that of any other stage of the page.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> film = Playback(load("docs/examples/compass_slip.h5").motion, steps=1, rate=30, slow=2.0)
+    >>> stage = Stage(film, steps=2, name="walker")
+    >>> stage.draw().tag, len(stage.frames()), len(stage.frames()[0]["links"])
+    ('svg', 61, 2)
+    """
+
+    def __init__(self, film: Playback, *, steps: int, name: str) -> None:
+        motion = film.motion
+        self._film, self._steps, self._name = film, steps, name
+        self._skeleton = read_skeleton(motion)
+        self._slope, self._friction = motion.parameters["slope"], motion.parameters["friction"]
+        self._tall = float(np.max(motion.channel("points")[1]))
+        self._newton = WEIGHT_DRAWN * self._tall / (motion.total_mass * motion.parameters["gravity"])
+        self._frame_view(motion)
+
+    @property
+    def links(self) -> tuple[tuple[int, int, str], ...]:
+        """Pairs of points joined by a line, each with the role of the line."""
+        roles = (("body", self._skeleton.body), ("swing", self._skeleton.swing), ("stance", self._skeleton.stance))
+        return tuple((a, b, role) for role, pairs in roles for a, b in pairs)
+
+    def shift(self) -> list[float]:
+        """Return by how much a step moves everything on [px]."""
+        start, end = (self._pixels(np.array([x, 0.0])) for x in (0.0, self._film.motion.travel))
+        return _rounded(end - start)
+
+    def frames(self) -> list[dict[str, Any]]:
+        """Return the pixels of everything that moves, for each frame of one step."""
+        return [self._positions(self._film.frame(number)) for number in range(len(self._film))]
+
+    def draw(self) -> Element:
+        """Return the picture in its first frame."""
+        first = self._film.frame(0)
+        here = self._positions(first)
+        foot = f"translate({here['foot'][0]} {here['foot'][1]})"
+        lines = [
+            element("line", class_=f"link {role}", x1=ends[0], y1=ends[1], x2=ends[2], y2=ends[3])
+            for (_, _, role), ends in zip(self.links, here["links"], strict=True)
+        ]
+        joints = [element("circle", class_="joint", cx=x, cy=y, r=5) for x, y in here["joints"]]
+        head = element("path", d="M0 0L7 3.5L0 7Z", class_="force-head")
+        size = {"markerWidth": 4.5, "markerHeight": 4.5, "refX": 5, "refY": 3.5}
+        marker = element("marker", head, id=f"{self._name}-arrow", viewBox="0 0 7 7", orient="auto", **size)
+        arrow = {"x1": 0, "y1": 0, "x2": here["force"][0], "y2": here["force"][1]}
+        return element(
+            "svg",
+            element("defs", marker),
+            self._ground(),
+            *(
+                self._mark(step, phase)
+                for step in range(self._steps)
+                for phase in range(len(self._film.motion.segments))
+            ),
+            element("polygon", class_="cone", points=self._wedge(), transform=foot),
+            *lines,
+            *joints,
+            element("line", class_="force", marker_end=f"url(#{self._name}-arrow)", transform=foot, **arrow),
+            element("circle", class_=f"foot {first.mode.name.lower()}", r=5.5, transform=foot),
+            class_="stage",
+            viewBox=f"0 0 {self._width} {self._height}",
+            role="img",
+            aria_label="The walker with its contact force, friction cone and the marks of its slides",
+        )
+
+    def _frame_view(self, motion: Motion) -> None:
+        """Choose scale and origin so that all steps and the force are seen."""
+        x, y = motion.channel("points")
+        low, high = float(x.min()), float(x.max()) + (self._steps - 1) * motion.travel
+        corners = tilt(np.array([[low, low, high, high], [0.0, float(y.max()), 0.0, float(y.max())]]), self._slope)
+        margin = 0.22 * self._tall
+        left, right = float(corners[0].min()) - margin, float(corners[0].max()) + margin
+        bottom, top = float(corners[1].min()), float(corners[1].max()) + 0.08 * self._tall
+        self._scale = min(WIDEST / (right - left), TALL / (top - bottom))
+        self._origin = self._scale * np.array([-left, top])
+        self._width = round(self._scale * (right - left))
+        self._height = round(self._scale * (top - bottom)) + FLOOR
+        self._ends = (low - 4 * self._tall, high + 4 * self._tall)
+
+    def _pixels(self, places: Array) -> Array:
+        """Return positions of the slope-fixed frame, shape (2, ...) [m], as pixels."""
+        level = tilt(places, self._slope)
+        return np.stack([self._origin[0] + self._scale * level[0], self._origin[1] - self._scale * level[1]])
+
+    def _positions(self, frame: Frame) -> dict[str, Any]:
+        joints = self._pixels(frame.points)
+        force = self._scale * self._newton * tilt(frame.force, self._slope)
+        return {
+            "links": [_rounded([*joints[:, a], *joints[:, b]]) for a, b, _ in self.links],
+            "joints": [_rounded(joints[:, point]) for point in self._skeleton.joints],
+            "foot": _rounded(self._pixels(frame.foot)),
+            "force": _rounded([force[0], -force[1]]),
+        }
+
+    def _ground(self) -> Element:
+        (x1, x2), (y1, y2) = self._pixels(np.array([self._ends, (0.0, 0.0)]))
+        return element("line", class_="ground", x1=round(x1, 1), y1=round(y1, 1), x2=round(x2, 1), y2=round(y2, 1))
+
+    def _wedge(self) -> str:
+        """Return the friction cone above the origin; infinite friction allows every force upward."""
+        half = min(np.arctan(self._friction), np.pi / 2)
+        angles = np.linspace(-half, half, 16)
+        rim = (
+            1.25
+            * WEIGHT_DRAWN
+            * self._tall
+            * self._scale
+            * tilt(np.stack([np.sin(angles), np.cos(angles)]), self._slope)
+        )
+        return points((0.0, 0.0), *((float(x), -float(y)) for x, y in rim.T))
+
+    def _mark(self, step: int, phase: int) -> Element | None:
+        """Return the mark of a slide: a pointer where it begins, its line to scale, and its length in words."""
+        segment = self._film.motion.segments[phase]
+        if not segment.mode.slips:
+            return None
+        start = segment.q[0, 0] + step * self._film.motion.travel
+        (x1, x2), (y1, y2) = self._pixels(np.array([[start, start + segment.slide], [0.0, 0.0]])).round(2)
+        row = sum(part.mode.slips for part in self._film.motion.segments[:phase])
+        arrow = "\N{RIGHTWARDS ARROW}" if segment.mode is Mode.SLIP_FORWARD else "\N{LEFTWARDS ARROW}"
+        text = f"{arrow} {1e3 * abs(segment.slide):.3g} mm"
+        return element(
+            "g",
+            element("line", class_="slide", x1=x1, y1=y1, x2=x2, y2=y2),
+            element("path", class_="pointer", d=f"M{x1} {y1 + 4}l-5 9h10z"),
+            element("text", text, class_="slide-label", x=x1, y=y1 + 28 + 15 * row),
+            class_=f"mark {segment.mode.name.lower()}",
+            data_step=step,
+            data_phase=phase,
+        )
+
+
+def _rounded(values: Any) -> list[float]:
+    return [round(float(value), 2) for value in values]

@@ -1,0 +1,151 @@
+"""What a report says, read without a browser."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, assess_stability, compass_biped, find_cycles, show_in_notebook, simulate, write_report
+from gaitopt.report.chart import Axis, Chart, Line
+
+VOID = {"meta", "link", "input", "br"}
+
+
+class Balanced(HTMLParser):
+    """Checks that every tag is closed in its turn, and that no id comes twice."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.ids, self.links = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.ids += [value for name, value in attrs if name == "id"]
+        self.links += [value for name, value in attrs if name in ("href", "src", "srcset")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def text(report_file):
+    return report_file.read_text(encoding="utf-8")
+
+
+def test_the_page_is_whole_small_and_needs_nothing_else(text):
+    parser = Balanced()
+    parser.feed(text)
+    assert parser.open == []
+    assert len(set(parser.ids)) == len(parser.ids)
+    assert all((link.startswith("#") and link[1:] in parser.ids) or link == "data:," for link in parser.links)
+    assert not re.search(r"https?://|@import|url\((?!#)", text)
+    assert len(text) < 1_000_000  # bytes allowed: 8 million
+
+
+def test_numbers_of_the_gait_stand_on_the_page(text, slipping):
+    for number in ("0.015859", "0.633 m/s", "slip+, impulse ratio -0.1400", "1.64 mm", slipping.versions["casadi"]):
+        assert number in text
+    assert "torque_limit" in text
+
+
+def test_multipliers_are_those_of_assess_stability(text, slipping):
+    assert f"largest modulus {assess_stability(slipping).radius:.4g}" in text
+
+
+def test_a_gait_whose_stability_cannot_be_assessed_says_why(text):
+    assert "Not assessed. No periodic gait" in text  # the example with its slide cut off repeats nowhere
+
+
+def test_a_failed_gait_is_not_shown_as_a_solution(tmp_path, infeasible, not_a_number):
+    page = write_report({"a": infeasible, "b": not_a_number}, tmp_path / "failed.html").read_text(encoding="utf-8")
+    assert page.count("Not a solution (") == 2
+    assert page.count("there is nothing to draw") == 1
+    assert "nan" not in page.replace("nan or inf", "")
+
+
+def test_positions_on_the_page_are_those_of_the_motion(text, slipping):
+    film = json.loads(re.search(r'class="film">(.*?)</script>', text).group(1))
+    frames = film["frames"]
+    legs = [np.hypot(x2 - x1, y2 - y1) for frame in frames for x1, y1, x2, y2 in frame["links"]]
+    assert np.ptp(legs) < 0.03, "both legs keep their length [px]"
+    scale = legs[0] / slipping.motion.parameters["leg_length"]
+    assert film["shift"] == pytest.approx([scale * slipping.step_length, 0], abs=0.02)
+    slide = frames[-1]["foot"][0] - frames[0]["foot"][0]
+    assert slide == pytest.approx(scale * slipping.motion.foot_slide, abs=0.02)
+    weight = slipping.motion.total_mass * slipping.motion.parameters["gravity"]
+    ratios = [frame["force"][0] / -frame["force"][1] for frame in frames]
+    assert np.max(np.abs(ratios)) == pytest.approx(0.14, abs=2e-3), "the force stays in the cone drawn"
+    vertical = slipping.motion.channel("force")[1].max() / weight
+    assert max(-frame["force"][1] for frame in frames) == pytest.approx(
+        0.45 * scale * slipping.motion.channel("points")[1].max() * vertical, rel=1e-2
+    )
+
+
+def test_a_report_needs_gaits(tmp_path):
+    with pytest.raises(InputError, match="at least one gait"):
+        write_report({}, tmp_path / "none.html")
+
+
+def test_a_walk_in_a_notebook():
+    angles, rates = [-0.147836890, -0.147836890], [0.732796791, -0.500667882]
+    ground = {"slope": np.deg2rad(1), "friction": 0.3}
+    html = show_in_notebook(simulate(compass_biped(), [0, 0, *angles], [0, 0, *rates], ground, steps=50))
+    assert "50 steps: All requested steps were walked." in html
+    assert "and 10 events more" in html
+
+
+def test_a_walk_that_fell_at_once_in_a_notebook():
+    html = show_in_notebook(simulate(compass_biped(), [0, 0, 1.6, 0], [0, 0, 1, 0], {}))
+    assert "0 steps: The walker fell." in html
+
+
+def test_a_cycle_in_a_notebook(wheel):
+    cycle = find_cycles(wheel, {"slope": np.deg2rad(13)}, starts=10)[0]
+    html = show_in_notebook(cycle)
+    assert "stick | stick" in html
+    assert html.count("multiplier inside") == 1
+    assert "0.734" in html  # beta^2 of Gamus & Or
+
+
+def test_ipython_shows_results_by_itself(slipping):
+    formatters = pytest.importorskip("IPython.core.formatters")
+
+    class Shell:
+        display_formatter = formatters.DisplayFormatter()
+
+    from gaitopt import load_ipython_extension
+
+    load_ipython_extension(Shell)
+    data, _ = Shell.display_formatter.format(slipping)
+    assert data["text/html"] == show_in_notebook(slipping)
+    assert "text/html" not in Shell.display_formatter.format(slipping.motion)[0]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ticks"),
+    [(0, 1, [0, 0.25, 0.5, 0.75, 1]), (-7, 7, [-5, 0, 5]), (0.001, 0.0034, [0.001, 0.002, 0.003])],
+)
+def test_ticks_are_round(low, high, ticks):
+    assert Axis(low, high, 0, 1).ticks(4) == ticks
+
+
+def test_a_constant_is_drawn_in_the_middle():
+    line = Line(label="a", x=(np.array([0.0, 1.0]),), y=(np.array([3.0, 3.0]),))
+    chart = Chart(title="a", x_label="x", y_label="y", unit="", lines=[line])
+    assert chart.place(0.5, 3.0)[1] == pytest.approx((chart.y_axis.start + chart.y_axis.end) / 2)
+
+
+def test_a_gait_on_a_slope_stands_on_it(tmp_path, sloping):
+    page = write_report({"a": sloping}, tmp_path / "slope.html").read_text(encoding="utf-8")
+    film = json.loads(re.search(r'class="film">(.*?)</script>', page).group(1))
+    assert film["shift"][1] / film["shift"][0] == pytest.approx(np.tan(np.deg2rad(3)), rel=1e-2)
+
+
+def test_without_friction_limit_the_cone_is_everything_above_ground(tmp_path, sticking):
+    parameters = {**sticking.motion.parameters, "friction": np.inf}
+    gait = replace(sticking, motion=replace(sticking.motion, parameters=parameters))
+    assert 'class="cone"' in write_report({"a": gait}, tmp_path / "free.html").read_text(encoding="utf-8")
