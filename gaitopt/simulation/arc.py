@@ -72,5 +72,8 @@ class Engine(Protocol):
     def sensitivity(
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
     ) -> Array:
-        """Return d y(until) / d y(clock) at fixed times, shape (n_y, n_y), without watching guards."""
+        """Return d y(until) / d y(clock) at fixed times, shape (n_y, n_y), without watching guards.
+
+        Entries are nan where the integrator cannot go on to `until`.
+        """
         ...

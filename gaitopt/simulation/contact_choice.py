@@ -1,5 +1,8 @@
 """The exact choice of the contact mode of a foot on the ground."""
 
+import math
+
+from gaitopt.errors import InputError
 from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
@@ -37,15 +40,29 @@ class ContactChoice:
         torque : (n_u,) array [N m]
         leaving : Mode, optional
             A slip mode that has just come to rest and so cannot be chosen again.
+
+        Raises
+        ------
+        InputError
+            If the foot moves despite infinite friction.
         """
         if abs(v[0]) > REST:
-            return Mode.slipping(v[0])
+            return self.slide(float(v[0]))
         tangential, normal = self._stick(q, v, torque)[1].tolist()
         return self.leave_rest(tangential, normal, leaving)
 
+    def slide(self, speed: float) -> Mode:
+        """Return the mode of a foot that moves with a speed [m/s]."""
+        if math.isinf(self.friction):
+            raise InputError(
+                "A foot with infinite friction cannot slide: its velocity (v[0], or foot_speed on the section) must be "
+                f"0, got {speed:g} m/s."
+            )
+        return Mode.slipping(speed)
+
     def leave_rest(self, tangential: float, normal: float, leaving: Mode | None = None) -> Mode:
         """Return the mode in which a foot at rest goes on, given the force (f_t, f_n) [N] that keeps it there."""
-        if abs(tangential) <= self.friction * normal or self.friction == float("inf"):
+        if abs(tangential) <= self.friction * normal or math.isinf(self.friction):
             return Mode.STICK
         chosen = Mode.slipping(-tangential)
         return Mode.STICK if chosen is leaving else chosen

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import DOP853
+from scipy.integrate import DOP853, DenseOutput
 from scipy.optimize import brentq, minimize_scalar
 
 from gaitopt.control.law import Law
@@ -17,8 +17,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Arc
 from gaitopt.simulation.closed_loop import ClosedLoop, closed_loop
-
-Dense = Callable[[float], Array]
 
 AT_ONCE = 1e-4
 """Part of a span after which the sign of a guard that starts at zero is looked at."""
@@ -71,7 +69,7 @@ class ScipyEngine:
             watch = Buffered(loop.guards, p, data)
             rates = [Buffered(f, p, data) for f in ((loop.flow, loop.energy) if record else (loop.flow,))]
             before = watch(begin, states[-1][:n_y])[0].copy()
-            for dense, span in self._steps(rates, n_y, begin, end, states[-1]):
+            for dense, span in self._spans(rates, n_y, begin, end, states[-1]):
                 y = dense(span[1])
                 now = watch(span[1], y[:n_y])[0].copy()
                 event, at = _first_event(loop, watch, dense, n_y, span, before, now)
@@ -92,33 +90,48 @@ class ScipyEngine:
     def sensitivity(
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
     ) -> Array:
-        """Integrate the variational equations; see :class:`gaitopt.simulation.arc.Engine`."""
-        loop = closed_loop(robot, mode, law.torque)
-        n_y = loop.size
-        jacobian = loop.flow.factory("flow_jacobian", ["i0", "i1", "i2", "i3"], ["jac:o0:i1"])
-        jacobian = ca.Function("dense", jacobian.sx_in(), [ca.densify(jacobian(*jacobian.sx_in()))])
-        start = np.concatenate([state, np.eye(n_y).ravel()])
-        for piece, begin, end in pieces(law, clock, until):
-            flow = Buffered(loop.flow, p, law.table[:, piece])
-            slope = Buffered(jacobian, p, law.table[:, piece])
+        """Integrate the variational equations along the very path that :meth:`flow` follows.
 
-            def rate(t: float, y: Array, flow: Buffered = flow, slope: Buffered = slope) -> Array:
-                matrix = slope(t, y[:n_y])[0].reshape(n_y, n_y).T  # CasADi stores by column
-                return np.concatenate([flow(t, y[:n_y])[0], (matrix @ y[n_y:].reshape(n_y, n_y)).ravel()])
-
-            integrator = DOP853(rate, begin, start, end, rtol=self.relative, atol=self.absolute)
-            while integrator.status == "running":
-                integrator.step()
-            start = integrator.y
-        return start[n_y:].reshape(n_y, n_y)
-
-    def _steps(
-        self, rates: list[Buffered], n_y: int, begin: float, end: float, start: Array
-    ) -> Iterator[tuple[Dense, tuple[float, float]]]:
-        """Yield the dense output of the integrator with each of the short spans its steps are divided into.
-
-        It ends early where the integrator cannot go on.
+        Where a motion creeps, its derivative grows so large that a path of other steps, within the tolerance of this
+        one, would not do.  See :class:`gaitopt.simulation.arc.Engine`.
         """
+        loop = closed_loop(robot, mode, law.torque)
+        n_y, y, matrix = loop.size, np.array(state, dtype=float), np.eye(loop.size)
+        for piece, begin, end in pieces(law, clock, until):
+            data, reached = law.table[:, piece], begin
+            slope = Buffered(_slope(loop.flow), p, data)
+            for dense in self._steps([Buffered(loop.flow, p, data)], n_y, begin, end, y):
+                matrix = self._varied(slope, dense, matrix)
+                reached, y = dense.t, dense(dense.t)
+                if not np.all(np.isfinite(matrix)):
+                    return matrix
+            if reached < end:
+                return np.full((n_y, n_y), np.nan)
+        return matrix
+
+    def _varied(self, slope: Buffered, dense: DenseOutput, matrix: Array) -> Array:
+        """Return a solution of the variational equations at the end of a step of the path; nan if there is none."""
+        shape = matrix.shape
+
+        def rate(t: float, flat: Array) -> Array:
+            return (slope(t, dense(t))[0].reshape(shape).T @ flat.reshape(shape)).ravel()  # CasADi stores by column
+
+        begin, end, options = dense.t_old, dense.t, {"rtol": self.relative, "atol": self.absolute}
+        integrator = DOP853(rate, begin, matrix.ravel(), end, first_step=end - begin, **options)
+        while integrator.status == "running":
+            integrator.step()
+        return integrator.y.reshape(shape) if integrator.status == "finished" else np.full(shape, np.nan)
+
+    def _spans(
+        self, rates: list[Buffered], n_y: int, begin: float, end: float, start: Array
+    ) -> Iterator[tuple[DenseOutput, tuple[float, float]]]:
+        """Yield the dense output of the integrator with each of the short spans its steps are divided into."""
+        for dense in self._steps(rates, n_y, begin, end, start):
+            for span in itertools.pairwise(np.linspace(dense.t_old, dense.t, self.samples + 1)):
+                yield dense, span
+
+    def _steps(self, rates: list[Buffered], n_y: int, begin: float, end: float, start: Array) -> Iterator[DenseOutput]:
+        """Yield the dense output of each step of the integrator; it ends early where the integrator cannot go on."""
 
         def rate(t: float, y: Array) -> Array:
             return np.concatenate([function(t, y[:n_y])[0] for function in rates])
@@ -130,10 +143,14 @@ class ScipyEngine:
             integrator.step()
             if integrator.status == "failed":
                 return
-            dense = integrator.dense_output()
-            grid = np.linspace(integrator.t_old, integrator.t, self.samples + 1)
-            for span in itertools.pairwise(grid):
-                yield dense, span
+            yield integrator.dense_output()
+
+
+@functools.lru_cache(maxsize=128)
+def _slope(flow: ca.Function) -> ca.Function:
+    """Return (t, y, p, data) -> derivative of a flow by y."""
+    t, y, p, data = flow.sx_in()
+    return ca.Function("slope", [t, y, p, data], [ca.densify(ca.jacobian(flow(t, y, p, data), y))])
 
 
 def pieces(law: Law, clock: float, until: float) -> Iterator[tuple[int, float, float]]:
@@ -146,7 +163,13 @@ def pieces(law: Law, clock: float, until: float) -> Iterator[tuple[int, float, f
 
 
 def _first_event(
-    loop: ClosedLoop, watch: Buffered, dense: Dense, n_y: int, span: tuple[float, float], before: Array, now: Array
+    loop: ClosedLoop,
+    watch: Buffered,
+    dense: DenseOutput,
+    n_y: int,
+    span: tuple[float, float],
+    before: Array,
+    now: Array,
 ) -> tuple[str | None, float]:
     """Return the first guard that falls through zero in a time span, given its values at both ends, and when.
 
@@ -194,7 +217,7 @@ def _dip(
     return float(found.x) if found.fun < 0 else None
 
 
-def _value(watch: Buffered, dense: Dense, n_y: int, i: int, t: float) -> float:
+def _value(watch: Buffered, dense: DenseOutput, n_y: int, i: int, t: float) -> float:
     return float(watch(t, dense(t)[:n_y])[0][i])
 
 

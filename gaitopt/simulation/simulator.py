@@ -1,6 +1,5 @@
 """simulate: event-driven walking, with the contact mode chosen by the exact rules after every event."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -15,7 +14,6 @@ from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_motion, make_segment
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.arc import Arc, Engine
-from gaitopt.simulation.contact_choice import REST
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.status import Stop
@@ -141,8 +139,6 @@ def simulate(
         raise InputError(
             f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
         )
-    if abs(v[0]) > REST and math.isinf(p[[parameter.name for parameter in robot.parameters].index("friction")]):
-        raise InputError(f"A foot with infinite friction cannot slide: its velocity v[0] must be 0, got {v[0]:g}.")
     walker = Walker(robot, law, p, engine, step_time_limit=step_time_limit, most_events=most_events)
     return record_walk(walker, np.concatenate([q, v]), steps)
 

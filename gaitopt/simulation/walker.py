@@ -104,6 +104,11 @@ class Walker:
             (q, v) after a touchdown and leg swap.
         record : bool
             Whether arcs are sampled for plots and ledgers.
+
+        Raises
+        ------
+        InputError
+            If the foot slides despite infinite friction.
         """
         n, clock = self.robot.n_q, 0.0
         state = self.begin(state)
@@ -134,7 +139,7 @@ class Walker:
         """Return the mode in which the foot goes on."""
         speed = state[self.robot.n_q]
         if abs(speed) > REST:
-            return Mode.slipping(speed)
+            return self.contact.slide(float(speed))
         self._here[0], self._here[1:] = clock, state
         piece = max(bisect_right(self._breaks, clock) - 1, 0)  # as Law.piece, but ten times faster
         tangential, normal = self._force(piece).packed(self._here).tolist()

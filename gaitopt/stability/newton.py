@@ -70,6 +70,8 @@ def find_fixed_point(returning: ReturnMap, z: Array, newton: Newton | None = Non
     gap, identity = passage.end - z, np.eye(z.size)
     for iteration in range(newton.max_iterations + 1):
         matrix, error = returning.derivative(z, passage), float(np.max(np.abs(gap)))
+        if not np.all(np.isfinite(matrix)):
+            return None
         last = iteration == newton.max_iterations or error <= ROUNDING
         try:
             direction: Array = np.asarray(np.linalg.solve(identity - matrix, gap), dtype=float)

@@ -96,6 +96,7 @@ def test_run_a_study(tmp_path):
         (["stability", WHEEL, "--set", "word=stick | fly"], "unknown mode"),
         (["simulate", WHEEL, "--state", "thd=1"], "no coordinate 'thd'"),
         (["simulate", WHEEL, "--state", "theta_rate=fast"], "NAME=NUMBER"),
+        (["simulate", WHEEL, "--set", "friction=inf", "--state", "foot_speed=0.1"], "infinite friction cannot slide"),
         (["basin", WHEEL, "--over", "theta_rate=0:1"], "NAME=FROM:TO:COUNT"),
         (["basin", WHEEL, "--over", "speed=0:1:3"], "no coordinate or parameter 'speed'"),
         (["run", WHEEL], "no function study"),

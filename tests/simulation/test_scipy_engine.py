@@ -108,3 +108,14 @@ def test_sensitivity_is_the_derivative_of_the_flow(compass, compass_p, slip_gait
         assert [end.event for end in ends] == [None, None]
         difference = (ends[0].states[:, -1] - ends[1].states[:, -1]) / 2e-5
         np.testing.assert_allclose(exact[:, j], difference, atol=2e-8)
+
+
+@pytest.mark.parametrize("torque", [lambda t, v: ca.sqrt(0.3 - t), lambda t, v: ca.sqrt(v[3])], ids=["path", "slope"])
+def test_sensitivity_of_a_motion_that_cannot_go_on_is_not_a_number(compass, compass_p, torque):
+    """The path ends at 0.3 s; the torque's slope is infinite where the swing leg is at rest."""
+    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
+    function = ca.Function("torque", [clock, q, v, data], [ca.vertcat(0, torque(clock, v))])
+    law = Law("ending", function, np.zeros(1), np.zeros((0, 1)))
+    state, engine = start([0, 0, -0.15, -0.15], [0, 0, 0.7, 0.0]), ScipyEngine(relative=1e-6, absolute=1e-8)
+    matrix = engine.sensitivity(compass, law, Mode.STICK, 0.0, state, compass_p, until=0.5)
+    assert not np.any(np.isfinite(matrix[[2, 3, 6, 7]][:, [2, 3, 6, 7]]))

@@ -144,3 +144,13 @@ def test_wheel_critical_friction(cycle):
     assert gait.critical_friction.friction == pytest.approx(0.914, abs=5e-4)  # Gamus & Or (2015)
     assert gait.critical_friction.state[2] == pytest.approx(math.pi / 10, abs=1e-9)  # at the end of the step
     assert gait.impact_ratio == pytest.approx(-0.2374, abs=5e-5)
+
+
+def test_multiplier_of_a_wheel_that_only_just_rolls_over(cycle):
+    """Type D 1e-6 above its least friction creeps over its spoke, where neighbouring motions part a million times."""
+    parameters = {**WHEEL, "friction": 0.0799653719}
+    gait = cycle(rimless_wheel(), parameters, [1.146228, 2.5])
+    assert gait.word == "slip+ | slip+"
+    assert gait.period > 4 * NATURAL_TIME
+    numerical = central_differences(rimless_wheel(), parameters, gait, step=1e-6)
+    assert gait.multipliers[0] == pytest.approx(numerical[0, 0], abs=1e-6)

@@ -102,6 +102,11 @@ def test_wrong_axes_are_named(axes, message):
         basin(rimless_wheel(), WHEEL, axes)
 
 
+def test_a_slide_despite_infinite_friction_is_refused():
+    with pytest.raises(InputError, match="infinite friction cannot slide"):
+        basin(rimless_wheel(), WHEEL, {"theta_rate": [2.0]}, base={"foot_speed": 0.1})
+
+
 def test_file_of_another_law_is_not_gone_on_with(tmp_path):
     robot, path = rimless_wheel(), tmp_path / "basin.h5"
     basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path)
