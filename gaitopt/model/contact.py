@@ -38,11 +38,11 @@ def accelerations(mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX)
         inner = solve_symmetric(mass_matrix[2:, 2:], drive[2:])
         acceleration = ca.vertcat(ca.SX.zeros(2), inner)
         return acceleration, mass_matrix[:2, 2:] @ inner - drive[:2]
-    slide = mode.sign * friction
-    # Angles first, as functions of the foot's acceleration a_x; then one scalar equation for a_x.
-    row = mass_matrix[0, :] + slide * mass_matrix[1, :]
+    # Angles first, as functions of the foot's acceleration; then one scalar equation for that.
     both = solve_symmetric(mass_matrix[2:, 2:], ca.horzcat(drive[2:], mass_matrix[2:, 0]))
     at_rest, per_foot = both[:, 0], both[:, 1]
+    slide = mode.sign * friction
+    row = mass_matrix[0, :] + slide * mass_matrix[1, :]
     load = drive[0] + slide * drive[1] - row[2:] @ at_rest
     foot = load / (row[0] - row[2:] @ per_foot)
     acceleration = ca.vertcat(foot, 0, at_rest - per_foot * foot)
@@ -50,9 +50,22 @@ def accelerations(mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX)
     return acceleration, ca.vertcat(-slide * normal, normal)
 
 
-def foot_mobility(mass_matrix: ca.SX, jacobian: ca.SX) -> ca.SX:
-    """Return J M^-1 J^T, shape (2, 2): foot velocity change per unit impulse [1/kg]."""
-    return jacobian @ solve_symmetric(mass_matrix, jacobian.T)
+def sliding_inertia(mass_matrix: ca.SX, friction: ca.SX) -> ca.SX:
+    """Return the share of the mass that resists a push of a foot sliding forward, and backward, shape (2, 1).
+
+    It is the push along the ground per acceleration of the foot, while friction follows the normal force, over the
+    total mass: with S the inverse of the foot's mobility W M^-1 W^T, (S_tt + s mu S_tn) / M_tt for s = +1 and -1.
+    As S is positive definite this has the sign of
+
+        w_n M^-1 (w_n - s mu w_t)^T
+
+    so slip is well posed while it is positive; otherwise it is Painleve's paradox.
+    """
+    per_foot, shares = solve_symmetric(mass_matrix[2:, 2:], mass_matrix[2:, 0]), []
+    for slide in (friction, -friction):
+        row = mass_matrix[0, :] + slide * mass_matrix[1, :]
+        shares.append((row[0] - row[2:] @ per_foot) / mass_matrix[0, 0])
+    return ca.vertcat(*shares)
 
 
 def solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:
@@ -61,14 +74,3 @@ def solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:
     Expanding by minors, as CasADi does for small systems, loses the square of the mass ratio in digits for light legs.
     """
     return ca.ldl_solve(right, *ca.ldl(ca.densify(matrix)))
-
-
-def wellposedness(mobility: ca.SX, friction: ca.SX) -> ca.SX:
-    """Return w_n M^-1 (w_n - s mu w_t)^T for s = +1 and -1, shape (2, 1).
-
-    Slip with sign s is well posed while its entry is positive; otherwise it is Painleve's paradox.
-    """
-    return ca.vertcat(
-        mobility[1, 1] - friction * mobility[1, 0],
-        mobility[1, 1] + friction * mobility[1, 0],
-    )

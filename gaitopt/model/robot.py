@@ -82,7 +82,7 @@ class Robot:
     acceleration : mode -> ((q, v, u, p) -> acceleration (n_q), force (2))
     energy : (q, v, p) -> kinetic, potential [J]
     momentum : (q, v, p) -> linear (2), angular (1), total_mass (1)
-    wellposed : (q, p) -> (2), positive where slip+ / slip- is well posed
+    wellposed : (q, p) -> (2), share of the mass that resists slip+ / slip-, positive where that slip is well posed
     landing : (q, v, p) -> position (2), velocity (2), jacobian (2, n_q) of the landing foot
     impact : (q, v_minus, v_plus, impulse, p) -> momentum residual (n_q), landing-foot velocity after (2)
     collision : (q, v, p) -> landing-foot velocity (2), its mobility (2, 2), rates per unit impulse (n_q, 2)
@@ -240,7 +240,6 @@ def assemble(
 
     qp, qvp = {"q": q, "p": p}, {"q": q, "v": v, "p": p}
     rate = ca.jacobian(touchdown, q) @ v
-    mobility = contact.foot_mobility(parts.mass_matrix, ca.SX.eye(n)[:2, :])
     spread = contact.solve_symmetric(parts.mass_matrix, landing_jacobian.T)
     residual = parts.mass_matrix @ (w - v) - landing_jacobian.T @ impulse
     acceleration = {}
@@ -267,7 +266,7 @@ def assemble(
             qvp,
             {"linear": parts.momentum, "angular": parts.angular_momentum, "total_mass": parts.total_mass},
         ),
-        wellposed=function("wellposed", qp, {"indicator": contact.wellposedness(mobility, friction)}),
+        wellposed=function("wellposed", qp, {"share": contact.sliding_inertia(parts.mass_matrix, friction)}),
         landing=function(
             "landing",
             qvp,

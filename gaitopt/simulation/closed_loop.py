@@ -51,15 +51,15 @@ def paradox_guard(wellposed: Any, mode: Mode) -> Any:
     """Return what stays positive while a slip mode is well posed; works on symbols and on numbers.
 
     Near Painleve's paradox the contact force grows without bound and an integrator would creep for ever, so the guard
-    falls through zero a little before: where the foot's normal mobility is 1e-6 of what it is without friction.
+    falls through zero a little before: where the share of the mass that resists the slide is down to 1e-6.
 
     Parameters
     ----------
     wellposed : SX or array, shape (2,)
-        Output of ``robot.wellposed``: for slip+ and slip-; their mean is the mobility without friction.
+        Output of ``robot.wellposed``: for slip+ and slip-.
     mode : Mode
     """
-    return wellposed[0 if mode.sign > 0 else 1] - 1e-6 * (wellposed[0] + wellposed[1]) / 2
+    return wellposed[0 if mode.sign > 0 else 1] - 1e-6
 
 
 @functools.lru_cache(maxsize=128)

@@ -1,4 +1,4 @@
-"""Painleve's paradox: the normal mobility of a sliding foot against the rod on a rough floor, by hand."""
+"""Painleve's paradox: what resists a sliding foot, against the rod on a rough floor, by hand."""
 
 import dataclasses
 
@@ -15,10 +15,10 @@ def indicator(robot, hand, q):
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.4, 3.0])
-def test_indicator_is_the_normal_mobility_of_a_sliding_foot(wheel, rng, mu):
+def test_indicator_is_the_mass_that_resists_a_push_of_a_sliding_foot(wheel, rng, mu):
     hand = HandWheel(kappa=0.1, mu=mu)
     for theta in rng.uniform(-hand.half, hand.half, 20):
-        expected = [hand.normal_mobility(theta, sign) for sign in (1, -1)]
+        expected = [hand.push(theta, sign) for sign in (1, -1)]
         np.testing.assert_allclose(indicator(wheel, hand, [0, 0, theta]), expected, rtol=1e-10, atol=1e-12)
 
 

@@ -49,8 +49,16 @@ class HandWheel:
         load = [s * rate**2 + np.sin(self.slope), c * rate**2 - np.cos(self.slope), 0.0, 0.0]
         return np.linalg.solve(matrix, load)
 
-    def normal_mobility(self, theta, sign):
-        """Normal acceleration of the foot for a unit normal force on a foot that slides with this sign."""
+    def push(self, theta, sign):
+        """Return the force along the ground per acceleration of a foot that slides with this sign."""
         s, c = np.sin(theta), np.cos(theta)
-        turning = (s - c * (-sign * self.mu)) / self.kappa
-        return 1.0 + s * turning
+        # As in `motion`, at rest and weightless, with a unit force at the foot besides that of the contact.
+        matrix = np.array(
+            [
+                [1.0, c, -1.0, 0.0],
+                [0.0, -s, 0.0, -1.0],
+                [0.0, self.kappa, c, -s],
+                [0.0, 0.0, 1.0, sign * self.mu],
+            ]
+        )
+        return 1 / np.linalg.solve(matrix, [1.0, 0.0, -c, 0.0])[0]
