@@ -15,6 +15,13 @@ class Mode(Enum):
     free      above the ground                                       f = 0
     ========  =====================================================  ===================
 
+    Attributes
+    ----------
+    sign : int
+        Sign of the foot's tangential velocity: +1, -1, or 0 when it does not slip.
+    slips : bool
+        Whether the foot slides on the ground.
+
     Examples
     --------
     >>> Mode("slip+").sign, Mode.STICK.sign
@@ -26,15 +33,9 @@ class Mode(Enum):
     SLIP_BACKWARD = "slip-"
     FREE = "free"
 
-    @property
-    def sign(self) -> int:
-        """Sign of the foot's tangential velocity: +1, -1, or 0 when it does not slip."""
-        return {Mode.SLIP_FORWARD: 1, Mode.SLIP_BACKWARD: -1}.get(self, 0)
-
-    @property
-    def slips(self) -> bool:
-        """Whether the foot slides on the ground."""
-        return self.sign != 0
+    def __init__(self, spelling: str) -> None:
+        self.sign = {"slip+": 1, "slip-": -1}.get(spelling, 0)
+        self.slips = self.sign != 0
 
     @staticmethod
     def slipping(sign: float) -> "Mode":
