@@ -132,7 +132,7 @@ class Walker:
                 state[n] = 0.0
                 mode = self._choose(clock, state, leaving=mode)
             else:
-                mode = Mode(arc.event)
+                mode = Mode(str(arc.event))
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
 
     def _choose(self, clock: float, state: Array, leaving: Mode | None = None) -> Mode:
