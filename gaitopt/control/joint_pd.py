@@ -47,25 +47,24 @@ def joint_pd(
     ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']
     """
     plan, n_u = reference(robot, motion), robot.n_u
-    limits = torque_limits(robot, torque_limit)
-    data = ca.SX.sym("data", plan.size + 2 * n_u + limits.size)
-    gains = data[plan.size : plan.size + 2 * n_u]
+    data = ca.SX.sym("data", plan.size + 2 * n_u)
+    gains = data[plan.size :]
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
         desired = plan.desired(clock, data)
         error, rate = (joints(robot, of) for of in (q[2:] - desired.angles, v[2:] - desired.rates))
-        demand = desired.torque - gains[:n_u] * error - gains[n_u:] * rate
-        return limited(demand, data[plan.size + 2 * n_u :])
+        return desired.torque - gains[:n_u] * error - gains[n_u:] * rate
 
     names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
-    values = np.concatenate([np.full(n_u, float(stiffness)), np.full(n_u, float(damping)), limits])
-    return Law(
+    values = np.concatenate([np.full(n_u, float(stiffness)), np.full(n_u, float(damping))])
+    law = Law(
         "pd",
         torque_function(robot, data, torque),
         plan.breakpoints,
         np.vstack([plan.table, np.tile(values[:, None], plan.breakpoints.size)]),
         {name: plan.size + i for i, name in enumerate(names)},
     )
+    return limited(law, torque_limits(robot, torque_limit))
 
 
 def joints(robot: Robot, angles: ca.SX) -> ca.SX:

@@ -38,6 +38,8 @@ class Law:
         Rows of the table that hold a gain, the same in every piece.
     hold : (q, v, data (n_d)) -> (n_h) Function or None
         Values held over a step, from the state after the touchdown and the first column of the table.
+    demand : Function or None
+        What `torque` would be without its limits, which are the last rows of the table.
 
     Examples
     --------
@@ -53,11 +55,13 @@ class Law:
     table: Array = field(repr=False)
     gains: Mapping[str, int] = field(default_factory=dict, repr=False)
     hold: ca.Function | None = field(default=None, repr=False)
+    demand: ca.Function | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "torque", _shared(self.torque.serialize()))
-        if self.hold is not None:
-            object.__setattr__(self, "hold", _shared(self.hold.serialize()))
+        for name in ("hold", "demand"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _shared(getattr(self, name).serialize()))
 
     def piece(self, clock: float) -> int:
         """Return the number of the piece a clock time lies in."""
@@ -142,12 +146,12 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     return Law("feedforward", function, time, np.vstack([time, torque, slope]))
 
 
-def demanded(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> ca.SX:
-    """Return the torque of a law's Function in a state y = (q, v, held)."""
-    n, held = torque.size1_in(1), held_size(torque)
-    extra = (y[2 * n :], slide) if torque.n_in() > 4 else ()
-    assert y.numel() == 2 * n + held
-    return torque(clock, y[:n], y[n : 2 * n], data, *extra)
+def demanded(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> tuple[ca.SX, ca.SX]:
+    """Return the torque of a law's Function in a state y = (q, v, held), and the switches some have besides."""
+    n = torque.size1_in(1)
+    extra = [y[2 * n :], slide] if torque.n_in() > 4 else []
+    outputs = torque.call([clock, y[:n], y[n : 2 * n], data, *extra])
+    return outputs[0], outputs[1] if len(outputs) > 1 else ca.SX(0, 1)
 
 
 def held_size(torque: ca.Function) -> int:

@@ -1,14 +1,25 @@
-"""Torque limits of a law."""
+"""Torque limits of a law.
 
+Where a torque meets its limit it has a kink, which an integrator should not step over.  So a law with limits can also
+be written with the *side* of each actuator as a number: 0 where it gives what is demanded, 1 or -1 where it is held at
+a limit.
+"""
+
+import functools
 from collections.abc import Mapping
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.law import Law
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import Parameter
+
+UNLIMITED = 1e9
+"""Limit [N m] of an actuator without one, beside others that have one."""
 
 
 def torque_limits(robot: Robot, given: float | Mapping[str, float]) -> Array:
@@ -29,9 +40,48 @@ def torque_limits(robot: Robot, given: float | Mapping[str, float]) -> Array:
         )
         for name in robot.actuators
     ]
-    return np.array(values) if np.any(np.isfinite(values)) else np.zeros(0)
+    return np.minimum(values, UNLIMITED) if np.any(np.isfinite(values)) else np.zeros(0)
 
 
-def limited(torque: ca.SX, limits: ca.SX) -> ca.SX:
-    """Return a torque within its limits, shape (n_u, 1); none where `limits` is empty."""
-    return ca.fmin(ca.fmax(torque, -limits), limits) if limits.numel() else torque
+def limited(law: Law, limits: Array) -> Law:
+    """Return a law whose torque keeps within limits [N m], shape (n_u,); the law itself where `limits` is empty."""
+    if not limits.size:
+        return law
+    inputs = law.torque.sx_in()
+    rows = ca.SX.sym("limits", limits.size)
+    wider = [*inputs[:3], ca.vertcat(inputs[3], rows), *inputs[4:]]
+    demand = law.torque.call(inputs)[0]
+    return replace(
+        law,
+        torque=ca.Function("torque", wider, [ca.fmin(ca.fmax(demand, -rows), rows)]),
+        table=np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)]),
+        demand=ca.Function("demand", wider, [demand]),
+        hold=law.hold and _wider_hold(law.hold, rows),
+    )
+
+
+def _wider_hold(hold: ca.Function, rows: ca.SX) -> ca.Function:
+    q, v, data = hold.sx_in()
+    return ca.Function("hold", [q, v, ca.vertcat(data, rows)], [hold(q, v, data)])
+
+
+@functools.lru_cache(maxsize=128)
+def by_sides(demand: ca.Function) -> ca.Function:
+    """Return the torque of a law with limits, and what stays positive while no actuator changes its side.
+
+    Its data are those of `demand` followed by the side of each actuator.
+
+    Parameters
+    ----------
+    demand : Function
+        As in :class:`gaitopt.control.law.Law`.
+    """
+    inputs, n_u = demand.sx_in(), demand.size1_out(0)
+    side, limits = ca.SX.sym("side", n_u), inputs[3][-n_u:]
+    value = demand.call(inputs)[0]
+    free, held = 1 - side**2, side**2
+    torque = free * value + side * limits
+    beyond = free * (limits - value) + held * (side * value - limits)
+    below = free * (limits + value) + held
+    wider = [*inputs[:3], ca.vertcat(inputs[3], side), *inputs[4:]]
+    return ca.Function("by_sides", wider, [torque, ca.vertcat(beyond, below)])

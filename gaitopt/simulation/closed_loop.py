@@ -19,6 +19,10 @@ STICK_GUARDS = ("lift-off", "slip+", "slip-", "touchdown", "fall")
 """Guards in order; where several fall through zero at once, the first counts."""
 
 
+SWITCH = "switch "
+"""How the names of guards begin at which not the contact but the law changes its form."""
+
+
 @dataclass(frozen=True, eq=False)
 class ClosedLoop:
     """The flow and the guards of one contact mode under one form of law.
@@ -70,7 +74,7 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
     t, y = ca.SX.sym("t"), ca.SX.sym("y", 2 * n + held)
     p, data = ca.SX.sym("p", len(robot.parameters)), ca.SX.sym("data", torque.size1_in(3))
     q, v = y[:n], y[n : 2 * n]
-    u = demanded(torque, t, y, data, mode.sign)
+    u, switches = demanded(torque, t, y, data, mode.sign)
     acceleration, force = robot.acceleration[mode](q, v, u, p)
     loss = -force[0] * v[0] if mode.slips else 0
     guard, _, armed = robot.touchdown(q, v, p)
@@ -82,7 +86,8 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
         share = 1 / (1 + friction)
         tangential, normal = share * force[0], (1 - share) * force[1]
         own = [force[1], normal + tangential, normal - tangential]
-    guards = ca.vertcat(*own, guard, robot.upright(q, p))
+    guards = ca.vertcat(*own, guard, robot.upright(q, p), switches)
+    names = SLIP_GUARDS if mode.slips else STICK_GUARDS
     moving = [*([0] if mode.slips else []), *range(2, n)]
 
     def function(name: str, *outputs: ca.SX) -> ca.Function:
@@ -90,10 +95,18 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
 
     return ClosedLoop(
         mode=mode,
-        guard_names=SLIP_GUARDS if mode.slips else STICK_GUARDS,
+        guard_names=(*names, *(f"{SWITCH}{i}" for i in range(switches.numel()))),
         active=tuple(moving + [n + i for i in moving]),
         size=2 * n + held,
         flow=function("flow", ca.vertcat(v, acceleration, ca.SX.zeros(held))),
         energy=function("energy", ca.vertcat(u * robot.joint_rates(q, v, p), loss)),
         guards=function("guards", guards, armed),
     )
+
+
+@functools.lru_cache(maxsize=128)
+def demand_of(torque: ca.Function, mode: Mode) -> ca.Function:
+    """Return (clock, y, data) -> torque of a law in a contact mode."""
+    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * torque.size1_in(1) + held_size(torque))
+    data = ca.SX.sym("data", torque.size1_in(3))
+    return ca.Function("demand", [clock, y, data], [ca.densify(demanded(torque, clock, y, data, mode.sign)[0])])

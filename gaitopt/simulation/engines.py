@@ -25,7 +25,7 @@ def default_engine(law: Law | None = None) -> Engine:
     >>> default_engine().name in ("heyoka", "scipy")
     True
     """
-    if find_spec("heyoka") and (law is None or can_follow(law.torque)):
+    if find_spec("heyoka") and (law is None or can_follow(law.demand or law.torque)):
         return HeyokaEngine()
     return ScipyEngine()
 

@@ -11,7 +11,6 @@ from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Arc
 from gaitopt.simulation.heyoka_phase import Phase, phase_of
 from gaitopt.simulation.heyoka_programs import recording, varying
-from gaitopt.simulation.scipy_engine import pieces
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,12 +60,17 @@ class HeyokaEngine:
         here[0], here[1:] = clock, state
         tape = _Tape(phase, self.tolerance, self.samples) if record else None
         piece, event = phase.piece(clock), None
+        phase.take_sides(piece)
         while event is None and here[0] < until:
             began = here.copy() if record else here
             event, steps = phase.run(piece, phase.end(piece, until), first=here[0] == clock)
             if tape is not None:
-                tape.add(piece, began, here, steps)
-            piece += 1
+                tape.add(phase.column(piece), began, here, steps)
+            if phase.switch(event):
+                event = None
+            else:
+                piece += 1
+                phase.take_sides(piece)
         if tape is not None:
             return tape.arc(event)
         ends = np.empty((2, len(state)))
@@ -77,11 +81,12 @@ class HeyokaEngine:
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
     ) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.arc.Engine`."""
-        program = varying(robot, mode, law.torque, self.tolerance)
+        phase = phase_of(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode)
+        program = varying(robot, mode, phase.torque, self.tolerance)
         n, y = len(program.entries), np.array(state, dtype=float)
         program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
-        for piece, begin, end in pieces(law, clock, until):
-            program.numbers[:] = program.row(p, law.table[:, piece], y)
+        for column, begin, end in phase.stretches(clock, y, until):
+            program.numbers[:] = program.row(p, column, y)
             program.integrator.time = begin
             program.integrator.propagate_until(end)
         # Entries at rest drift at their own constant rate, which is zero here but may be varied.
@@ -97,19 +102,19 @@ class _Tape:
 
     def __init__(self, phase: Phase, tolerance: float, samples: int) -> None:
         self._phase, self._samples, here = phase, samples, phase.here
-        self._program = recording(phase.robot, phase.loop.mode, phase.law.torque, tolerance)
+        self._program = recording(phase.robot, phase.loop.mode, phase.torque, tolerance)
         self._times, self._states = [here[:1].copy()], [here[1:, None].copy()]
         self._energies = [np.zeros((phase.robot.n_u + 1, 1))]
 
-    def add(self, piece: int, start: Array, end: Array, steps: int) -> None:
-        """Add a stretch of one piece of the law between two (clock, state), which took some Taylor steps."""
+    def add(self, column: Array, start: Array, end: Array, steps: int) -> None:
+        """Add a stretch between two (clock, state) with its data, which took some Taylor steps."""
         program, n, reached = self._program, len(self._program.entries), self._energies[-1][:, -1]
         # However short a stretch, its work counts; in a very short one, samples between its ends would coincide.
         count = self._samples * steps if end[0] - start[0] > 1e-9 else 1
         grid = np.linspace(start[0], end[0], 1 + count)
         states, energies = (np.tile(part[:, None], grid.size) for part in (start[1:], reached))
         if end[0] > start[0]:
-            program.numbers[:] = program.row(self._phase.p, self._phase.law.table[:, piece], start[1:])
+            program.numbers[:] = program.row(self._phase.p, column, start[1:])
             program.state[:n], program.state[n:] = start[1:][program.entries], reached
             program.integrator.time = start[0]
             values = program.integrator.propagate_grid(grid)[-1].T

@@ -8,22 +8,27 @@ start unless it counts.
 
 import functools
 from bisect import bisect_right
+from collections.abc import Iterator
 
 import numpy as np
 
 from gaitopt.control.law import Law
+from gaitopt.control.limits import by_sides
 from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import closed_loop
+from gaitopt.simulation.closed_loop import SWITCH, closed_loop, demand_of
 from gaitopt.simulation.heyoka_expressions import heyoka_module
 from gaitopt.simulation.heyoka_programs import watching
+from gaitopt.simulation.scipy_engine import pieces
 
 ZERO = 1e-9
 """A guard this little below zero at the start was put there by rounding; whether it falls decides."""
 TOUCHING = 1e-13
 """A touchdown guard this near zero at the start means that both feet are on the ground."""
+MOST_SWITCHES = 20
+"""How often the torque may meet or leave its limits at one instant."""
 PATIENCE = 10_000
 """Taylor steps after which an integrator must show that it gets on."""
 
@@ -43,6 +48,8 @@ class Phase:
 
     Attributes
     ----------
+    torque : Function
+        The law's; of a law with limits, the one whose kinks are switches.
     loop : ClosedLoop
     here : (1 + n_y,) array
         Clock [s] and state, for :meth:`run` to change.
@@ -50,14 +57,18 @@ class Phase:
 
     def __init__(self, robot: Robot, law: Law, mode: Mode, p: Array, tolerance: float, compact_mode: bool) -> None:
         self.robot, self.law, self.p = robot, law, p
-        self.loop = closed_loop(robot, mode, law.torque)
+        self.torque = law.torque if law.demand is None else by_sides(law.demand)
+        self.loop = closed_loop(robot, mode, self.torque)
         self.here = np.zeros(1 + self.loop.size)
-        self._program = watching(robot, mode, law.torque, tolerance, compact_mode)
+        self._program = watching(robot, mode, self.torque, tolerance, compact_mode)
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
         self._breaks = law.breakpoints.tolist()
-        self._watches: dict[int, Buffered] = {}
-        self._rows: dict[int, Array] = {}
+        self._demand = None if law.demand is None else Buffered(demand_of(law.demand, mode))
+        self._sides: tuple[float, ...] = ()
+        self._switched, self._repeats = np.nan, 0
+        self._watches: dict[tuple[int, tuple[float, ...]], Buffered] = {}
+        self._rows: dict[tuple[int, tuple[float, ...]], Array] = {}
         outcomes = heyoka_module().taylor_outcome
         self._in_time, self._stuck = int(outcomes.time_limit), int(outcomes.step_limit)
 
@@ -68,6 +79,60 @@ class Phase:
     def end(self, piece: int, until: float) -> float:
         """Return when a piece of the law ends, `until` at the latest."""
         return min(until, self._breaks[piece + 1]) if piece + 1 < len(self._breaks) else until
+
+    def column(self, piece: int) -> Array:
+        """Return the data in force in a piece of the law: its column of the table, and the sides of the actuators."""
+        column = self.law.table[:, piece]
+        return np.append(column, self._sides) if self._sides else column
+
+    def take_sides(self, piece: int) -> None:
+        """Find out which actuators a law with limits holds at a limit here."""
+        if self._demand is not None:
+            piece = min(piece, len(self._breaks) - 1)
+            column = self.law.table[:, piece]
+            demand = self._demand(self.here[0], self.here[1:], column)[0]
+            limits = column[-demand.size :]
+            self._sides = tuple(np.where(np.abs(demand) > limits, np.sign(demand), 0.0).tolist())
+
+    def switch(self, event: str | None) -> bool:
+        """Change the side of an actuator if that is what an event asks for, and return whether it was.
+
+        Raises
+        ------
+        ArithmeticError
+            If the sides change again and again at one instant.
+        """
+        if event is None or not event.startswith(SWITCH):
+            return False
+        sides = list(self._sides)
+        number = int(event.removeprefix(SWITCH))
+        actuator, beyond = number % len(sides), number < len(sides)
+        sides[actuator] = 0.0 if sides[actuator] else 1.0 if beyond else -1.0
+        self._sides = tuple(sides)
+        self._repeats = self._repeats + 1 if self.here[0] == self._switched else 0
+        self._switched = self.here[0]
+        if self._repeats > MOST_SWITCHES:
+            raise ArithmeticError("The torque meets its limit again and again at one instant.")
+        return True
+
+    def stretches(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float]]:
+        """Yield the data in force in each stretch between two clock times, with its begin and end."""
+        if self._demand is None:
+            for piece, begin, end in pieces(self.law, clock, until):
+                yield self.law.table[:, piece], begin, end
+            return
+        here, piece, event = self.here, self.piece(clock), None
+        here[0], here[1:] = clock, state
+        self.take_sides(piece)
+        while event is None and here[0] < until:
+            column, begin = self.column(piece), here[0]
+            event, _ = self.run(piece, self.end(piece, until), first=begin == clock)
+            yield column, begin, here[0]
+            if self.switch(event):
+                event = None
+            else:
+                piece += 1
+                self.take_sides(piece)
 
     def run(self, piece: int, end: float, *, first: bool) -> tuple[str | None, int]:
         """Integrate over one piece of the law, or until a guard falls through zero.
@@ -143,14 +208,16 @@ class Phase:
             here[0], y[program.entries] = integrator.time, program.state
 
     def _watch(self, piece: int) -> Buffered:
-        if piece not in self._watches:
-            self._watches[piece] = Buffered(self.loop.guards, self.p, self.law.table[:, piece])
-        return self._watches[piece]
+        key = piece, self._sides
+        if key not in self._watches:
+            self._watches[key] = Buffered(self.loop.guards, self.p, self.column(piece))
+        return self._watches[key]
 
     def _row(self, piece: int, y: Array) -> Array:
-        if piece not in self._rows or self._program.rest_matters:
-            self._rows[piece] = self._program.row(self.p, self.law.table[:, piece], y)
-        return self._rows[piece]
+        key = piece, self._sides
+        if key not in self._rows or self._program.rest_matters:
+            self._rows[key] = self._program.row(self.p, self.column(piece), y)
+        return self._rows[key]
 
 
 @functools.lru_cache(maxsize=128)

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, demanded, held_size
+from gaitopt.control.law import Law, held_size
 from gaitopt.model.buffered import Buffered
 from gaitopt.model.impact import Impact, solve_impact
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Arc, Engine
+from gaitopt.simulation.closed_loop import demand_of
 from gaitopt.simulation.contact_choice import REST, ContactChoice
 from gaitopt.status import Stop
 
@@ -77,7 +78,7 @@ class Walker:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
         self.step_time_limit, self.most_events = step_time_limit, most_events
         self.contact = ContactChoice(robot, p)
-        self._torque: dict[Mode, Buffered] = {mode: Buffered(_demand(law.torque, mode)) for mode in Mode}
+        self._torque: dict[Mode, Buffered] = {mode: Buffered(demand_of(law.torque, mode)) for mode in Mode}
         self._hold = None if law.hold is None else Buffered(law.hold, law.table[:, 0])
         self._force = functools.cache(self._resting_force)
         self._breaks = law.breakpoints.tolist()
@@ -164,16 +165,8 @@ class Walker:
 @functools.lru_cache(maxsize=128)
 def _resting_force(robot: Robot, torque: ca.Function) -> ca.Function:
     """Return (clock, y, p, data) -> force that keeps a foot at rest under a law."""
-    demand = _demand(torque, Mode.STICK)
+    demand = demand_of(torque, Mode.STICK)
     clock, y, data = demand.sx_in()
     p, n = ca.SX.sym("p", len(robot.parameters)), robot.n_q
     _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], demand(clock, y, data), p)
     return ca.Function("resting_force", [clock, y, p, data], ca.cse([force]))
-
-
-@functools.lru_cache(maxsize=128)
-def _demand(torque: ca.Function, mode: Mode) -> ca.Function:
-    """Return (clock, y, data) -> torque of a law in a contact mode."""
-    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * torque.size1_in(1) + held_size(torque))
-    data = ca.SX.sym("data", torque.size1_in(3))
-    return ca.Function("demand", [clock, y, data], [ca.densify(demanded(torque, clock, y, data, mode.sign))])
