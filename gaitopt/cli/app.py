@@ -31,6 +31,7 @@ for command in (
     commands.plot,
     commands.animate,
     commands.report,
+    commands.export,
     commands.problems,
     walking.simulate,
     walking.stability,

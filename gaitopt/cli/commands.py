@@ -11,6 +11,10 @@ from gaitopt.errors import InputError
 from gaitopt.progress import Iteration
 
 GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A gait written by 'gaitopt solve'.")]
+RobotScript = Annotated[
+    Path | None,
+    typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, for one not in the catalogue."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no table.")]
 
@@ -88,10 +92,7 @@ def show(file: GaitFile, json: Json = False) -> None:
 
 def verify(
     file: GaitFile,
-    problem: Annotated[
-        Path | None,
-        typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, for one not in the catalogue."),
-    ] = None,
+    problem: RobotScript = None,
     json: Json = False,
 ) -> None:
     """Replay a saved gait's torques in the event-driven simulator and compare with the plan.
@@ -188,6 +189,40 @@ def report(
     check_writable(path)
     gaits = {name: load(file) for name, file in zip(names, files, strict=True)}
     print_written(write_report(gaits, path, title=title))
+
+
+def export(
+    file: GaitFile,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="CSV/JSON/C", help="Where to write; the suffix says what.")
+    ],
+    problem: RobotScript = None,
+) -> None:
+    """Write a gait for other programs: .csv trajectories, .json torque table, .c dynamics and controller.
+
+    The gait file itself is HDF5, which MATLAB, Julia and others read as it is (docs/file_format.md).
+
+    Example: gaitopt export compass_slip.h5 -o walk.csv
+    """
+    from gaitopt.cli.script import build_problem
+    from gaitopt.control.law import feedforward
+    from gaitopt.export.c_code import write_c
+    from gaitopt.export.csv_file import write_csv
+    from gaitopt.export.torque_table import write_torques
+    from gaitopt.model.catalogue import robot_named
+    from gaitopt.motion.archive import load
+    from gaitopt.motion.atomic import checked_suffix
+
+    suffix = checked_suffix(output, {".csv": "trajectories", ".json": "torque table", ".c": "dynamics and controller"})
+    gait = load(file)
+    if suffix == ".csv":
+        written = write_csv(gait.motion, output)
+    elif suffix == ".json":
+        written = write_torques(gait.motion, output)
+    else:
+        robot = build_problem(problem, []).robot if problem else robot_named(gait.robot)
+        written = write_c(robot, feedforward(robot, gait.motion), gait.motion.parameters, output)
+    print_written(written)
 
 
 def problems(

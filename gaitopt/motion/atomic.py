@@ -1,12 +1,12 @@
-"""Files written whole or not at all."""
+"""Files written whole or not at all, in a format that their suffix names."""
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from gaitopt.errors import ArchiveError
+from gaitopt.errors import ArchiveError, InputError
 
 
 @contextmanager
@@ -43,6 +43,32 @@ def replacing(path: str | Path) -> Iterator[Path]:
 def check_writable(path: str | Path) -> None:
     """Raise ArchiveError if a file could not be written at `path`, before any work is done for it."""
     _temporary(Path(path)).unlink()
+
+
+def checked_suffix(path: Path, kinds: Mapping[str, str]) -> str:
+    """Return the suffix of a path in lower case, or raise InputError that names the possible ones.
+
+    Parameters
+    ----------
+    path : Path
+    kinds : mapping of str to str
+        What may be written: suffix with its dot, and a word on it.
+
+    Examples
+    --------
+    >>> checked_suffix(Path("gait.PNG"), {".png": "image"})
+    '.png'
+    >>> checked_suffix(Path("gait.bmp"), {".png": "image"})
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: Cannot write gait.bmp: the suffix '.bmp' names no known format. Use .png (image).
+    """
+    suffix = path.suffix.lower()
+    if suffix in kinds:
+        return suffix
+    possible = ", ".join(f"{kind} ({word})" for kind, word in kinds.items())
+    wrong = f"the suffix {suffix!r} names no known format" if suffix else "the file name has no suffix"
+    raise InputError(f"Cannot write {path}: {wrong}. Use {possible}.")
 
 
 def _temporary(path: Path) -> Path:

@@ -8,11 +8,10 @@ from tempfile import TemporaryFile
 import numpy as np
 
 from gaitopt.errors import ArchiveError, InputError
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import checked_suffix, replacing
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.playback import Playback
 from gaitopt.motion.skeleton import is_drawable
-from gaitopt.plot.saving import checked_suffix
 from gaitopt.plot.stage import Picture, draw_pictures
 from gaitopt.plot.style import SETTINGS
 

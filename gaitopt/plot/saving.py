@@ -1,11 +1,9 @@
 """Figures saved to files, whole or not at all."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitopt.errors import InputError
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import checked_suffix, replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,29 +47,3 @@ def save_figure(figure: "Figure", path: str | Path) -> Path:
     with replacing(path) as temporary:
         figure.savefig(temporary, format=suffix[1:], dpi=DOTS_PER_INCH)
     return path
-
-
-def checked_suffix(path: Path, kinds: Mapping[str, str]) -> str:
-    """Return the suffix of a path in lower case, or raise InputError that names the possible ones.
-
-    Parameters
-    ----------
-    path : Path
-    kinds : mapping of str to str
-        What may be written: suffix with its dot, and a word on it.
-
-    Examples
-    --------
-    >>> checked_suffix(Path("gait.PNG"), {".png": "image"})
-    '.png'
-    >>> checked_suffix(Path("gait.bmp"), {".png": "image"})
-    Traceback (most recent call last):
-    ...
-    gaitopt.errors.InputError: Cannot write gait.bmp: the suffix '.bmp' names no known format. Use .png (image).
-    """
-    suffix = path.suffix.lower()
-    if suffix in kinds:
-        return suffix
-    possible = ", ".join(f"{kind} ({word})" for kind, word in kinds.items())
-    wrong = f"the suffix {suffix!r} names no known format" if suffix else "the file name has no suffix"
-    raise InputError(f"Cannot write {path}: {wrong}. Use {possible}.")

@@ -1,0 +1,1 @@
+"""Results for other programs: trajectories as CSV, torques and gains as JSON, dynamics and controller as C."""

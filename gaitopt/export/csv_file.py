@@ -1,0 +1,83 @@
+"""write_csv: a motion as a table that any program reads."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.motion import Array, Motion, Segment
+
+
+def write_csv(motion: Motion, path: str | Path) -> Path:
+    """Write the trajectories of a motion as a table: a line for each sample, a column for each quantity.
+
+    Columns are named by quantity and unit such as ``th1_rad`` or ``hip_torque_Nm``, in letters that MATLAB's
+    ``readtable`` and Julia's ``CSV.jl`` take as they are.  Each phase has its own first and last sample, so a time
+    comes twice where a phase ends and the next begins.  Numbers have all their digits.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of a gait or of a simulated walk.
+    path : str or Path
+        Usually ends in ``.csv``.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the motion has no samples.
+    ArchiveError
+        If the file cannot be written; an older file of that name is then left as it was.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from gaitopt import load, write_csv
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = write_csv(load("docs/examples/compass_slip.h5").motion, f"{folder}/gait.csv")
+    ...     path.read_text(encoding="utf-8")[:44]
+    'step,mode,time_s,x_m,y_m,th1_rad,th2_rad,x_r'
+    """
+    if not motion.segments:
+        raise InputError("There is nothing to write: the motion stopped at its very start.")
+    path = Path(path)
+    header = ["step", "mode", *(name for name, _ in _columns(motion, motion.segments[0]))]
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(header) + "\n")
+        for segment in motion.segments:
+            values = np.array([row for _, row in _columns(motion, segment)])
+            start = f"{segment.step},{segment.mode.value},"
+            file.writelines(start + ",".join(map(repr, sample.tolist())) + "\n" for sample in values.T)
+    return path
+
+
+def _columns(motion: Motion, segment: Segment) -> Iterator[tuple[str, Array]]:
+    """Yield the name and the samples of each quantity."""
+    yield "time_s", segment.time
+    places = (("x", "m"), ("y", "m"), *((name, "rad") for name in motion.angles))
+    for (name, unit), row in zip(places, segment.q, strict=True):
+        yield f"{name}_{unit}", row
+    for (name, unit), row in zip(places, segment.v, strict=True):
+        yield f"{name}_rate_{unit}_per_s", row
+    for kind, unit, rows in (
+        ("torque", "Nm", segment.torque),
+        ("power", "W", segment.power),
+        ("work", "J", segment.work),
+    ):
+        for name, row in zip(motion.actuators, rows, strict=True):
+            yield f"{name}_{kind}_{unit}", row
+    yield "tangential_force_N", segment.force[0]
+    yield "normal_force_N", segment.force[1]
+    yield "friction_work_J", segment.friction_work
+    yield "kinetic_J", segment.kinetic
+    yield "potential_J", segment.potential
+    for number, name in enumerate(motion.points):
+        label = name.replace(" ", "_")
+        yield f"{label}_x_m", segment.points[0, number]
+        yield f"{label}_y_m", segment.points[1, number]

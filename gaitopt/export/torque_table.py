@@ -1,0 +1,89 @@
+"""write_torques: the torques of a gait and the gains of a law as JSON, for a controller of one's own."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaitopt import __version__
+from gaitopt.control.law import Law
+from gaitopt.errors import InputError
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.motion import Motion
+from gaitopt.motion.summary import plain
+
+FORMAT, VERSION = "gaitopt torques", 1
+
+
+def write_torques(motion: Motion, path: str | Path, *, law: Law | None = None) -> Path:
+    """Write the first step of a motion as a table of torques and reference states over the time since touchdown.
+
+    Torques are linear between samples.  Where a time comes twice, a phase ends and the next begins, and a torque may
+    jump.
+
+    Parameters
+    ----------
+    motion : Motion
+    path : str or Path
+        Usually ends in ``.json``.
+    law : Law, optional
+        A feedback law about this motion, whose gains are written too.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the motion has no actuators or no samples.
+    ArchiveError
+        If the file cannot be written; an older file of that name is then left as it was.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from gaitopt import load, write_torques
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = write_torques(load("docs/examples/compass_slip.h5").motion, f"{folder}/torques.json")
+    ...     table = json.loads(path.read_text(encoding="utf-8"))
+    >>> list(table["torque"]), table["torque_unit"], table["time"][0]
+    (['ankle', 'hip'], 'N m', 0.0)
+    """
+    if not motion.actuators or not motion.segments:
+        raise InputError("There are no torques to write: the motion has no actuators or no samples.")
+    path = Path(path)
+    text = json.dumps(_table(motion, law), indent=1, allow_nan=False)
+    with replacing(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+    return path
+
+
+def _table(motion: Motion, law: Law | None) -> dict[str, Any]:
+    first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
+    time, torque, q, v = (
+        np.concatenate([getattr(segment, name) for segment in first], axis=-1) for name in ("time", "torque", "q", "v")
+    )
+    data: dict[str, Any] = {
+        "format": FORMAT,
+        "format_version": VERSION,
+        "gaitopt": __version__,
+        "word": str(motion.word(first[0].step) or ""),
+        "parameters": motion.parameters,
+        "time_unit": "s",
+        "time": (time - time[0]).tolist(),
+        "mode": [segment.mode.value for segment in first for _ in segment.time],
+        "torque_unit": "N m",
+        "torque": dict(zip(motion.actuators, torque.tolist(), strict=True)),
+        "angle_unit": "rad",
+        "angle": dict(zip(motion.angles, q[2:].tolist(), strict=True)),
+        "rate_unit": "rad/s",
+        "rate": dict(zip(motion.angles, v[2:].tolist(), strict=True)),
+        "foot_speed_unit": "m/s",
+        "foot_speed": v[0].tolist(),
+        "law": None if law is None else law.name,
+        "gains": {} if law is None else law.gain_values,
+    }
+    checked: dict[str, Any] = plain(data)
+    return checked

@@ -1,0 +1,29 @@
+"""gaitopt export."""
+
+import json
+
+import pytest
+
+
+def test_the_suffix_says_what_is_written(command, slip_file, folder):
+    for name in ("walk.csv", "walk.json", "walk.c"):
+        run = command("export", slip_file, "-o", name)
+        assert run.status == 0
+        assert run.out == f"wrote {name}\n"
+    assert (folder / "walk.csv").read_text(encoding="utf-8").startswith("step,mode,time_s,")
+    assert json.loads((folder / "walk.json").read_text(encoding="utf-8"))["format"] == "gaitopt torques"
+    assert "walk_control" in (folder / "walk.h").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("-o", "walk.mat"), "Use .csv (trajectories), .json (torque table), .c (dynamics and controller)"),
+        (("-o", "nowhere/walk.csv"), "does not exist"),
+        ((), "Missing option"),
+    ],
+)
+def test_mistakes(command, slip_file, arguments, message):
+    run = command("export", slip_file, *arguments)
+    assert run.status == 2
+    assert message in run.err

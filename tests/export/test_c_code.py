@@ -1,0 +1,138 @@
+"""C code, compiled and run beside the Functions it was made from."""
+
+import ctypes
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, Mode, feedforward, joint_pd, passive, write_c
+
+CC = shutil.which("cc") or shutil.which("gcc")
+compiled = pytest.mark.skipif(CC is None, reason="needs a C compiler on the PATH (Debian: apt-get install gcc)")
+
+
+def build(robot, law, parameters, folder, name):
+    """Return the compiled library of a robot and a law, without one warning of the compiler."""
+    source = write_c(robot, law, parameters, folder / f"{name}.c")
+    library = folder / f"{name}.so"
+    flags = ["-std=c99", "-O1", "-Wall", "-Wpedantic", "-Werror", "-shared", "-fPIC"]
+    subprocess.run([CC, *flags, str(source), "-o", str(library), "-lm"], check=True, capture_output=True, text=True)
+    return ctypes.CDLL(str(library))
+
+
+def pointer(values):
+    return np.ascontiguousarray(values, dtype=float).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def call(function, inputs, sizes):
+    """Return the outputs of a C function, flat and column by column."""
+    given = [np.array(value, dtype=float) for value in inputs]
+    outputs = [np.full(size, np.nan) for size in sizes]
+    function.restype = None
+    function(*map(pointer, given), *[output.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for output in outputs])
+    return outputs
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory, compass, slip_gait):
+    law = feedforward(compass, slip_gait.motion)
+    return build(compass, law, slip_gait.motion.parameters, tmp_path_factory.mktemp("c"), "walker")
+
+
+@compiled
+@pytest.mark.parametrize("mode", list(Mode))
+def test_accelerations_and_forces_are_those_of_the_model(library, compass, slip_gait, rng, mode):
+    p = compass.vector(slip_gait.motion.parameters)
+    function = getattr(library, f"walker_acceleration_{mode.name.lower()}")
+    for _ in range(20):
+        q, v, u = rng.uniform(-1, 1, 4), rng.uniform(-2, 2, 4), rng.uniform(-6, 6, 2)
+        ours = call(function, (q, v, u, p), (4, 2))
+        expected = [np.asarray(part).ravel() for part in compass.acceleration[mode](q, v, u, p)]
+        for our, their in zip(ours, expected, strict=True):
+            assert our == pytest.approx(their, rel=1e-13, abs=1e-13)
+
+
+@compiled
+def test_matrices_come_column_by_column(library, compass, slip_gait, rng):
+    p = compass.vector(slip_gait.motion.parameters)
+    q, v = rng.uniform(-1, 1, 4), rng.uniform(-2, 2, 4)
+    mass, bias, actuation = call(library.walker_dynamics, (q, v, p), (16, 4, 8))
+    expected = compass.dynamics(q, v, p)
+    assert mass.reshape(4, 4, order="F") == pytest.approx(np.asarray(expected[0]), abs=1e-14)
+    assert bias == pytest.approx(np.asarray(expected[1]).ravel(), abs=1e-13)
+    assert actuation.reshape(4, 2, order="F") == pytest.approx(np.asarray(expected[2]))
+
+
+@compiled
+def test_parameters_are_in_the_library(library, compass, slip_gait):
+    inside = (ctypes.c_double * len(compass.parameters)).in_dll(library, "walker_parameters")
+    assert list(inside) == compass.vector(slip_gait.motion.parameters).tolist()
+
+
+def torque_of(library, prefix, clock, q, v):
+    torque = np.full(2, np.nan)
+    control = getattr(library, f"{prefix}_control")
+    control.restype = None
+    control(
+        ctypes.c_double(clock),
+        pointer(q),
+        pointer(v),
+        None,
+        ctypes.c_double(0),
+        torque.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
+    )
+    return torque
+
+
+@compiled
+def test_the_controller_plays_the_torques_back(library, compass, slip_gait, rng):
+    law = feedforward(compass, slip_gait.motion)
+    q, v = rng.uniform(-1, 1, 4), rng.uniform(-2, 2, 4)
+    clocks = [-0.1, 0.0, *rng.uniform(0, slip_gait.period, 50), *law.breakpoints[:5], 10.0]
+    for clock in clocks:
+        expected = np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)])).ravel()
+        assert torque_of(library, "walker", clock, q, v) == pytest.approx(expected, rel=1e-13, abs=1e-13)
+
+
+@compiled
+def test_a_feedback_law_sees_the_state(tmp_path, compass, slip_gait, rng):
+    law = joint_pd(compass, slip_gait.motion, stiffness=20, damping=5, torque_limit=6)
+    library = build(compass, law, slip_gait.motion.parameters, tmp_path, "fed_back")
+    for _ in range(20):
+        clock, q, v = rng.uniform(0, 0.8), rng.uniform(-0.3, 0.3, 4), rng.uniform(-1, 1, 4)
+        expected = np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)])).ravel()
+        assert torque_of(library, "fed_back", clock, q, v) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@compiled
+def test_a_robot_without_actuators(tmp_path, wheel):
+    library = build(wheel, passive(wheel), {"slope": 0.2}, tmp_path, "wheel")
+    p = wheel.vector(wheel.resolve({"slope": 0.2}))  # friction is infinite here
+    q, v = [0, 0, 0.1], [0, 0, 0.9]
+    ours = call(library.wheel_acceleration_stick, (q, v, [], p), (3, 2))
+    expected = wheel.acceleration[Mode.STICK](q, v, [], p)
+    assert ours[0] == pytest.approx(np.asarray(expected[0]).ravel(), rel=1e-13)
+
+
+@compiled
+def test_the_header_serves_cpp(tmp_path, compass, slip_gait):
+    write_c(compass, feedforward(compass, slip_gait.motion), slip_gait.motion.parameters, tmp_path / "gait.c")
+    program = tmp_path / "main.cpp"
+    program.write_text('#include <cstddef>\n#include "gait.h"\nint main() { return gait_parameters[0] > 0 ? 0 : 1; }\n')
+    compiler = shutil.which("c++") or shutil.which("g++")
+    if compiler is None:
+        pytest.skip("needs a C++ compiler")
+    subprocess.run([compiler, "-fsyntax-only", "-Wall", "-Werror", str(program)], check=True)
+
+
+@pytest.mark.parametrize("name", ["gait.txt", "2steps.c", "my-gait.c", "größe.c"])
+def test_a_name_that_c_cannot_have(tmp_path, compass, name):
+    with pytest.raises(InputError, match=r"needs a file such as gait\.c"):
+        write_c(compass, passive(compass), {}, tmp_path / name)
+
+
+def test_a_law_of_another_robot(tmp_path, compass, wheel):
+    with pytest.raises(InputError, match="does not belong"):
+        write_c(compass, passive(wheel), {}, tmp_path / "gait.c")
