@@ -42,6 +42,8 @@ _PUBLIC = {
     "gaitopt.parameters": ("Parameter",),
     "gaitopt.plot.animation": ("animate",),
     "gaitopt.plot.gait_figure": ("plot_gait",),
+    "gaitopt.plot.saving": ("save_figure",),
+    "gaitopt.plot.style": ("FigureStyle",),
     "gaitopt.progress": ("Iteration",),
     "gaitopt.report.notebook": ("show_in_notebook",),
     "gaitopt.report.page": ("write_report",),

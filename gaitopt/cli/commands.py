@@ -122,17 +122,21 @@ def plot(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="Where to draw. [FILE.png]")
     ] = None,
+    width: Annotated[float, typer.Option(min=2.5, max=20, help="Inches: 3.5 for a column of a journal.")] = 7.2,
+    font_size: Annotated[float, typer.Option(min=4, max=20, help="Points, of axis labels.")] = 8.5,
+    title: Annotated[bool, typer.Option("--title/--no-title", help="Whether the figure says what it shows.")] = True,
 ) -> None:
     """Draw a gait: stick figures, angles, torques, force ratio against the friction cone, foot speed.
 
-    Example: gaitopt plot compass_slip.h5 -o slip.pdf
+    Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
     from gaitopt.motion.archive import load
     from gaitopt.plot.gait_figure import plot_gait
     from gaitopt.plot.saving import save_figure
+    from gaitopt.plot.style import FigureStyle
 
-    gait = load(file)
-    print_written(save_figure(plot_gait(gait), output or Path(f"{file.stem}.png")))
+    figure = plot_gait(load(file), style=FigureStyle(width=width, font_size=font_size, titled=title))
+    print_written(save_figure(figure, output or Path(f"{file.stem}.png")))
 
 
 def animate(

@@ -37,6 +37,11 @@ class Mode(Enum):
         self.sign = {"slip+": 1, "slip-": -1}.get(spelling, 0)
         self.slips = self.sign != 0
 
+    @property
+    def label(self) -> str:
+        """How figures spell it: with a true minus sign, which is easier to see than a hyphen."""
+        return self.value.replace("-", "\N{MINUS SIGN}")
+
     @staticmethod
     def slipping(sign: float) -> "Mode":
         """Return the slip mode whose foot velocity has this sign."""

@@ -13,7 +13,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.playback import Playback
 from gaitopt.motion.skeleton import is_drawable
 from gaitopt.plot.stage import Picture, draw_pictures
-from gaitopt.plot.style import SETTINGS
+from gaitopt.plot.style import FigureStyle
 
 FrameObserver = Callable[[int, int], object]
 
@@ -78,7 +78,7 @@ def animate(
     # A GIF holds a frame for whole hundredths of a second, and viewers take fewer than two for a mistake.
     rate = 100 / max(2, round(100 / fps)) if suffix == ".gif" else float(fps)
     film = Playback(gait.motion, steps=steps, rate=rate, slow=slow)
-    with replacing(path) as temporary, rc_context(SETTINGS):
+    with replacing(path) as temporary, rc_context(FigureStyle().settings):
         pictures = _observed(draw_pictures(gait, film), len(film), observer)
         if suffix == ".gif":
             _write_gif(pictures, rate, temporary)

@@ -10,15 +10,18 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.skeleton import is_drawable
 from gaitopt.plot import panels
-from gaitopt.plot.stick_figures import draw_stick_figures
-from gaitopt.plot.style import MODE_FILL, MODE_HATCH, SETTINGS, WARNING, spell
+from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
+from gaitopt.plot.style import MODE_FILL, MODE_HATCH, WARNING, FigureStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH, HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 7.2, 8.6, 1.6, 0.65
-"""In inches; the width is that of the text of a page."""
+HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
+"""In inches."""
+
+NARROW, NARROW_HEIGHT, FEW_INSTANTS = 5.0, 8.4, 5
+"""Below this width [inch], a column: no enlargements, fewer stick figures, and keys above their panels."""
 
 ROWS: dict[str, Callable[["Axes", Gait], None]] = {
     "angles": panels.draw_angles,
@@ -30,7 +33,7 @@ ENLARGED = ("force ratio", "foot speed")
 """Rows drawn again over short slip phases."""
 
 
-def plot_gait(gait: Gait, *, title: str | None = None) -> "Figure":
+def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None = None) -> "Figure":
     """Draw a gait: its step as stick figures; angles, torques, force ratio in the friction cone, and foot speed.
 
     Slip phases are shaded, and enlarged beside the time axis where they are too short to be read.  A gait that is not
@@ -41,11 +44,13 @@ def plot_gait(gait: Gait, *, title: str | None = None) -> "Figure":
     gait : Gait
     title : str, optional
         First line of the title; by default the name of the problem.
+    style : FigureStyle, optional
+        Such as ``FigureStyle(width=3.5, titled=False)`` for a column of a journal, which has no room for enlargements.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Not tied to any window: save it with :func:`gaitopt.plot.saving.save_figure`, or show it as the last line of a
+        Not tied to any window: save it with :func:`gaitopt.save_figure`, or show it as the last line of a
         notebook cell (after ``%matplotlib inline``).
 
     Examples
@@ -59,17 +64,21 @@ def plot_gait(gait: Gait, *, title: str | None = None) -> "Figure":
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    with rc_context(SETTINGS):
-        warned = not gait.status.ok
-        figure = Figure(figsize=(WIDTH, HEIGHT + warned * WARNING_HEIGHT), layout=ConstrainedLayoutEngine(hspace=0.05))
-        figure.suptitle(_describe(gait, title), linespacing=1.4)
+    style = style or FigureStyle()
+    warned, narrow = not gait.status.ok, style.width < NARROW
+    above = TITLE_HEIGHT if style.titled else TITLE_HEIGHT / 2
+    height = (NARROW_HEIGHT if narrow else HEIGHT) + warned * WARNING_HEIGHT + above - TITLE_HEIGHT
+    with rc_context(style.settings):
+        figure = Figure(figsize=(style.width, height), layout=ConstrainedLayoutEngine(hspace=0.05))
+        if style.titled:
+            figure.suptitle(_describe(gait, title), linespacing=1.4)
         grid = figure.add_gridspec(2 + warned, 1)
         if warned:
             _warn(figure.add_subplot(grid[0], label="warning"), gait)
         if is_drawable(gait.motion):
-            stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), gait.motion)
-            _draw_panels(figure, grid[-1], gait)
-            heights = [WARNING_HEIGHT, stick_height, HEIGHT - stick_height - TITLE_HEIGHT]
+            stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), gait.motion, style.width)
+            (_draw_column if narrow else _draw_panels)(figure, grid[-1], gait)
+            heights = [WARNING_HEIGHT, stick_height, height - warned * WARNING_HEIGHT - stick_height - above]
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
             figure.text(0.5, 0.5, "The last iterate is not made of numbers: there is nothing to draw.", ha="center")
@@ -108,11 +117,28 @@ def _warn(axes: "Axes", gait: Gait) -> None:
     axes.axis("off")
 
 
-def _draw_top(axes: "Axes", motion: Motion) -> float:
+def _draw_top(axes: "Axes", motion: Motion, width: float) -> float:
     """Draw the stick figures; return the height they need to fill the width [inch]."""
-    draw_stick_figures(axes, motion)
+    draw_stick_figures(axes, motion, FEW_INSTANTS if width < NARROW else INSTANTS)
     shape = np.ptp(axes.get_ylim()) / np.ptp(axes.get_xlim())
-    return float(np.clip(WIDTH * shape, 1.0, 2.4))
+    return float(np.clip(width * shape, 1.0, 2.4))
+
+
+def _draw_column(figure: "Figure", place: Any, gait: Gait) -> None:
+    """Draw the panels below one another, their keys above them."""
+    grid = place.subgridspec(len(ROWS), 1)
+    panels_drawn: list[Axes] = []
+    for row, (name, draw) in enumerate(ROWS.items()):
+        axes = figure.add_subplot(grid[row, 0], sharex=panels_drawn[0] if panels_drawn else None, label=name)
+        panels_drawn.append(axes)
+        draw(axes, gait)
+        panels.shade_slips(axes, gait.motion)
+        axes.tick_params(labelbottom=row == len(ROWS) - 1)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(loc="lower right", bbox_to_anchor=(1, 0.94), ncols=4, borderaxespad=0.2, columnspacing=1.0)
+    axes.set_xlabel("time [s]")
+    axes.set_xlim(gait.motion.segments[0].time[0], gait.motion.segments[-1].time[-1])
+    figure.align_ylabels(panels_drawn)
 
 
 def _draw_panels(figure: "Figure", place: Any, gait: Gait) -> None:
@@ -160,7 +186,7 @@ def _draw_key(key: "Axes", axes: "Axes", motion: Motion | None) -> None:
     for mode in dict.fromkeys(part.mode for part in motion.segments if part.mode.slips) if motion else ():
         color = MODE_FILL[mode]
         handles.append(Patch(facecolor=(color, 0.3), edgecolor=color, hatch=MODE_HATCH[mode]))
-        labels.append(f"{spell(mode)} phase")
+        labels.append(f"{mode.label} phase")
     if handles:
         legend = key.legend(handles, labels, loc="upper left", borderaxespad=0, handlelength=2.2)
         legend.set_in_layout(False)

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array, Motion, Segment
-from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, line_style, spell
+from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, line_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -110,7 +110,7 @@ def shade_slips(axes: "Axes", motion: Motion, *, hatched: bool = True) -> None:
 
 def name_enlargement(axes: "Axes", phase: Segment) -> None:
     """Write above an axes which phase it enlarges, where the key of the panel above leaves room."""
-    text = f"{spell(phase.mode)} enlarged\n{1e3 * phase.duration:.3g} ms"
+    text = f"{phase.mode.label} enlarged\n{1e3 * phase.duration:.3g} ms"
     style: dict[str, Any] = {"color": MODE_INK[phase.mode], "ha": "right", "va": "bottom"}
     axes.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", **style).set_in_layout(False)
 
@@ -120,7 +120,7 @@ def name_phases(axes: "Axes", motion: Motion) -> None:
     start, period = float(motion.segments[0].time[0]), motion.period
     rows: list[float] = []
     for segment in motion.segments:
-        name = spell(segment.mode)
+        name = segment.mode.label
         half = _LETTER * len(name) / 2
         middle = ((segment.time[0] + segment.time[-1]) / 2 - start) / period
         middle = float(np.clip(middle, half, 1 - half))

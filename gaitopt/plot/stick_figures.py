@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.motion.skeleton import Links, read_skeleton, tilt
-from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, SECOND_LEG, spell
+from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, SECOND_LEG
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +56,7 @@ def choose_instants(motion: Motion, count: int = INSTANTS) -> list[Instant]:
     return [Instant(segment, int(np.argmin(np.abs(segment.time - time)))) for time, segment in chosen]
 
 
-def draw_stick_figures(axes: "Axes", motion: Motion) -> None:
+def draw_stick_figures(axes: "Axes", motion: Motion, count: int = INSTANTS) -> None:
     """Draw a step as a row of stick figures on its slope, with time stamps and the slides of the stance foot.
 
     Parameters
@@ -64,8 +64,10 @@ def draw_stick_figures(axes: "Axes", motion: Motion) -> None:
     axes : matplotlib.axes.Axes
     motion : Motion
         Its points must be finite.
+    count : int
+        How many figures.
     """
-    instants = choose_instants(motion)
+    instants = choose_instants(motion, count)
     slope = motion.parameters["slope"]
     spacing = _spacing(instants)
     shifts = spacing * np.arange(len(instants), dtype=float)
@@ -73,7 +75,7 @@ def draw_stick_figures(axes: "Axes", motion: Motion) -> None:
         _draw_walker(axes, motion, instant, shift, slope)
     _draw_ground(axes, instants, shifts, slope)
     _draw_labels(axes, motion, instants, shifts, slope)
-    _draw_key(axes)
+    _draw_key(axes, columns=2 if count == INSTANTS else 1)
     axes.set_aspect("equal")
     axes.margins(0.01, 0.03)
     axes.axis("off")
@@ -136,14 +138,14 @@ def _draw_labels(axes: "Axes", motion: Motion, instants: Sequence[Instant], shif
         if segment.mode.slips and id(segment) not in named:
             named.add(id(segment))
             arrow = "\N{RIGHTWARDS ARROW}" if segment.mode.sign > 0 else "\N{LEFTWARDS ARROW}"
-            text = f"{arrow} {spell(segment.mode)}\n{abs(1e3 * segment.slide):.3g} mm"
+            text = f"{arrow} {segment.mode.label}\n{abs(1e3 * segment.slide):.3g} mm"
             axes.annotate(text, (x, y), (0, -17), fontsize=8, color=MODE_INK[segment.mode], weight="bold", **below)
 
 
-def _draw_key(axes: "Axes") -> None:
+def _draw_key(axes: "Axes", columns: int) -> None:
     """Name the legs above the figures, and say that their distances are not the walker's."""
     from matplotlib.lines import Line2D
 
     legs = [Line2D([], [], color=FIRST_LEG, linewidth=2.6), Line2D([], [], color=SECOND_LEG, linewidth=1.3)]
     names = ["stance leg", "swing leg (instants drawn side by side)"]
-    axes.legend(legs, names, loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, borderaxespad=0)
+    axes.legend(legs, names, loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, borderaxespad=0)

@@ -1,37 +1,16 @@
-"""Colours, line styles and settings every drawing shares; nothing here touches matplotlib's global settings."""
+"""Colours, line styles and sizes every drawing shares; nothing here touches matplotlib's global settings."""
 
 import re
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from gaitopt.model.modes import Mode
+from gaitopt.parameters import Parameter
 
-SETTINGS: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.5,
-    "axes.titlesize": 8.5,
-    "axes.labelsize": 8.5,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
-    "legend.fontsize": 8,
-    "legend.frameon": False,
-    "figure.titlesize": 9.5,
-    "figure.facecolor": "white",
-    "axes.facecolor": "white",
-    "axes.edgecolor": "0.3",
-    "axes.linewidth": 0.7,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.unicode_minus": True,
-    "grid.color": "0.9",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 1.5,
-    "hatch.linewidth": 0.5,
-    "pdf.fonttype": 42,
-    "svg.fonttype": "path",
-}
-"""For ``matplotlib.rc_context``, whose type differs between versions of matplotlib."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart; dashes tell the lines apart in grey print.
 LINES = (("#0072B2", "-"), ("#D55E00", (0, (5, 1.5))), ("#009E73", (0, (5, 1.5, 1, 1.5))), ("#CC79A7", (0, (1, 1))))
@@ -58,6 +37,104 @@ MODE_INK = {Mode.SLIP_FORWARD: "#8F4A00", Mode.SLIP_BACKWARD: "#00598C", Mode.ST
 MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK: "", Mode.FREE: ""}
 
 
+@dataclass(frozen=True)
+class FigureStyle:
+    """Size and lettering of a figure, and the colours that mean the same in all of them.
+
+    Attributes
+    ----------
+    width : float [inch]
+        7.2 is the text of a page, 3.5 a column of most journals.
+    font_size : float [pt]
+        Of axis labels; numbers at ticks are half a point smaller.
+    font : str
+        Family, one that matplotlib finds.
+    titled : bool
+        Whether figures say what they show; in a paper the caption does.
+
+    Raises
+    ------
+    InputError
+        If a size is not positive.
+
+    Examples
+    --------
+    >>> column = FigureStyle(width=3.5, font_size=8, titled=False)
+    >>> with column.figure(2.0) as figure:
+    ...     axes = figure.add_subplot()
+    ...     lines = axes.plot([0, 1], [0, 1], **line_style(0))
+    ...     limit = axes.axhline(0.5, **column.limit_line)
+    >>> figure.get_size_inches().tolist()
+    [3.5, 2.0]
+    """
+
+    width: float = 7.2
+    font_size: float = 8.5
+    font: str = "DejaVu Sans"
+    titled: bool = True
+
+    limit_line: ClassVar[dict[str, Any]] = LIMIT
+    """How a line that bounds something is drawn."""
+    mode_fill: ClassVar[dict[Mode, str]] = MODE_FILL
+    """Colour of areas and wide lines by contact mode."""
+
+    def __post_init__(self) -> None:
+        for name, unit in (("width", "inch"), ("font_size", "pt")):
+            Parameter(name, 1.0, unit, "", lower=0, lower_open=True).check(getattr(self, name))
+
+    @property
+    def settings(self) -> Any:
+        """For ``matplotlib.rc_context``, whose type differs between versions of matplotlib."""
+        size = self.font_size
+        return {
+            "font.family": self.font,
+            "font.size": size,
+            "axes.titlesize": size,
+            "axes.labelsize": size,
+            "xtick.labelsize": size - 0.5,
+            "ytick.labelsize": size - 0.5,
+            "legend.fontsize": size - 0.5,
+            "legend.frameon": False,
+            "figure.titlesize": size + 1,
+            **_LOOKS,
+        }
+
+    @contextmanager
+    def figure(self, height: float) -> "Iterator[Figure]":
+        """Yield an empty figure of this style, which is laid out when the context ends.
+
+        Parameters
+        ----------
+        height : float [inch]
+        """
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+
+        with rc_context(self.settings):
+            figure = Figure(figsize=(self.width, height), layout="constrained")
+            yield figure
+            figure.draw_without_rendering()  # ticks are made only when drawn, and must be made with these settings
+
+
+_LOOKS: dict[str, Any] = {
+    "figure.facecolor": "white",
+    "axes.facecolor": "white",
+    "axes.edgecolor": "0.3",
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.5,
+    "hatch.linewidth": 0.5,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "path",
+}
+
+
 def line_style(number: int) -> dict[str, Any]:
     """Return colour and dashes of the n-th line of a panel, from 0.
 
@@ -82,14 +159,3 @@ def angle_symbol(name: str) -> str:
     if not match:
         return name
     return rf"$\theta_{{{match[1]}}}$" if match[1] else r"$\theta$"
-
-
-def spell(mode: Mode) -> str:
-    """Return a mode with a true minus sign, which is easier to see than a hyphen.
-
-    Examples
-    --------
-    >>> spell(Mode.SLIP_FORWARD)
-    'slip+'
-    """
-    return mode.value.replace("-", "\N{MINUS SIGN}")

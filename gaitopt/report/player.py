@@ -61,13 +61,11 @@ def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
 def _word(gait: Gait) -> Element:
     """Return the word of the gait, each token of which lights up in its turn."""
     tokens = [
-        element(
-            "span", mode.value.replace("-", "\N{MINUS SIGN}"), class_=f"token {mode.name.lower()}", data_phase=phase
-        )
+        element("span", mode.label, class_=f"token {mode.name.lower()}", data_phase=phase)
         for phase, mode in enumerate(gait.word.phases)
     ]
     impact = gait.word.impact
-    landing = element("span", impact.value.replace("-", "\N{MINUS SIGN}"), class_=f"token {impact.name.lower()} impact")
+    landing = element("span", impact.label, class_=f"token {impact.name.lower()} impact")
     return element("p", *tokens, element("span", "|", class_="bar"), landing, class_="word")
 
 

@@ -7,13 +7,12 @@ ever lighter feet are extrapolated to it.
 import math
 
 import numpy as np
-from drawing import figure_of
+from drawing import STYLE
 from numpy.polynomial import Polynomial
 from published import CLOSED_FORM, OWN, published
 from rimless_closed_forms import gait_speed, kept_share
 
 from gaitopt import Number, Study, compass_biped, find_cycles, rimless_wheel, trace_branch
-from gaitopt.plot.style import LIMIT
 
 SIMPLEST = {
     "th1": -0.2003109005442,
@@ -31,7 +30,7 @@ def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=60):  # leg mas
     masses = heaviest * lighter ** np.arange(ratios)
     light = _light_legs(masses, starts)
     limit = {name: Polynomial.fit(masses, values, degree)(0.0) for name, values in light.items()}
-    with figure_of(3.4) as figure:
+    with STYLE.figure(3.4) as figure:
         left, right = figure.subplots(1, 2)
         _draw_limit(left, masses, light, limit)
         _draw_multipliers(right, wheel, limit, goswami)
@@ -114,7 +113,7 @@ def _draw_limit(axes, masses, light, limit):
 def _draw_multipliers(axes, wheel, limit, goswami):
     """Draw the multipliers of all benchmarks in the unit circle, with the references as crosses."""
     turn = np.linspace(0, 2 * np.pi, 181)
-    axes.plot(np.cos(turn), np.sin(turn), **LIMIT)
+    axes.plot(np.cos(turn), np.sin(turn), **STYLE.limit_line)
     real, imaginary = _pair(limit)
     sets = {
         "rimless wheel, $n$ = 6": (wheel.multipliers, "o", "#0072B2"),

@@ -3,11 +3,10 @@
 Both are planned by optimal control and replayed, open loop, by the event-driven simulator.
 """
 
-from drawing import draw_by_mode, figure_of, key_of_modes
+from drawing import STYLE, draw_by_mode, key_of_modes
 from published import OWN, published
 
 from gaitopt import GaitProblem, Limits, Mode, MultipleShooting, Number, Study, compass_biped, solve, verify
-from gaitopt.plot.style import LIMIT
 
 PRINTED = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
 """Cost of transport by word."""
@@ -22,7 +21,7 @@ def study(speed=0.633, step_length=0.4713, friction=0.14, torque_limit=6.0, inte
         numbers.append(published(f"{word}: cost of transport", gait.cost_of_transport, printed, source=OWN))
         miss, source = gait.verification.state_error, f"{OWN}: within 3e-7"
         numbers.append(Number(f"{word}: miss of the replayed state", miss, 0.0, 3e-7, source))
-    with figure_of(4.8) as figure:
+    with STYLE.figure(4.8) as figure:
         rows = figure.subplots(3, len(gaits), sharex=True, sharey="row")
         for column, gait in zip(rows.T, gaits, strict=True):
             _draw(column, gait, friction)
@@ -58,7 +57,7 @@ def _draw(column, gait, friction):
         draw_by_mode(axes, time, [part.torque[actuator] for part in parts], modes)
     draw_by_mode(column[2], time, [part.force[0] / part.force[1] for part in parts], modes)
     for side in (1, -1):
-        column[2].axhline(side * friction, **LIMIT)
+        column[2].axhline(side * friction, **STYLE.limit_line)
     above = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
     column[2].annotate(rf"$\mu$ = {friction:g}", (0.02, friction), (0, 3), **above)
 

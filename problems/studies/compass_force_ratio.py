@@ -6,18 +6,17 @@ Gait A needs most friction just after the touchdown; with less than that the foo
 import math
 
 from compass_setup import FRICTION, WORDS, gait, walk
-from drawing import draw_by_mode, figure_of, key_of_modes
+from drawing import STYLE, draw_by_mode, key_of_modes
 from published import published
 
 from gaitopt import Mode, Number, Study
-from gaitopt.plot.style import LIMIT
 
 
 def study(friction=FRICTION, starts=100):
     """Return the study; `friction` is that of Gaits B and C, and Gait A never slips."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in WORDS}
     need = cycles["A"].critical_friction
-    with figure_of(3.3) as figure:
+    with STYLE.figure(3.3) as figure:
         panels = figure.subplots(1, len(cycles), sharex=True, sharey=True)
         for axes, (name, cycle) in zip(panels, cycles.items(), strict=True):
             _draw(axes, walk(cycle), need.friction if name == "A" else friction)
@@ -47,7 +46,7 @@ def _draw(axes, motion, cone):
     ratio = [segment.force[0] / segment.force[1] for segment in motion.segments]
     draw_by_mode(axes, time, ratio, [segment.mode for segment in motion.segments])
     for side in (1, -1):
-        axes.axhline(side * cone, **LIMIT)
+        axes.axhline(side * cone, **STYLE.limit_line)
     above = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
     axes.annotate(rf"$\mu$ = {cone:.5g}", (0.03, cone), (0, 3), **above)
     for jump in motion.jumps:

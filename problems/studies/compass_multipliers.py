@@ -5,24 +5,23 @@ import math
 import numpy as np
 from branch_ends import follow
 from compass_setup import FRICTION, gait
-from drawing import GAIT_STYLE, figure_of
+from drawing import GAIT_STYLE, STYLE
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 from published import published
 from scipy.optimize import brentq
 
 from gaitopt import Number, Study, compass_biped, trace_branch
-from gaitopt.plot.style import LIMIT
 
 
 def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # points per stretch of a branch
     """Return the study; Gaits B and C are looked for at `friction` and followed from there."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in "ABC"}
     lines, remarks = _lines(cycles, np.linspace(friction, most, points), np.linspace(friction, least, points))
-    with figure_of(3.6) as figure:
+    with STYLE.figure(3.6) as figure:
         axes = figure.subplots()
         for name, (frictions, radii) in lines.items():
             axes.plot(frictions, radii, label=f"Gait {name}", **GAIT_STYLE[name])
-        axes.axhline(1, label="limit of stability", **LIMIT)
+        axes.axhline(1, label="limit of stability", **STYLE.limit_line)
         axes.set(xlabel=r"friction $\mu$", ylabel="largest modulus of a multiplier", xlim=(least, most))
         axes.set(yscale="log", ylim=(0.6, 8), yticks=[0.6, 0.8, 1, 1.5, 2, 3, 4, 6, 8])
         axes.yaxis.set_major_formatter(ScalarFormatter())

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 from compass_setup import FRICTION, WORDS, gait, walk
-from drawing import JUMP_LINE, draw_by_mode, draw_jump, figure_of, key_of_modes, spelled
+from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spelled
 from published import energy_balance, published
 
 from gaitopt import Mode, Study
@@ -37,7 +37,7 @@ SWING = {"color": "0.6", "linewidth": 1.0, "label": "swing"}
 def study(friction=FRICTION, starts=100):
     """Return the study; `friction` is that of Gaits B and C, and Gait A never slips."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in WORDS}
-    with figure_of(4.8) as figure:
+    with STYLE.figure(4.8) as figure:
         rows = figure.subplots(2, len(cycles), sharex="row")
         for column, (name, cycle) in zip(rows.T, cycles.items(), strict=True):
             motion = walk(cycle)

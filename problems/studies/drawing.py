@@ -1,17 +1,11 @@
-"""Figures in gaitopt's style: one context manager and the few marks that several studies share."""
-
-from contextlib import contextmanager
+"""What the figures of several studies share: their style and a few marks."""
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gaitopt import Mode
-from gaitopt.plot.style import MODE_FILL, SETTINGS, spell
+from gaitopt import FigureStyle, Mode
 
-WIDTH = 7.2
-"""Of the text of a page [inch]."""
+STYLE = FigureStyle()
 
 GAIT_STYLE = {
     "A": {"color": "#0072B2", "linestyle": "-"},
@@ -27,24 +21,10 @@ STICK_LINE = {"color": "0.2", "linewidth": 1.3}
 SLIP_WIDTH = 2.6
 
 
-@contextmanager
-def figure_of(height):
-    """Yield a figure as wide as a page, laid out in gaitopt's style when the context ends.
-
-    Parameters
-    ----------
-    height : float [inch]
-    """
-    with rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH, height), layout="constrained")
-        yield figure
-        figure.draw_without_rendering()  # ticks are made only when drawn, and must be made with these settings
-
-
 def draw_by_mode(axes, horizontal, vertical, modes):
     """Draw the stretches of a path, sticking thin and dark, slipping wide and in the colour of its direction."""
     for x, y, mode in zip(horizontal, vertical, modes, strict=True):
-        style = {"color": MODE_FILL[mode], "linewidth": SLIP_WIDTH} if mode.slips else STICK_LINE
+        style = {"color": STYLE.mode_fill[mode], "linewidth": SLIP_WIDTH} if mode.slips else STICK_LINE
         axes.plot(x, y, solid_capstyle="butt", **style)
 
 
@@ -64,7 +44,7 @@ def draw_jump(axes, start, end):
 def key_of_modes(figure, modes=(Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), *others):
     """Put a key of the contact modes, and of other lines, below a figure."""
     handles = [Line2D([], [], label="stick", **STICK_LINE)]
-    handles += [Line2D([], [], color=MODE_FILL[mode], linewidth=SLIP_WIDTH, label=spell(mode)) for mode in modes]
+    handles += [Line2D([], [], color=STYLE.mode_fill[mode], linewidth=SLIP_WIDTH, label=mode.label) for mode in modes]
     handles += [Line2D([], [], **line) for line in others]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from basin_map import draw_map
-from drawing import figure_of
+from drawing import STYLE
 from published import published
 from rimless_closed_forms import fastest_speed, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
@@ -23,7 +23,7 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
     starts = {"friction": across, "theta_rate": speeds}
     found = basin(rimless_wheel(), wheel(), starts, patience=PATIENCE, workers=workers)
     slope = math.radians(SLOPE)
-    with figure_of(3.8) as figure:
+    with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
         handles = draw_map(axes, found, across, speeds)
         limits = {

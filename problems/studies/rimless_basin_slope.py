@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from basin_map import draw_map
-from drawing import figure_of
+from drawing import STYLE
 from published import CLOSED_FORM, published
 from rimless_closed_forms import fastest_speed, gait_speed, slope_range, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
@@ -22,7 +22,7 @@ def study(slopes=100, rates=120, greatest_slope=18.0, fastest=1.3, workers=2):  
     degrees, speeds = np.linspace(0.25, greatest_slope, slopes), np.linspace(0.01, fastest, rates)
     starts = {"slope": np.deg2rad(degrees), "theta_rate": speeds}
     found = basin(rimless_wheel(), wheel(), starts, patience=PATIENCE, workers=workers)
-    with figure_of(3.8) as figure:
+    with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
         handles = draw_map(axes, found, degrees, speeds)
         handles += _draw_closed_forms(axes, greatest_slope)

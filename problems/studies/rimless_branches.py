@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from branch_ends import follow
-from drawing import GAIT_STYLE, figure_of
+from drawing import GAIT_STYLE, STYLE
 from published import OWN, published
 from rimless_setup import RATE, SLOPE, gait, speed_of
 from scipy.optimize import brentq
@@ -43,7 +43,7 @@ def study(points=13, most_friction=1.0):  # points per stretch of a branch
         for name, (kind, first, last, tolerance) in STRETCHES.items()
     }
     lines = _lines(found, most_friction)
-    with figure_of(4.8) as figure:
+    with STYLE.figure(4.8) as figure:
         rows = figure.subplots(2, 2, sharex="col", width_ratios=[1.6, 1])
         for axes in rows.flat:
             for kind, (friction, speed, multiplier) in lines.items():

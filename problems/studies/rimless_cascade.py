@@ -5,12 +5,11 @@ rest the walk changes its type.
 """
 
 import numpy as np
-from drawing import figure_of, spelled
+from drawing import STYLE, spelled
 from published import published
 from rimless_setup import RATE, SPEED, gait, speed_of, walk
 
 from gaitopt import Number, Study
-from gaitopt.plot.style import LIMIT
 
 MARKS = (("o", "#AA4499"), ("X", "0.2"), ("s", "#D55E00"), ("^", "#009E73"))
 
@@ -21,12 +20,12 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau
     after = np.array([jump.v_next for jump in motion.jumps])  # of each step: foot speed, 0, rate
     words = [spelled(motion.word(step)) for step in range(len(after))]
     before, final = gait("D", friction), gait("B", friction)
-    with figure_of(4.8) as figure:
+    with STYLE.figure(4.8) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         _draw(upper, after[:, 2], words)
         _draw(lower, after[:, 0], words)
         for cycle, kind in ((before, "D"), (final, "B")):
-            upper.axhline(speed_of(cycle), **LIMIT)
+            upper.axhline(speed_of(cycle), **STYLE.limit_line)
             upper.annotate(
                 f"Type {kind}", (len(after), speed_of(cycle)), (0, 5), textcoords="offset points", ha="right"
             )

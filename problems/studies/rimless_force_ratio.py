@@ -4,13 +4,12 @@ Its largest value is the friction the gait needs; the ratio of the touchdown's i
 """
 
 import numpy as np
-from drawing import figure_of
+from drawing import STYLE
 from published import CLOSED_FORM, published
 from rimless_closed_forms import force, gait_speed, kept_share
 from rimless_setup import HALF, INERTIA_RATIO, SLOPE, SPOKES, gait, speed_of, walk
 
 from gaitopt import Number, Study
-from gaitopt.plot.style import LIMIT
 
 
 def study():
@@ -39,13 +38,13 @@ def _draw(cycle, slope):
     theta = np.linspace(-HALF, HALF, 181)
     f_t, f_n = force(theta, speed_of(cycle), SPOKES, INERTIA_RATIO, slope)
     needed = cycle.critical_friction
-    with figure_of(3.2) as figure:
+    with STYLE.figure(3.2) as figure:
         axes = figure.subplots()
         axes.plot(np.rad2deg(theta), f_t / f_n, color="#0072B2", label="closed form")
         simulated = motion.channel("force")[0] / motion.channel("force")[1]
         marks = {"fillstyle": "none", "markersize": 4.5, "color": "#0072B2", "label": "simulated"}
         axes.plot(np.rad2deg(motion.channel("q")[2]), simulated, "o", **marks)
-        axes.axhline(-needed.friction, label=rf"critical friction $\mu$ = {needed.friction:.3f}", **LIMIT)
+        axes.axhline(-needed.friction, label=rf"critical friction $\mu$ = {needed.friction:.3f}", **STYLE.limit_line)
         end = (float(np.rad2deg(HALF)), cycle.impact_ratio)
         axes.plot(*end, "D", color="black", markersize=5, label="touchdown impulse $L_t/L_n$", linestyle="none")
         axes.annotate(

@@ -7,13 +7,12 @@ which relieves it: a faster start is needed, and the foot lifts when the spoke i
 import math
 
 import numpy as np
-from drawing import draw_by_mode, figure_of, key_of_modes
+from drawing import STYLE, draw_by_mode, key_of_modes
 from published import CLOSED_FORM
 from rimless_closed_forms import fastest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
 
 from gaitopt import Mode, Number, Patience, Study, basin_edges, rimless_wheel
-from gaitopt.plot.style import LIMIT
 
 
 def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, tolerance=1e-9):
@@ -24,12 +23,12 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
     numbers = (
         Number("thd that lifts off, unlimited friction, closed form", onsets[0], exact, 1e-8, CLOSED_FORM, "rad/tau_c"),
     )
-    with figure_of(3.3) as figure:
+    with STYLE.figure(3.3) as figure:
         panels = figure.subplots(1, len(frictions), sharex=True, sharey=True)
         for axes, friction, onset in zip(panels, frictions, onsets, strict=True):
             for share in (*slower, 1 - 1e-6):
                 _draw(axes, walk(share * onset, friction).motion, rf"{share * onset:.3f}")
-            axes.axhline(0, **LIMIT)
+            axes.axhline(0, **STYLE.limit_line)
             axes.set_title("unlimited friction" if math.isinf(friction) else rf"$\mu$ = {friction:g}")
             axes.set_xlabel(r"angle $\theta$ [deg]")
         panels[0].set(ylabel="normal force $f_n/(m\\,g)$", ylim=(-0.03, 0.62), xticks=[-18, -9, 0, 9, 18])

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from drawing import JUMP_LINE, draw_by_mode, draw_jump, figure_of, key_of_modes, spelled
+from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spelled
 from published import CLOSED_FORM, energy_balance, published
 from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 
@@ -25,7 +25,7 @@ def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and ho
         _drift(cycles["D"]),
         *(energy_balance(f"Type {kind}", cycles[kind], 1.0) for kind in "ABC"),
     )
-    with figure_of(4.6) as figure:
+    with STYLE.figure(4.6) as figure:
         rows = figure.subplots(2, len(cycles), sharex=True)
         for column, (kind, cycle) in zip(rows.T, cycles.items(), strict=True):
             start = foot_speed if kind == "D" else cycle.state.get("foot_speed", 0.0)

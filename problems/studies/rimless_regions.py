@@ -7,7 +7,7 @@ simulations just inside and outside of them.
 import math
 
 import numpy as np
-from drawing import figure_of
+from drawing import STYLE
 from published import published
 from rimless_closed_forms import gait_speed, slope_range
 from rimless_setup import INERTIA_RATIO, SPOKES, walk
@@ -30,7 +30,7 @@ def study(
 ):
     """Return the study."""
     ratios = np.linspace(0, 1, points)
-    with figure_of(5.4) as figure:
+    with STYLE.figure(5.4) as figure:
         grid = figure.subplots(2, -(-len(spokes) // 2), sharex=True, sharey=True, squeeze=False)
         wrong = []
         for axes, n in zip(grid.flat, spokes, strict=False):
