@@ -11,8 +11,11 @@ __version__ = metadata.version("gaitopt")
 
 _PUBLIC = {
     "gaitopt.continuation.branch": ("Branch", "trace_branch"),
+    "gaitopt.control.computed_torque": ("computed_torque",),
     "gaitopt.control.joint_pd": ("joint_pd",),
     "gaitopt.control.law": ("Law", "feedforward", "passive"),
+    "gaitopt.control.state_feedback": ("state_feedback",),
+    "gaitopt.control.step_to_step": ("step_to_step",),
     "gaitopt.errors": ("ArchiveError", "GaitoptError", "InputError", "ScriptError", "WordError"),
     "gaitopt.export.c_code": ("write_c",),
     "gaitopt.export.csv_file": ("write_csv",),
@@ -58,6 +61,7 @@ _PUBLIC = {
     "gaitopt.stability.summary": ("summarise_cycle",),
     "gaitopt.stability.walk_problem": ("WalkProblem",),
     "gaitopt.status": ("Status", "Stop"),
+    "gaitopt.tuning.lqr": ("Weights", "lqr", "step_lqr"),
     "gaitopt.study.basin": ("basin", "basin_edges"),
     "gaitopt.study.basin_file": ("Basin", "load_basin", "save_basin"),
     "gaitopt.study.reproduction": ("Number", "Study"),

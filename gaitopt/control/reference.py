@@ -33,7 +33,7 @@ class Reference:
     """One step of a motion as polynomials of the clock, a column of coefficients per piece.
 
     Torques are linear between samples, angles the quintics and foot speeds the cubics that meet values and slopes at
-    both ends of a piece.  After the last sample the torque is held, the angles go on at their last rates.
+    both ends of a piece.  After the last sample torque and accelerations are held.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ def reference(robot: Robot, motion: Motion) -> Reference:
     first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     began, p = first[0].time[0], robot.vector(motion.parameters)
     parts = [_columns(robot, segment, began, p) for segment in first]
-    table = np.hstack([*parts, _afterwards(robot, first[-1], began)])
+    table = np.hstack([*parts, _afterwards(robot, first[-1], began, p)])
     signs = [segment.mode.sign for segment, part in zip(first, parts, strict=True) for _ in range(part.shape[1])]
     end = float(first[-1].time[-1] - began)
     return Reference(robot, table[0].copy(), table, np.array([*signs, first[-1].mode.sign]), end)
@@ -105,11 +105,13 @@ def _columns(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
     return np.vstack(rows)[:, steps > 0]
 
 
-def _afterwards(robot: Robot, segment: Segment, began: float) -> Array:
+def _afterwards(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
     """Return the column in force after the last sample."""
+    end = segment.q[:, -1], segment.v[:, -1], segment.torque[:, -1]
+    a = np.asarray(robot.acceleration[segment.mode](*end, p)[0]).ravel()
     rows = [[segment.time[-1] - began], segment.torque[:, -1], np.zeros(robot.n_u)]
-    rows += [[segment.q[i, -1], segment.v[i, -1], 0, 0, 0, 0] for i in range(2, robot.n_q)]
-    return np.concatenate([*rows, [segment.v[0, -1], 0, 0, 0]])[:, None]
+    rows += [[segment.q[i, -1], segment.v[i, -1], a[i] / 2, 0, 0, 0] for i in range(2, robot.n_q)]
+    return np.concatenate([*rows, [segment.v[0, -1], a[0], 0, 0]])[:, None]
 
 
 def _quintic(q: Array, v: Array, a: Array, h: Array) -> Array:

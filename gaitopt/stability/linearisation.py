@@ -8,6 +8,7 @@ and the step ends on the section, whose clock starts anew: dy+ = DR (dy + f dt).
 """
 
 import functools
+import itertools
 from dataclasses import dataclass
 
 import casadi as ca
@@ -57,21 +58,34 @@ class Linearisation:
         impact : Mode, optional
             Another outcome of the impact than the one taken, for one-sided derivatives on the edge between two.
         """
+        return self._carried(stride, self._beginning(state), impact)
+
+    def effect_of_held(self, state: Array, stride: Stride) -> Array:
+        """Return d (state after the step) / d (values the law holds over it), shape (2 n_q, n_h)."""
+        held = self.walker.begin(state).size - state.size
+        return self._carried(stride, np.eye(state.size + held, held, -state.size), None)
+
+    def saltations(self, stride: Stride, *, impact: Mode | None = None) -> list[Array]:
+        """Return the jump of a deviation at each event of a step, (n_y, n_y), and at the touchdown, (2 n_q, n_y)."""
+        matrices = []
+        for (mode, arc), (following, _) in itertools.pairwise(stride.arcs):
+            end = arc.states[:, -1]
+            matrices.append(self._change_of_mode(mode, following, str(arc.event), float(arc.time[-1]), end))
+        outcome = impact or (stride.impact.mode if stride.impact else None)
+        assert outcome is not None
+        mode, arc = stride.arcs[-1]
+        return [*matrices, self._touchdown(mode, outcome, float(arc.time[-1]), arc.states[:, -1])]
+
+    def _carried(self, stride: Stride, matrix: Array, impact: Mode | None) -> Array:
+        """Return what becomes of deviations, the columns of a matrix of shape (n_y, k), over a step."""
         walker, clock = self.walker, 0.0
-        start, matrix = walker.begin(state), self._beginning(state)
-        for i, (mode, arc) in enumerate(stride.arcs):
-            until = float(arc.time[-1])
+        for (mode, arc), jump in zip(stride.arcs, self.saltations(stride, impact=impact), strict=True):
+            until, start = float(arc.time[-1]), arc.states[:, 0]
             if until > clock:
                 flow = walker.engine.sensitivity(walker.robot, walker.law, mode, clock, start, walker.p, until=until)
                 matrix = flow @ matrix
-            end, clock = arc.states[:, -1], until
-            if i + 1 < len(stride.arcs):
-                following = stride.arcs[i + 1][0]
-                matrix = self._change_of_mode(mode, following, str(arc.event), clock, end) @ matrix
-                start = stride.arcs[i + 1][1].states[:, 0]
-        outcome = impact or (stride.impact.mode if stride.impact else None)
-        assert outcome is not None
-        return self._touchdown(stride.arcs[-1][0], outcome, clock, end) @ matrix
+            matrix, clock = jump @ matrix, until
+        return matrix
 
     def _change_of_mode(self, mode: Mode, following: Mode, event: str, clock: float, state: Array) -> Array:
         n = self.walker.robot.n_q

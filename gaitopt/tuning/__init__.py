@@ -1,0 +1,1 @@
+"""Feedback designed and tuned for a gait."""

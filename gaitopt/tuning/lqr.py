@@ -1,0 +1,189 @@
+"""Time-varying linear-quadratic feedback along a gait, through its events, and step-to-step on its return map."""
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.control.law import Law, feedforward
+from gaitopt.control.state_feedback import state_feedback
+from gaitopt.control.step_to_step import step_to_step
+from gaitopt.errors import InputError
+from gaitopt.model.modes import Mode
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array, Motion
+from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.walker import Stride, Walker
+from gaitopt.stability.linearisation import Linearisation
+from gaitopt.stability.newton import find_fixed_point
+from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.section import Section
+from gaitopt.tuning.riccati import Stretch, discrete_gains, periodic_gains
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weights:
+    """What a linear-quadratic law holds dear: a deviation or torque of this size costs one unit.
+
+    Attributes
+    ----------
+    angle : float [rad]
+    rate : float [rad/s]
+    foot_speed : float [m/s]
+    torque : float [N m]
+
+    Examples
+    --------
+    >>> Weights(torque=2.0).angle
+    0.05
+    """
+
+    angle: float = 0.05
+    rate: float = 0.3
+    foot_speed: float = 0.3
+    torque: float = 5.0
+
+
+def lqr(
+    robot: Robot,
+    motion: Motion,
+    *,
+    weights: Weights | None = None,
+    torque_limit: float | Mapping[str, float] = math.inf,
+) -> Law:
+    """Return the time-varying linear-quadratic law of a gait, designed through its contact events.
+
+    Between events the linearised motion in its contact mode, at each event the saltation matrix, which also carries the
+    change of the event's time; the cost-to-go is periodic over the step.
+
+    Parameters
+    ----------
+    robot : Robot
+    motion : Motion
+        One step of a periodic gait.
+    weights : Weights, optional
+    torque_limit : float or mapping of actuator to float [N m]
+
+    Raises
+    ------
+    InputError
+        If the motion's torques do not walk it, or no feedback stabilises it.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, load, lqr
+    >>> lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
+    'lqr'
+    """
+    weights = weights or Weights()
+    n_a, n = len(robot.angles), robot.n_q
+    places = [*range(2, n), n, *range(n + 2, 2 * n)]
+    sizes = [weights.angle] * n_a + [weights.foot_speed] + [weights.rate] * n_a
+    walker = _walker(robot, feedforward(robot, motion), motion)
+    stride = _first_stride(walker, motion)
+    jumps = [jump[np.ix_(places, places)] for jump in Linearisation(walker).saltations(stride)]
+    stretches = []
+    segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
+    for segment, jump in zip(segments, jumps, strict=True):
+        own = _stretches(robot, walker.p, segment.mode, segment.time, np.vstack([segment.q, segment.v]), segment.torque)
+        stretches += [Stretch(d, a[np.ix_(places, places)], b[places], np.eye(len(places))) for d, a, b in own[:-1]]
+        duration, a, b = own[-1]
+        stretches.append(Stretch(duration, a[np.ix_(places, places)], b[places], jump))
+    found = periodic_gains(stretches, np.diag(1 / np.square(sizes)), np.eye(robot.n_u) / weights.torque**2)
+    if found is None:
+        raise InputError("No linear-quadratic feedback stabilises this gait with these weights.")
+    return state_feedback(robot, motion, found[0], torque_limit=torque_limit, name="lqr")
+
+
+def step_lqr(
+    robot: Robot,
+    motion: Motion,
+    *,
+    law: Law | None = None,
+    windows: int = 2,
+    weights: Weights | None = None,
+    torque_limit: float | Mapping[str, float] = math.inf,
+) -> Law:
+    """Return the discrete linear-quadratic law of a gait's return map: torques held over windows of each step.
+
+    Parameters
+    ----------
+    robot : Robot
+    motion : Motion
+        One step of a periodic gait.
+    law : Law, optional
+        What the torques are added to, without limits; by default the gait's own torques, played back.
+    windows : int
+        Equal parts of the step.
+    weights : Weights, optional
+    torque_limit : float or mapping of actuator to float [N m]
+
+    Raises
+    ------
+    InputError
+        If the law does not walk the gait, or no feedback stabilises it.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, load, step_lqr
+    >>> step_lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
+    'step-to-step'
+    """
+    weights = weights or Weights()
+    base, first = law or feedforward(robot, motion), motion.segments[0]
+    p = robot.vector(motion.parameters)
+    section = Section(robot, p, sliding=True)
+    n_z, n_a = len(section.names), len(robot.angles)
+    start = section.project(np.concatenate([first.q[:, 0], first.v[:, 0]]))
+    added = functools.partial(step_to_step, robot, base, windows=windows, duration=motion.period)
+    walker = _walker(robot, added(start, np.zeros((windows * robot.n_u, n_z))), motion)
+    point = find_fixed_point(ReturnMap(walker, section), start)
+    if point is None:
+        raise InputError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
+    effect = Linearisation(walker).effect_of_held(point.passage.states[0], point.passage.strides[0])[section.places]
+    sizes = [weights.angle] * (n_a - 1) + [weights.rate] * n_a + [weights.foot_speed]
+    effort = np.eye(windows * robot.n_u) / weights.torque**2
+    gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), effort)
+    if gain is None:
+        raise InputError("No step-to-step feedback stabilises this gait with these weights.")
+    return added(point.z, gain, torque_limit=torque_limit)
+
+
+def _walker(robot: Robot, law: Law, motion: Motion) -> Walker:
+    p = robot.vector(motion.parameters)
+    return Walker(robot, law, p, default_engine(law), step_time_limit=3 * motion.period)
+
+
+def _first_stride(walker: Walker, motion: Motion) -> Stride:
+    """Return the step the motion's torques walk; it must have the phases of the motion."""
+    first = motion.segments[0]
+    stride = walker.stride(np.concatenate([first.q[:, 0], first.v[:, 0]]))
+    word = motion.word(first.step)
+    planned = None if word is None else (*word.phases, word.impact)
+    outcome = stride.impact.mode if stride.impact is not None else None
+    if stride.following is None or (*stride.modes, outcome) != planned:
+        raise InputError("The motion's torques, played back, do not walk it; check the gait with verify.")
+    return stride
+
+
+def _stretches(
+    robot: Robot, p: Array, mode: Mode, time: Array, states: Array, torque: Array
+) -> list[tuple[float, Array, Array]]:
+    """Return duration, A and B of the linearised motion between samples, taken in the middle."""
+    slope, found = _slopes(robot, mode), []
+    for k in np.flatnonzero(np.diff(time) > 0):
+        a, b = slope((states[:, k] + states[:, k + 1]) / 2, (torque[:, k] + torque[:, k + 1]) / 2, p)
+        found.append((float(time[k + 1] - time[k]), np.asarray(a), np.asarray(b)))
+    return found
+
+
+@functools.lru_cache(maxsize=32)
+def _slopes(robot: Robot, mode: Mode) -> ca.Function:
+    """Return (y, u, p) -> d y' / d y, d y' / d u of a contact mode."""
+    n = robot.n_q
+    y, u, p = ca.SX.sym("y", 2 * n), ca.SX.sym("u", robot.n_u), ca.SX.sym("p", len(robot.parameters))
+    rate = ca.vertcat(y[n:], robot.acceleration[mode](y[:n], y[n:], u, p)[0])
+    return ca.Function("slopes", [y, u, p], [ca.densify(ca.jacobian(rate, y)), ca.densify(ca.jacobian(rate, u))])
