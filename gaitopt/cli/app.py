@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt import __version__
-from gaitopt.cli import commands, walking
+from gaitopt.cli import beginning, commands, walking
 from gaitopt.cli.output import err, print_json
 from gaitopt.errors import GaitoptError
 
@@ -19,12 +19,15 @@ _INTERRUPTED = 128 + signal.SIGINT
 app = typer.Typer(
     name="gaitopt",
     help="Optimal-control gait design for planar walking with foot slippage.",
+    epilog="Exit status: 0 done and good, 1 no such gait or a check that failed, 2 a mistake in the input, "
+    "130 interrupted.  gaitopt COMMAND --help shows an example of each.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=True,
     rich_markup_mode="rich",
 )
 for command in (
+    beginning.new,
     commands.solve,
     commands.show,
     commands.verify,
@@ -37,6 +40,7 @@ for command in (
     walking.stability,
     walking.basin,
     walking.run,
+    beginning.doctor,
 ):
     app.command()(command)
 

@@ -29,6 +29,9 @@ def solve(
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="A line for each iteration, on standard error.")
+    ] = False,
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
@@ -53,11 +56,13 @@ def solve(
         task = progress.add_task(f"{escape(problem.name)}: building")
 
         def observe(step: Iteration) -> None:
-            progress.update(
-                task,
-                description=f"iteration {step.number:3d}   {problem.objective.name} {step.objective:.6f}   "
-                f"infeasibility {step.infeasibility:.1e}",
+            text = (
+                f"iteration {step.number:3d}   {problem.objective.name} {step.objective:.6f}   "
+                f"infeasibility {step.infeasibility:.1e}"
             )
+            progress.update(task, description=text)
+            if verbose:
+                err.print(text, markup=False)
 
         gait = solve_problem(problem, observer=observe)
         if gait.status.ok:

@@ -9,7 +9,7 @@ from gaitopt.report.markup import Element, element
 WIDTH, ROW, NAMES = 420, 30, 112
 """Width of the bars, height of one, and room for their names [px]."""
 
-SIDE, LARGEST = 250, 3.0
+SIDE, LARGEST = 170, 3.0
 """Width of the picture of the unit circle [px]; multipliers beyond this modulus are drawn at its rim."""
 
 
@@ -36,7 +36,7 @@ def draw_ledger(energy: Ledger) -> Element:
     for number, (name, value, kind) in enumerate(entries):
         top = 6 + number * ROW + (8 if kind == "out" else 0)
         start, end = sorted((axis(0.0), axis(value)))
-        text = f"{value + 0.0:.4g} J".replace("-", "\N{MINUS SIGN}")
+        text = f"{0.0 if abs(value) < 1e-9 * largest else value:.4g} J".replace("-", "\N{MINUS SIGN}")
         parts += [
             element("text", name, class_="tick end", x=NAMES - 8, y=top + 15),
             element("rect", class_=f"bar {kind}", x=start, y=top, width=max(end - start, 1.0), height=ROW - 10),
@@ -84,6 +84,6 @@ def spell_complex(value: complex) -> str:
     >>> spell_complex(0.5 - 0.25j), spell_complex(0.5)
     ('0.5 −0.25i', '0.5')
     """
-    real = f"{value.real:.4g}"
-    text = real if abs(value.imag) < 1e-12 else f"{real} {value.imag:+.4g}i"
+    real, imaginary = (part if abs(part) > 1e-12 else 0.0 for part in (value.real, value.imag))
+    text = f"{real:.4g} {imaginary:+.4g}i" if imaginary else f"{real:.4g}"
     return text.replace("-", "\N{MINUS SIGN}")

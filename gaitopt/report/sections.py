@@ -163,7 +163,7 @@ def _stability(gait: Gait) -> Element:
 def _multipliers(cycle: Cycle) -> Element:
     """Return multipliers as a picture, and beside it as numbers."""
     values = cycle.multipliers.tolist()
-    rows = [(spell_complex(value), f"{abs(value):.4g}") for value in values]
+    rows = [(spell_complex(value), spell_complex(abs(value))) for value in values]
     numbers = table(rows, ("multiplier", "modulus"), name="Multipliers")
     return element("div", draw_multipliers(values), numbers, class_="side-by-side")
 

@@ -1,0 +1,58 @@
+"""NAME: what it is about, in one line.
+
+Run it with ``gaitopt solve NAME.py``; change any keyword of problem() with ``--set friction=0.2 --set hip_mass=10``.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from gaitopt import GaitProblem, Limits, Objective, compass_biped
+
+
+@dataclass(frozen=True)
+class WorkAndTorque(Objective):
+    """Cost of transport, and beside it a price on squared torques, which keeps motors cool and torques smooth."""
+
+    price: float  # [W / (N m)^2]
+    name = "work_and_torque"
+    uses_power = True  # positive and negative hold the parts of the joint powers
+    per_weight_and_travel = True  # the integral is divided by weight times travel
+    quadrature = (1 / 4, 2 / 4, 1 / 4)  # weights of start, middle and end of an interval; these suit kinks
+
+    def integrand(self, torque, positive, negative):
+        """Return what is integrated over the step [W]."""
+        return ca.sum1(positive) + ca.sum1(negative) + self.price * ca.sumsqr(torque)
+
+
+# Every keyword here can be changed with --set; give it a default of its kind, and say its unit.
+def problem(
+    hip_mass=2.0,  # [kg]
+    leg_mass=4.0,  # [kg]
+    leg_length=1.6,  # [m]
+    leg_com=0.8,  # distance of a leg's mass from its foot [m]
+    friction=0.14,  # Coulomb coefficient
+    speed=0.633,  # [m/s]: a number, a pair (lower, upper), or None for free
+    step_length=0.4713,  # [m], foot slide included: the same choices
+    torque_limit=6.0,  # of ankle and hip each [N m]; without limits the torques grow very large
+    price=0.0,  # of squared torques, see above
+    word="slip+ stick | slip+",  # phases | impact; try "stick | stick" when no gait is found
+):
+    """Return the problem: walk at the given speed and step with the least effort."""
+    return GaitProblem(
+        name="NAME",
+        robot=compass_biped(),  # the robots gaitopt brings: compass_biped, rimless_wheel; or assemble your own
+        word=word,
+        parameters={"hip_mass": hip_mass, "leg_mass": leg_mass, "leg_length": leg_length, "leg_com": leg_com},
+        friction=friction,
+        speed=speed,
+        step_length=step_length,
+        limits=Limits(torque=torque_limit),
+        objective=WorkAndTorque(price=price),
+    )
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_script
+
+    run_script(__file__)
