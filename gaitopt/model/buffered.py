@@ -15,6 +15,8 @@ class Buffered:
         All inputs and outputs dense.
     fixed : arrays
         Values of its last inputs, the same in every call.
+    shared : (k,) array, optional
+        Memory in which the free inputs lie one after the other, for :meth:`here`; several Functions may look at it.
 
     Notes
     -----
@@ -30,22 +32,24 @@ class Buffered:
     array([6., 9.])
     """
 
-    def __init__(self, function: ca.Function, *fixed: Any) -> None:
+    def __init__(self, function: ca.Function, *fixed: Any, shared: np.ndarray | None = None) -> None:
         self._buffer, self._evaluate = function.buffer()
         # CasADi keeps bare pointers into this memory: it must live as long as the buffer.
-        inputs, inputs_memory = _memory([function.numel_in(i) for i in range(function.n_in())])
-        self._outputs, self._result = _memory([function.numel_out(i) for i in range(function.n_out())])
+        free, sizes = function.n_in() - len(fixed), [function.numel_in(i) for i in range(function.n_in())]
+        self._packed = np.zeros(sum(sizes[:free])) if shared is None else shared
+        inputs = (*_split(self._packed, sizes[:free]), *map(np.zeros, sizes[free:]))
+        sizes = [function.numel_out(i) for i in range(function.n_out())]
+        self._result = np.zeros(sum(sizes))
+        self._outputs = _split(self._result, sizes)
         for i, array in enumerate(inputs):
             if array.size:
                 self._buffer.set_arg(i, array.data)
         for i, array in enumerate(self._outputs):
             if array.size:
                 self._buffer.set_res(i, array.data)
-        free = len(inputs) - len(fixed)
         for array, value in zip(inputs[free:], fixed, strict=True):
             array[:] = value
-        self._free = inputs[:free]
-        self._packed = inputs_memory[: sum(array.size for array in self._free)]
+        self._free, self._fixed = inputs[:free], inputs[free:]
 
     def __call__(self, *values: Any) -> tuple[np.ndarray, ...]:
         """Return the outputs for the free inputs."""
@@ -60,8 +64,15 @@ class Buffered:
         self._evaluate()
         return self._result
 
+    def here(self) -> np.ndarray:
+        """Return the outputs one after the other in one array, for the free inputs as they lie in memory."""
+        self._evaluate()
+        return self._result
 
-def _memory(sizes: list[int]) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Return arrays of some sizes that lie one after the other in memory, and the whole."""
-    whole, ends = np.zeros(sum(sizes)), np.cumsum(sizes)
-    return tuple(whole[end - size : end] for size, end in zip(sizes, ends, strict=True)), whole
+
+def _split(whole: np.ndarray, sizes: list[int]) -> tuple[np.ndarray, ...]:
+    """Return the arrays of some sizes that lie one after the other in a whole, which must be contiguous."""
+    assert whole.flags.c_contiguous
+    assert whole.shape == (sum(sizes),)
+    ends = np.cumsum(sizes)
+    return tuple(whole[end - size : end] for size, end in zip(sizes, ends, strict=True))

@@ -14,8 +14,7 @@ M (v+ - v-) = W^T (L_t, L_n) with
 import functools
 import math
 import threading
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -25,6 +24,7 @@ from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 
 _ROUNDING = 1e-12
+_STICK, _SLIPS = Mode.STICK, ((Mode.SLIP_FORWARD, 1), (Mode.SLIP_BACKWARD, -1))
 
 
 def complementarity_pairs(
@@ -76,8 +76,7 @@ def impulse_excess(impulse: Any, friction: Any, mode: Mode, margin: Any) -> Any:
     return ca.vertcat(normal - scaled, normal + scaled)
 
 
-@dataclass(frozen=True, eq=False)
-class Impact:
+class Impact(NamedTuple):
     """An impact, solved.
 
     Attributes
@@ -137,30 +136,71 @@ def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> I
     >>> impact.mode.value, impact.energy_lost > 0
     ('stick', True)
     """
-    collision, place = _collision(robot, threading.get_ident())
-    # Floats: ten times faster here than arrays.
-    v_t, v_n, tt, nt, tn, nn, *spread = collision.packed(np.concatenate((q, v, p))).tolist()
-    found = outcomes((v_t, v_n), ((tt, tn), (nt, nn)), float(p[place]))
-    if not found:
-        return Impact(None, np.full(2, np.nan), np.full(robot.n_q, np.nan), np.nan, np.nan, False)
-    mode, impulse = found[0]
-    l_t, l_n = impulse.tolist()
-    n = robot.n_q
-    v_plus = np.array([a + b * l_t + c * l_n for a, b, c in zip(v.tolist(), spread[:n], spread[n:], strict=True)])
-    lost = -(v_t * l_t + v_n * l_n + (tt * l_t * l_t + (tn + nt) * l_t * l_n + nn * l_n * l_n) / 2)
-    return Impact(mode, impulse, v_plus, lost, float(v_plus[1]), len(found) > 1)
+    return _touchdown(robot, p.tobytes(), threading.get_ident()).solve(np.concatenate((q, v)))[0]
+
+
+class Touchdown:
+    """The impact of a robot with given parameters and the leg swap that follows it, ready to be solved many times.
+
+    Parameters
+    ----------
+    robot : Robot
+    p : (n_p,) array
+    """
+
+    def __init__(self, robot: Robot, p: np.ndarray) -> None:
+        n, self._given = robot.n_q, np.zeros(2 * robot.n_q + 2)
+        self._n, self._friction = n, float(p[[parameter.name for parameter in robot.parameters].index("friction")])
+        self._collision = Buffered(robot.collision, p, shared=self._given[: 2 * n])
+        self._struck = Buffered(_struck(robot), p, shared=self._given)
+
+    def solve(self, y: np.ndarray) -> tuple[Impact, np.ndarray | None]:
+        """Return the impact in a state and the state after the leg swap, both (q, v) of shape (2 n_q,).
+
+        The latter is None where the single-impulse answer is not valid.
+        """
+        n, given = self._n, self._given
+        given[: 2 * n] = y
+        # Floats: ten times faster here than arrays.
+        v_t, v_n, tt, nt, tn, nn, *_ = self._collision.here().tolist()
+        found = outcomes((v_t, v_n), ((tt, tn), (nt, nn)), self._friction)
+        if not found:
+            return Impact(None, np.full(2, np.nan), np.full(n, np.nan), np.nan, np.nan, False), None
+        mode, impulse = found[0]
+        l_t, l_n = impulse
+        given[2 * n], given[2 * n + 1] = l_t, l_n
+        after = self._struck.here().copy()
+        v_plus, following = after[:n], after[n:]
+        separation = v_plus.item(1)
+        lost = -(v_t * l_t + v_n * l_n + (tt * l_t * l_t + (tn + nt) * l_t * l_n + nn * l_n * l_n) / 2)
+        impact = Impact(mode, given[2 * n :].copy(), v_plus, lost, separation, len(found) > 1)
+        if separation < 0:
+            return impact, None
+        following[n + 1] = 0.0  # the landing foot stays on the ground, exactly
+        if mode is _STICK:
+            following[n] = 0.0
+        return impact, following
 
 
 @functools.lru_cache(maxsize=256)
-def _collision(robot: Robot, thread: int) -> tuple[Buffered, int]:
-    """Return the Function of an impact, with memory of its own in each thread, and where the friction is in p."""
-    return Buffered(robot.collision), [parameter.name for parameter in robot.parameters].index("friction")
+def _touchdown(robot: Robot, p: bytes, thread: int) -> Touchdown:
+    """Return the touchdown of a robot with the parameters in `p`, with memory of its own in each thread."""
+    return Touchdown(robot, np.frombuffer(p))
+
+
+@functools.lru_cache(maxsize=64)
+def _struck(robot: Robot) -> ca.Function:
+    """Return (q, v, impulse, p) -> rates after an impulse at the landing foot, and q and v after the leg swap."""
+    q, v, impulse = ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q), ca.SX.sym("impulse", 2)
+    p = ca.SX.sym("p", len(robot.parameters))
+    v_plus = v + robot.collision(q, v, p)[2] @ impulse
+    return ca.Function("struck", [q, v, impulse, p], ca.cse([v_plus, *robot.swap(q, v_plus, p)]))
 
 
 def outcomes(
     velocity: tuple[float, float], mobility: tuple[tuple[float, float], tuple[float, float]], friction: float
-) -> list[tuple[Mode, np.ndarray]]:
-    """Return every consistent outcome of an impact with its impulse.
+) -> list[tuple[Mode, tuple[float, float]]]:
+    """Return every consistent outcome of an impact with its impulse (L_t, L_n) [N s].
 
     Parameters
     ----------
@@ -171,22 +211,22 @@ def outcomes(
     friction : float
     """
     ((tt, tn), (_, nn)), (v_t, v_n) = mobility, velocity
-    found: list[tuple[Mode, np.ndarray]] = []
+    found: list[tuple[Mode, tuple[float, float]]] = []
     determinant = tt * nn - tn * tn
     l_t, l_n = (tn * v_n - nn * v_t) / determinant, (tn * v_t - tt * v_n) / determinant
     if l_n >= 0 and abs(l_t) <= friction * l_n:
-        found.append((Mode.STICK, np.array([l_t, l_n])))
+        found.append((_STICK, (l_t, l_n)))
     if math.isinf(friction):
         return found
-    for mode, sign in ((Mode.SLIP_FORWARD, 1), (Mode.SLIP_BACKWARD, -1)):
+    for mode, sign in _SLIPS:
         slide = -sign * friction
         response = nn + tn * slide
         if response <= 0:
             continue
         normal = -v_n / response
         if normal >= 0 and sign * (v_t + (tt * slide + tn) * normal) > 0:
-            found.append((mode, np.array([slide * normal, normal])))
+            found.append((mode, (slide * normal, normal)))
     # Exactly on the edge of the cone rounding may refuse the stick and the slip that coincide there.
     if not found and v_n < 0 and abs(l_t) - friction * l_n <= _ROUNDING * math.hypot(l_t, l_n):
-        found.append((Mode.STICK, np.array([l_t, l_n])))
+        found.append((_STICK, (l_t, l_n)))
     return found

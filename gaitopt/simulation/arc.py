@@ -1,7 +1,6 @@
 """Arcs: what an engine returns, and what every engine can do."""
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from gaitopt.control.law import Law
 from gaitopt.model.modes import Mode
@@ -9,8 +8,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
 
-@dataclass(frozen=True, eq=False)
-class Arc:
+class Arc(NamedTuple):
     """A smooth stretch of simulated motion in one contact mode.
 
     Attributes

@@ -1,13 +1,19 @@
 """The exact choice of the contact mode of a foot on the ground."""
 
+import functools
 import math
+from bisect import bisect_right
 
+import casadi as ca
+import numpy as np
+
+from gaitopt.control.law import Law, held_size
 from gaitopt.errors import InputError
 from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import paradox_guard
+from gaitopt.simulation.closed_loop import demand_of, paradox_guard
 
 REST = 1e-12
 """Foot speeds below this [m/s] count as rest; impacts and located events leave exact zeros."""
@@ -22,22 +28,26 @@ class ContactChoice:
     Parameters
     ----------
     robot : Robot
+    law : Law
     p : (n_p,) array
         Parameter vector.
     """
 
-    def __init__(self, robot: Robot, p: Array) -> None:
-        self._stick = Buffered(robot.acceleration[Mode.STICK], p)
-        self._wellposed = Buffered(robot.wellposed, p)
+    def __init__(self, robot: Robot, law: Law, p: Array) -> None:
         self.friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
+        self._robot, self._law, self._p, self._speed = robot, law, p, 1 + robot.n_q
+        self._breaks = law.breakpoints.tolist()
+        self._feet: dict[int, Buffered] = {}
+        self._here = np.zeros(1 + 2 * robot.n_q + held_size(law.torque))
 
-    def choose(self, q: Array, v: Array, torque: Array, *, leaving: Mode | None = None) -> Mode:
-        """Return the mode in which the foot goes on.
+    def choose(self, clock: float, y: Array, *, leaving: Mode | None = None) -> Mode | None:
+        """Return the mode in which the foot goes on; None where it would have to slide in Painleve's paradox.
 
         Parameters
         ----------
-        q, v : (n_q,) arrays
-        torque : (n_u,) array [N m]
+        clock : float [s]
+        y : (n_y,) array
+            State, followed by what the law holds.
         leaving : Mode, optional
             A slip mode that has just come to rest and so cannot be chosen again.
 
@@ -46,27 +56,44 @@ class ContactChoice:
         InputError
             If the foot moves despite infinite friction.
         """
-        if abs(v[0]) > REST:
-            return self.slide(float(v[0]))
-        tangential, normal = self._stick(q, v, torque)[1].tolist()
-        return self.leave_rest(tangential, normal, leaving)
-
-    def slide(self, speed: float) -> Mode:
-        """Return the mode of a foot that moves with a speed [m/s]."""
-        if math.isinf(self.friction):
-            raise InputError(
-                "A foot with infinite friction cannot slide: its velocity (v[0], or foot_speed on the section) must be "
-                f"0, got {speed:g} m/s."
-            )
-        return Mode.slipping(speed)
-
-    def leave_rest(self, tangential: float, normal: float, leaving: Mode | None = None) -> Mode:
-        """Return the mode in which a foot at rest goes on, given the force (f_t, f_n) [N] that keeps it there."""
-        if abs(tangential) <= self.friction * normal or math.isinf(self.friction):
+        tangential, normal, *shares = self._foot(clock, y)
+        speed = self._here.item(self._speed)
+        if abs(speed) > REST:
+            if math.isinf(self.friction):
+                raise InputError(
+                    "A foot with infinite friction cannot slide: its velocity (v[0], or foot_speed on the section) "
+                    f"must be 0, got {speed:g} m/s."
+                )
+            mode = Mode.slipping(speed)
+        elif abs(tangential) <= self.friction * normal or math.isinf(self.friction):
             return Mode.STICK
-        chosen = Mode.slipping(-tangential)
-        return Mode.STICK if chosen is leaving else chosen
+        else:
+            mode = Mode.slipping(-tangential)
+            if mode is leaving:
+                return Mode.STICK
+        return mode if paradox_guard(shares, mode) > 0 else None
 
-    def wellposed(self, mode: Mode, q: Array) -> bool:
-        """Return whether slip in a mode is well posed (no Painleve paradox); sticking always is."""
-        return mode is Mode.STICK or paradox_guard(self._wellposed.packed(q).tolist(), mode) > 0
+    def slide(self, mode: Mode, clock: float, y: Array) -> Mode | None:
+        """Return a slip mode itself, or None where it is not well posed (Painleve's paradox)."""
+        _, _, *shares = self._foot(clock, y)
+        return mode if paradox_guard(shares, mode) > 0 else None
+
+    def _foot(self, clock: float, y: Array) -> list[float]:
+        """Return the force (f_t, f_n) [N] that keeps the foot at rest, and the shares of ``robot.wellposed``."""
+        here = self._here
+        here[0], here[1:] = clock, y
+        piece = max(bisect_right(self._breaks, clock) - 1, 0)  # as Law.piece, but ten times faster
+        foot = self._feet.get(piece)
+        if foot is None:
+            function = _foot(self._robot, self._law.torque)
+            foot = self._feet[piece] = Buffered(function, self._p, self._law.table[:, piece], shared=here)
+        return foot.here().tolist()
+
+
+@functools.lru_cache(maxsize=128)
+def _foot(robot: Robot, torque: ca.Function) -> ca.Function:
+    """Return (clock, y, p, data) -> force that keeps a foot at rest under a law, and ``robot.wellposed``."""
+    demand, n, p = demand_of(torque, Mode.STICK), robot.n_q, ca.SX.sym("p", len(robot.parameters))
+    clock, y, data = demand.sx_in()
+    _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], demand(clock, y, data), p)
+    return ca.Function("foot", [clock, y, p, data], ca.cse([force, robot.wellposed(y[:n], p)]))

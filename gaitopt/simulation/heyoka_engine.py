@@ -58,24 +58,14 @@ class HeyokaEngine:
         phase = phase_of(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode)
         here = phase.here
         here[0], here[1:] = clock, state
-        tape = _Tape(phase, self.tolerance, self.samples) if record else None
-        piece, event = phase.piece(clock), None
-        phase.take_sides(piece)
-        while event is None and here[0] < until:
-            began = here.copy() if record else here
-            event, steps = phase.run(piece, phase.end(piece, until), first=here[0] == clock)
-            if tape is not None:
-                tape.add(phase.column(piece), began, here, steps)
-            if phase.switch(event):
-                event = None
-            else:
-                piece += 1
-                phase.take_sides(piece)
-        if tape is not None:
-            return tape.arc(event)
-        ends = np.empty((2, len(state)))
-        ends[0], ends[1] = state, here[1:]
-        return Arc(np.array([clock, here[0]]), ends.T, event)
+        if record:
+            tape = _Tape(phase, self.tolerance, self.samples)
+            return tape.arc(phase.walk(until, tape.add))
+        ends = np.empty((2, here.size))
+        ends[0] = here
+        event = phase.walk(until)
+        ends[1] = here
+        return Arc(ends[:, 0], ends[:, 1:].T, event)
 
     def sensitivity(
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float

@@ -8,7 +8,7 @@ start unless it counts.
 
 import functools
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -31,6 +31,8 @@ MOST_SWITCHES = 20
 """How often the torque may meet or leave its limits at one instant."""
 PATIENCE = 10_000
 """Taylor steps after which an integrator must show that it gets on."""
+
+Tape = Callable[[Array, Array, Array, int], None]
 
 
 class Phase:
@@ -71,14 +73,6 @@ class Phase:
         self._rows: dict[tuple[int, tuple[float, ...]], Array] = {}
         outcomes = heyoka_module().taylor_outcome
         self._in_time, self._stuck = int(outcomes.time_limit), int(outcomes.step_limit)
-
-    def piece(self, clock: float) -> int:
-        """Return the piece of the law at a clock time."""
-        return max(bisect_right(self._breaks, clock) - 1, 0)
-
-    def end(self, piece: int, until: float) -> float:
-        """Return when a piece of the law ends, `until` at the latest."""
-        return min(until, self._breaks[piece + 1]) if piece + 1 < len(self._breaks) else until
 
     def column(self, piece: int) -> Array:
         """Return the data in force in a piece of the law: its column of the table, and the sides of the actuators."""
@@ -121,18 +115,40 @@ class Phase:
             for piece, begin, end in pieces(self.law, clock, until):
                 yield self.law.table[:, piece], begin, end
             return
-        here, piece, event = self.here, self.piece(clock), None
-        here[0], here[1:] = clock, state
-        self.take_sides(piece)
-        while event is None and here[0] < until:
-            column, begin = self.column(piece), here[0]
-            event, _ = self.run(piece, self.end(piece, until), first=begin == clock)
-            yield column, begin, here[0]
-            if self.switch(event):
-                event = None
-            else:
+        taken: list[tuple[Array, float, float]] = []
+        self.here[0], self.here[1:] = clock, state
+        self.walk(until, lambda column, before, after, steps: taken.append((column, before[0], after[0])))
+        yield from taken
+
+    def walk(self, until: float, tape: Tape | None = None) -> str | None:
+        """Integrate through the pieces of the law, from what is in `here`, and return the event that ended it.
+
+        Parameters
+        ----------
+        until : float [s]
+        tape : callable, optional
+            Called with (data in force, `here` before, `here` after, Taylor steps) for each stretch between changes of
+            the data.
+        """
+        here, breaks = self.here, self._breaks
+        began = clock = here.item(0)
+        piece, event = max(bisect_right(breaks, clock) - 1, 0), None
+        if self._demand is not None:
+            self.take_sides(piece)
+        while event is None and clock < until:
+            before = here.copy() if tape is not None else here
+            end = min(until, breaks[piece + 1]) if piece + 1 < len(breaks) else until
+            event, steps = self.run(piece, end, first=clock == began)
+            clock = here.item(0)
+            if tape is not None:
+                tape(self.column(piece), before, here, steps)
+            if event is None:
                 piece += 1
-                self.take_sides(piece)
+                if self._demand is not None:
+                    self.take_sides(piece)
+            elif self._demand is not None and self.switch(event):
+                event = None
+        return event
 
     def run(self, piece: int, end: float, *, first: bool) -> tuple[str | None, int]:
         """Integrate over one piece of the law, or until a guard falls through zero.
@@ -151,12 +167,16 @@ class Phase:
             Taylor steps taken.
         """
         here, program, integrator = self.here, self._program, self._program.integrator
-        watch, y = self._watch(piece), here[1:]
-        *values, armed = watch.packed(here).tolist()
-        program.numbers[:] = self._row(piece, y)
-        event = self._start(values, armed > 0, first)
-        if event is not None:
-            return event, 0
+        key = piece, self._sides
+        watch = self._watches.get(key) or self._watch(key)
+        *values, armed = watch.here().tolist()
+        row = self._rows.get(key)
+        program.numbers[:] = self._row(key) if row is None or program.rest_matters else row
+        if not min(values) > ZERO:
+            event = self._start(values, armed > 0, first)
+            if event is not None:
+                return event, 0
+        y = here[1:]
         program.state[:] = y[program.entries]
         integrator.time = here[0]
         integrator.reset_cooldowns()
@@ -174,7 +194,7 @@ class Phase:
                 here[0] = end
                 return None, steps
             here[0], event = integrator.time, self._names[~code]
-            if event != "touchdown" or watch.packed(here)[-1] > 0:
+            if event != "touchdown" or watch.here()[-1] > 0:
                 return event, steps
 
     def _start(self, values: list[float], armed: bool, first: bool) -> str | None:
@@ -207,16 +227,12 @@ class Phase:
                 break
             here[0], y[program.entries] = integrator.time, program.state
 
-    def _watch(self, piece: int) -> Buffered:
-        key = piece, self._sides
-        if key not in self._watches:
-            self._watches[key] = Buffered(self.loop.guards, self.p, self.column(piece))
+    def _watch(self, key: tuple[int, tuple[float, ...]]) -> Buffered:
+        self._watches[key] = Buffered(self.loop.guards, self.p, self.column(key[0]), shared=self.here)
         return self._watches[key]
 
-    def _row(self, piece: int, y: Array) -> Array:
-        key = piece, self._sides
-        if key not in self._rows or self._program.rest_matters:
-            self._rows[key] = self._program.row(self.p, self.column(piece), y)
+    def _row(self, key: tuple[int, tuple[float, ...]]) -> Array:
+        self._rows[key] = self._program.row(self.p, self.column(key[0]), self.here[1:])
         return self._rows[key]
 
 

@@ -1,15 +1,12 @@
 """The hybrid automaton: one step of a walk, from a state after touchdown to the next touchdown."""
 
-import functools
-from bisect import bisect_right
-from dataclasses import dataclass
+from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, held_size
+from gaitopt.control.law import Law
 from gaitopt.model.buffered import Buffered
-from gaitopt.model.impact import Impact, solve_impact
+from gaitopt.model.impact import Impact, Touchdown
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -26,10 +23,10 @@ STOPS = {
     None: Stop.NO_TOUCHDOWN,
 }
 """Reasons for which an arc ends a walk."""
+SLIDES = {mode.value: mode for mode in Mode if mode.slips}
 
 
-@dataclass(frozen=True, eq=False)
-class Stride:
+class Stride(NamedTuple):
     """One step: its arcs, and the touchdown that ended it or the reason why none did.
 
     Attributes
@@ -77,13 +74,10 @@ class Walker:
     ) -> None:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
         self.step_time_limit, self.most_events = step_time_limit, most_events
-        self.contact = ContactChoice(robot, p)
+        self.contact = ContactChoice(robot, law, p)
         self._torque: dict[Mode, Buffered] = {mode: Buffered(demand_of(law.torque, mode)) for mode in Mode}
         self._hold = None if law.hold is None else Buffered(law.hold, law.table[:, 0])
-        self._force = functools.cache(self._resting_force)
-        self._breaks = law.breakpoints.tolist()
-        self._here = np.zeros(1 + 2 * robot.n_q + held_size(law.torque))
-        self._swap = Buffered(robot.swap, p)
+        self._landing = Touchdown(robot, p)
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
@@ -111,62 +105,28 @@ class Walker:
         InputError
             If the foot slides despite infinite friction.
         """
-        n, clock = self.robot.n_q, 0.0
+        n, clock, choose = self.robot.n_q, 0.0, self.contact.choose
         state = self.begin(state)
         if abs(state[n]) <= REST:
             state[n] = 0.0
-        mode = self._choose(clock, state)
+        mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
         for _ in range(self.most_events):
-            if not self.contact.wellposed(mode, state[:n]):
+            if mode is None:
                 return Stride(tuple(arcs), Stop.PAINLEVE, None, None)
             arc = self.engine.flow(
                 self.robot, self.law, mode, clock, state, self.p, until=self.step_time_limit, record=record
             )
             arcs.append((mode, arc))
-            clock, state = float(arc.time[-1]), arc.states[:, -1].copy()
-            if arc.event in STOPS:
-                return Stride(tuple(arcs), STOPS[arc.event], None, None)
-            if arc.event == "touchdown":
-                return self._touchdown(tuple(arcs), state)
-            if arc.event == "at rest":
+            event, clock, state = arc.event, arc.time.item(-1), arc.states[:, -1].copy()
+            if event == "touchdown":
+                impact, following = self._landing.solve(state[: 2 * n])
+                return Stride(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
+            if event == "at rest":
                 state[n] = 0.0
-                mode = self._choose(clock, state, leaving=mode)
+                mode = choose(clock, state, leaving=mode)
+            elif event in SLIDES:
+                mode = self.contact.slide(SLIDES[event], clock, state)
             else:
-                mode = Mode(str(arc.event))
+                return Stride(tuple(arcs), STOPS[event], None, None)
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
-
-    def _choose(self, clock: float, state: Array, leaving: Mode | None = None) -> Mode:
-        """Return the mode in which the foot goes on."""
-        speed = state[self.robot.n_q]
-        if abs(speed) > REST:
-            return self.contact.slide(float(speed))
-        self._here[0], self._here[1:] = clock, state
-        piece = max(bisect_right(self._breaks, clock) - 1, 0)  # as Law.piece, but ten times faster
-        tangential, normal = self._force(piece).packed(self._here).tolist()
-        return self.contact.leave_rest(tangential, normal, leaving)
-
-    def _resting_force(self, piece: int) -> Buffered:
-        """Return (clock, y) -> force that keeps the foot at rest, in one piece of the law."""
-        return Buffered(_resting_force(self.robot, self.law.torque), self.p, self.law.table[:, piece])
-
-    def _touchdown(self, arcs: tuple[tuple[Mode, Arc], ...], state: Array) -> Stride:
-        n = self.robot.n_q
-        impact = solve_impact(self.robot, state[:n], state[n : 2 * n], self.p)
-        if impact.mode is None or impact.separation < 0:
-            return Stride(arcs, Stop.DOUBLE_SUPPORT, impact, None)
-        following = self._swap.packed(np.concatenate((state[:n], impact.v_plus))).copy()
-        following[n + 1] = 0.0  # the landing foot stays on the ground, exactly
-        if impact.mode is Mode.STICK:
-            following[n] = 0.0
-        return Stride(arcs, None, impact, following)
-
-
-@functools.lru_cache(maxsize=128)
-def _resting_force(robot: Robot, torque: ca.Function) -> ca.Function:
-    """Return (clock, y, p, data) -> force that keeps a foot at rest under a law."""
-    demand = demand_of(torque, Mode.STICK)
-    clock, y, data = demand.sx_in()
-    p, n = ca.SX.sym("p", len(robot.parameters)), robot.n_q
-    _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], demand(clock, y, data), p)
-    return ca.Function("resting_force", [clock, y, p, data], ca.cse([force]))
