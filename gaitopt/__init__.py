@@ -65,6 +65,8 @@ _PUBLIC = {
     "gaitopt.study.basin": ("basin", "basin_edges"),
     "gaitopt.study.basin_file": ("Basin", "load_basin", "save_basin"),
     "gaitopt.study.reproduction": ("Number", "Study"),
+    "gaitopt.study.sweep": ("sweep",),
+    "gaitopt.study.sweep_file": ("load_sweep", "load_sweep_gait"),
     "gaitopt.study.settling": ("Patience",),
 }
 _HOME = {name: module for module, names in _PUBLIC.items() for name in names}

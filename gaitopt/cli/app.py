@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt import __version__
-from gaitopt.cli import beginning, commands, walking
+from gaitopt.cli import beginning, commands, studies, walking
 from gaitopt.cli.output import err, print_json
 from gaitopt.errors import GaitoptError
 
@@ -40,6 +40,7 @@ for command in (
     walking.stability,
     walking.basin,
     walking.run,
+    studies.sweep,
     beginning.doctor,
 ):
     app.command()(command)

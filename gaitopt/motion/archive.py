@@ -78,17 +78,22 @@ def save(gait: Gait, path: str | Path) -> Path:
     """
     path = Path(path)
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update(
-            format=FORMAT, format_version=VERSION, robot=gait.robot, word=str(gait.word), status=gait.status.key
-        )
-        file.attrs["problem"] = json.dumps(plain(gait.problem))
-        file.create_group("versions").attrs.update(gait.versions)
-        _write_record(file.create_group("solver"), gait.solver)
-        if gait.verification is not None:
-            _write_record(file.create_group("verification"), gait.verification)
-        file.create_dataset("decision", data=gait.decision)
-        _write_motion(file.create_group("motion"), gait.motion)
+        write_gait(file, gait)
     return path
+
+
+def write_gait(group: h5py.Group, gait: Gait) -> None:
+    """Write a gait into a group of an open file, whose root is one too."""
+    group.attrs.update(
+        format=FORMAT, format_version=VERSION, robot=gait.robot, word=str(gait.word), status=gait.status.key
+    )
+    group.attrs["problem"] = json.dumps(plain(gait.problem))
+    group.create_group("versions").attrs.update(gait.versions)
+    _write_record(group.create_group("solver"), gait.solver)
+    if gait.verification is not None:
+        _write_record(group.create_group("verification"), gait.verification)
+    group.create_dataset("decision", data=gait.decision)
+    _write_motion(group.create_group("motion"), gait.motion)
 
 
 def load(path: str | Path) -> Gait:
@@ -122,7 +127,7 @@ def load(path: str | Path) -> Gait:
     try:
         with h5py.File(path, "r") as file:
             _check_format(file, path)
-            return _read_gait(file)
+            return read_gait(file)
     except OSError as error:
         raise ArchiveError(f"{path} cannot be read as HDF5; it is damaged or another kind of file ({error}).") from None
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError, WordError) as error:
@@ -176,7 +181,8 @@ def _read_record(group: h5py.Group) -> dict[str, Any]:
     return {name: value.item() if hasattr(value, "item") else value for name, value in group.attrs.items()}
 
 
-def _read_gait(file: h5py.File) -> Gait:
+def read_gait(file: h5py.Group) -> Gait:
+    """Read what :func:`write_gait` wrote into a group."""
     solver = _read_record(file["solver"])
     solver["violations"] = tuple(_violation(**violation) for violation in json.loads(solver["violations"]))
     solver["warnings"] = tuple(json.loads(solver["warnings"]))

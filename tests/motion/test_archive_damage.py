@@ -53,7 +53,7 @@ def test_whatever_hdf5_raises_inside_a_damaged_file(path, monkeypatch, error):
     def damaged(file):
         raise error("Error iterating over attributes")
 
-    monkeypatch.setattr(archive, "_read_gait", damaged)
+    monkeypatch.setattr(archive, "read_gait", damaged)
     fails(path, "damaged")
 
 

@@ -1,0 +1,90 @@
+"""Commands on many gaits: sweep."""
+
+import functools
+import os
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitopt.cli.commands import Json, Quiet
+from gaitopt.cli.output import err, print_json, print_written
+from gaitopt.errors import InputError
+
+Script = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="A problem script.")]
+Setting = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter of the script.")
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, max=1024, help="Processes. [one for each processor]", show_default=False)
+]
+Starts = Annotated[int, typer.Option(min=1, max=100, help="Starts tried where there is no neighbour to start from.")]
+
+INTERRUPTED = 130
+
+
+def sweep(
+    script: Script,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            metavar="NAME=FROM:TO:COUNT",
+            help="An axis, or several: friction, speed, step_length, slope or a robot parameter, in SI units and rad.",
+        ),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Keeps results; run again to go on.")],
+    words: Annotated[
+        list[str] | None,
+        typer.Option(metavar="WORD,WORD...", help="Words to compare. [the script's own]", show_default=False),
+    ] = None,
+    setting: Setting = None,
+    starts: Starts = 3,
+    workers: Workers = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find the optimal gait of each word at every point of a grid: the frontier of cheap gaits.
+
+    Kill it at any time; the same command goes on.  Exit status 0 if there is a gait, 1 if there is none.
+
+    Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26
+    --words "stick | stick, slip+ stick | slip+" -o frontier.nc
+    """
+    from gaitopt.cli.script import build_problem, load_script
+    from gaitopt.cli.study_output import counting, print_sweep, sweep_facts
+    from gaitopt.study.basin import grid
+    from gaitopt.study.grid import FIELDS
+    from gaitopt.study.sweep import sweep as sweep_problem
+
+    began, problem = time.perf_counter(), build_problem(script, setting or [])
+    axes = dict(grid(text) for text in over)
+    if len(axes) < len(over):
+        raise InputError("--over names the same axis twice.")
+    fields = {name: axes.pop(name) for name in FIELDS if name in axes}
+    spelled = [word.strip() for text in words or [] for word in text.split(",")]
+    with counting("gaits", hidden=json or quiet) as observer:
+        found = sweep_problem(
+            problem,
+            friction=fields.get("friction"),
+            speed=fields.get("speed"),
+            step_length=fields.get("step_length"),
+            slope=fields.get("slope"),
+            parameters=axes,
+            words=spelled or None,
+            starts=starts,
+            workers=workers or os.cpu_count() or 1,
+            prepare=functools.partial(load_script, script),
+            path=output,
+            observer=observer,
+        )
+    complete, any_gait = bool(found.attrs["complete"]), bool((found.status == "solved").any())
+    if json:
+        print_json(sweep_facts(found) | {"file": str(output), "seconds": time.perf_counter() - began})
+    elif not quiet:
+        print_sweep(found)
+        print_written(output)
+    if not complete:
+        err.print("Not complete: the same command goes on.")
+        raise typer.Exit(INTERRUPTED)
+    raise typer.Exit(0 if any_gait else 1)

@@ -1,0 +1,68 @@
+"""What the commands on studies print."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich import box
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from gaitopt.cli.output import err, out
+from gaitopt.motion.summary import plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@contextmanager
+def counting(what: str, *, hidden: bool) -> Iterator[Callable[[int, int], None]]:
+    """Yield an observer that moves a progress bar."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total:.0f}"))
+    with Progress(*columns, TimeElapsedColumn(), console=err, transient=True, disable=hidden) as progress:
+        task = progress.add_task(what, total=1)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
+    """Return a sweep as plain data, a record for each point."""
+    axes = [str(name) for name in table.status.dims if name != "word"]
+    numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel"]
+    points = []
+    for at in np.ndindex(*table.status.shape):
+        place = dict(zip(table.status.dims, at, strict=True))
+        point: dict[str, Any] = {"word": str(table.word.values[place["word"]])}
+        point |= {name: float(table[name].values[place[name]]) for name in axes}
+        point |= {name: table[name].values[at] for name in ("status", "reason", *numbers)}
+        points.append(point | {"verified": bool(table.verified.values[at])})
+    return plain({"complete": bool(table.attrs["complete"]), "axes": axes, "points": points})
+
+
+def print_sweep(table: "xr.Dataset") -> None:
+    """Print the cost of transport of each word over the axes, the cheapest in green, and why some are missing."""
+    axes = [str(name) for name in table.status.dims if name != "word"]
+    words = [str(word) for word in table.word.values]
+    shown = Table(box=box.SIMPLE, pad_edge=False, title="cost of transport", title_justify="left")
+    for name in axes:
+        unit = table[name].attrs.get("units", "1")
+        shown.add_column(name if unit == "1" else f"{name} [{unit}]", no_wrap=True)
+    for word in words:
+        shown.add_column(escape(word), no_wrap=True)
+    cost, status = table.cost_of_transport.values, table.status.values
+    for index in np.ndindex(*cost.shape[1:]):
+        column = cost[(slice(None), *index)]
+        least = np.nanmin(column) if np.any(np.isfinite(column)) else np.nan
+        cells = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
+        for number, value in enumerate(column):
+            failed = f"[red]{escape(str(status[(number, *index)]))}[/]"
+            text = f"{value:.6f}" if np.isfinite(value) else failed
+            cells.append(f"[green]{text}[/]" if value == least else text)
+        shown.add_row(*cells)
+    out.print(shown)
+    reasons = sorted({str(reason) for reason in table.reason.values.ravel() if reason})
+    for reason in reasons[:5]:
+        out.print(escape(reason), soft_wrap=True)
+    if len(reasons) > 5:
+        out.print(f"... and {len(reasons) - 5} more reasons in the file")

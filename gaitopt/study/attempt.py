@@ -1,0 +1,118 @@
+"""One word at one place of a study: solved from several starts, on a coarse grid first, and replayed."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.motion.gait import Gait
+from gaitopt.ocp.guess import Guess, Line, Previous
+from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solver import solve
+from gaitopt.simulation.verification import verify
+from gaitopt.status import Status
+from gaitopt.study.swing import Swing
+
+COARSENING, COARSEST = 3, 5
+"""Intervals of the coarse grid: a third of the problem's, but so many in each phase."""
+
+SCOUT = Ipopt(max_iterations=100)
+"""On the coarse grid; most words that can be walked are found within half of that."""
+
+FINISH = Ipopt(max_iterations=300)
+
+HOPELESS = 1e-3
+"""A start that still violates the constraints by so much after `SCOUT` has led nowhere; two of them are enough."""
+
+WORTH, ALIKE, FINISHED = 0.02, 1e-4, 2
+"""Coarse solutions are finished if dearer than the cheapest by at most `WORTH`, not `ALIKE`, and at most so many."""
+
+
+def attempt(problem: GaitProblem, start: Gait | Guess, solver: Ipopt = FINISH) -> Gait:
+    """Solve a problem from a guess, or from a gait of any word and grid.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user stopped it: the last iterate is no result of a study.
+    """
+    guess = Previous(start.motion, f"a gait '{start.word}'") if isinstance(start, Gait) else start
+    gait = solve(problem.replace(guess=guess), solver=solver)
+    if gait.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return gait
+
+
+def own_starts(problem: GaitProblem, count: int) -> list[Guess]:
+    """Return the first `count` starts of a problem: its own guess or a straight line, then swings."""
+    return [problem.guess or Line(), *(Swing(seed) for seed in range(1, count))]
+
+
+def scouted(problem: GaitProblem, starts: Sequence[Gait | Guess], count: int) -> list[Gait]:
+    """Return what is found on a coarse grid from each start: solutions, cheapest first, or else the best failure.
+
+    Parameters
+    ----------
+    starts : sequence of Gait or Guess
+    count : int
+        Starts tried when none leads anywhere; one success and all are.
+    """
+    coarse = _coarsened(problem)
+    found: list[Gait] = []
+    failed: list[Gait] = []
+    for start in starts:
+        gait = attempt(coarse, start, SCOUT)
+        (found if gait.status.ok else failed).append(gait)
+        if not found and sum(other.solver.constraint_violation > HOPELESS for other in failed) >= count:
+            break
+    if found:
+        return sorted(found, key=objective)
+    return [min(failed, key=lambda gait: gait.solver.constraint_violation)]
+
+
+def objective(gait: Gait) -> float:
+    """Return what a gait was optimised for; infinite unless it is a solution."""
+    return gait.solver.objective if gait.status.ok else math.inf
+
+
+def finished(problem: GaitProblem, coarse: Sequence[Gait]) -> Gait:
+    """Return the cheapest of coarse solutions on the problem's own grid; a failure as it is."""
+    if not coarse[0].status.ok:
+        return coarse[0]
+    chosen: list[Gait] = []
+    for gait in coarse:
+        near = objective(gait) <= objective(coarse[0]) * (1 + WORTH)
+        if near and len(chosen) < FINISHED and not any(_alike(gait, other) for other in chosen):
+            chosen.append(gait)
+    return best([attempt(problem, gait) for gait in chosen])
+
+
+def best(gaits: Sequence[Gait]) -> Gait:
+    """Return the cheapest solution, the first one of equals; without any, the failure nearest to one."""
+    return min(gaits, key=lambda gait: (objective(gait), gait.solver.constraint_violation))
+
+
+def proven(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
+    """Return the cheapest gait that passes replay, or else the cheapest with its verdict."""
+    verdicts = []
+    for gait in sorted(gaits, key=lambda gait: (objective(gait), gait.solver.constraint_violation)):
+        verdicts.append(verify(gait, problem.robot) if gait.status.ok else gait)
+        if verdicts[-1].status.ok:
+            return verdicts[-1]
+    return verdicts[0]
+
+
+def _alike(one: Gait, other: Gait) -> bool:
+    if abs(objective(one) - objective(other)) > ALIKE * abs(objective(one)):
+        return False
+    durations = np.array([[segment.duration for segment in gait.motion.segments] for gait in (one, other)])
+    return bool(np.ptp(durations, axis=0).max() < 1e-3 * one.period)
+
+
+def _coarsened(problem: GaitProblem) -> GaitProblem:
+    """Return the problem on a grid just fine enough to find a gait, and to tell it from others."""
+    counts = problem.transcription.intervals_for(problem.word)
+    coarse = tuple(max(COARSEST, count // COARSENING) for count in counts)
+    return problem.replace(transcription=replace(problem.transcription, intervals=coarse, tolerance=math.inf))

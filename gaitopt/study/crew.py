@@ -1,0 +1,209 @@
+"""Crews: who does the tasks, own processes or somebody else's executor."""
+
+import hashlib
+import os
+import pickle
+import signal
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context, parent_process
+from types import TracebackType
+from typing import Any
+
+from gaitopt.errors import GaitoptError, InputError
+
+Work = Callable[..., Any]
+"""Called as ``work(shared, argument, *results needed)``; a function of a module, so that a worker can find it."""
+
+Prepare = Callable[[], object]
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """What every task is given, packed once."""
+
+    digest: str
+    content: bytes
+
+    @classmethod
+    def of(cls, shared: Any) -> "Parcel":
+        """Pack an object.
+
+        Raises
+        ------
+        InputError
+            If it cannot be sent to another process.
+        """
+        try:
+            content = pickle.dumps(shared)
+        except Exception as error:  # whatever a user's own classes do when pickled
+            raise InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})") from error
+        return cls(hashlib.sha256(content).hexdigest(), content)
+
+
+_UNSENDABLE = (
+    "The problem cannot be sent to worker processes: put your own classes and functions at the top level of a module "
+    "or problem script, not in a notebook or another function, or use workers=1."
+)
+
+
+class Crew(ABC):
+    """Takes tasks one by one; a context that ends with everybody sent home."""
+
+    room: int
+    """Tasks worth handing over at once."""
+
+    @abstractmethod
+    def submit(self, argument: Any, needed: list[Any]) -> Future:
+        """Hand over a task."""
+
+    @abstractmethod
+    def renew(self) -> None:
+        """Replace the crew after a worker died."""
+
+    @abstractmethod
+    def dismiss(self, *, at_once: bool) -> None:
+        """Send everybody home, in the middle of their tasks if `at_once`."""
+
+    def __enter__(self) -> "Crew":
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.dismiss(at_once=kind is not None)
+
+
+class Processes(Crew):
+    """Fresh processes of this machine, one thread of linear algebra each, deaf to Ctrl-C, gone when we are gone.
+
+    Forking a process that holds compiled code and threads is not safe, so they are spawned.
+    """
+
+    def __init__(self, workers: int, work: Work, shared: Any, prepare: Prepare | None = None) -> None:
+        self.room = 2 * workers
+        self._workers, self._work, self._parcel, self._prepare = workers, work, Parcel.of(shared), prepare
+        self._pool = self._open()
+
+    def submit(self, argument: Any, needed: list[Any]) -> Future:
+        """Hand over a task; raises BrokenProcessPool if a worker has died."""
+        with _undisturbed():  # a worker is started when there is work for it
+            return self._pool.submit(_call, self._work, self._parcel.digest, None, argument, needed)
+
+    def renew(self) -> None:
+        """Start anew; raises GaitoptError if processes die whatever they do."""
+        for _ in range(3):
+            self.dismiss(at_once=True)
+            self._pool = self._open()
+            try:
+                with _undisturbed():
+                    first = self._pool.submit(os.getpid)
+                first.result()
+                return
+            except BrokenProcessPool:
+                continue
+        raise GaitoptError(
+            "Worker processes die before they do anything. In a script of your own, start the study under "
+            "'if __name__ == \"__main__\":'; if memory is short, use fewer workers."
+        )
+
+    def dismiss(self, *, at_once: bool) -> None:
+        """End the processes, killing them if `at_once`."""
+        processes = dict(self._pool._processes or {}) if at_once else {}  # there is no public way to end a running task
+        self._pool.shutdown(wait=not at_once, cancel_futures=True)
+        for process in processes.values():
+            process.kill()
+        for process in processes.values():
+            process.join()
+
+    def _open(self) -> ProcessPoolExecutor:
+        settings = (self._prepare, self._parcel)
+        return ProcessPoolExecutor(self._workers, get_context("spawn"), initializer=_settle_in, initargs=settings)
+
+
+class Foreign(Crew):
+    """An executor of the user's, which starts, loses and ends its workers by its own rules."""
+
+    def __init__(self, executor: Executor, workers: int, work: Work, shared: Any) -> None:
+        self.room = 2 * workers
+        self._executor, self._work, self._parcel = executor, work, Parcel.of(shared)
+        self._pending: set[Future] = set()
+
+    def submit(self, argument: Any, needed: list[Any]) -> Future:
+        """Hand over a task."""
+        parcel = self._parcel
+        future = self._executor.submit(_call, self._work, parcel.digest, parcel.content, argument, needed)
+        self._pending.add(future)
+        future.add_done_callback(self._pending.discard)
+        return future
+
+    def renew(self) -> None:
+        """Give up: only its owner can mend a foreign executor."""
+        raise GaitoptError("The executor has lost its workers. What was finished is kept; run the same again to go on.")
+
+    def dismiss(self, *, at_once: bool) -> None:
+        """Cancel what has not begun; the executor stays open."""
+        for future in list(self._pending):
+            future.cancel()
+
+
+_UNPACKED: dict[str, Any] = {}
+"""In a worker: the object every task is given, by its digest."""
+
+
+def _settle_in(prepare: Prepare | None, parcel: Parcel) -> None:
+    """Begin a worker's life: follow the parent into death, import what is needed, unpack what is shared."""
+    threading.Thread(target=_follow_parent, daemon=True).start()
+    try:
+        if prepare is not None:
+            prepare()
+        _unpack(parcel.digest, parcel.content)
+    except Exception as error:  # told when the first task is done, instead of dying without a word
+        _UNPACKED[parcel.digest] = InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})")
+
+
+def _follow_parent() -> None:
+    """End this process when its parent has ended, however that ended: nobody else would."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _unpack(digest: str, content: bytes) -> None:
+    _UNPACKED.clear()
+    _UNPACKED[digest] = pickle.loads(content)
+
+
+def _call(work: Work, digest: str, content: bytes | None, argument: Any, needed: list[Any]) -> Any:
+    """Do a task in a worker."""
+    if digest not in _UNPACKED and content is not None:
+        _unpack(digest, content)
+    shared = _UNPACKED[digest]
+    if isinstance(shared, InputError):
+        raise shared
+    return work(shared, argument, *needed)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Start processes that the terminal's Ctrl-C does not reach and whose linear algebra keeps to one thread.
+
+    Both are inherited: the mask of blocked signals, and the environment.
+    """
+    added = [name for name in _THREADS if name not in os.environ]
+    masks = hasattr(signal, "pthread_sigmask")
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else None
+    os.environ.update(dict.fromkeys(added, "1"))
+    try:
+        yield
+    finally:
+        for name in added:
+            del os.environ[name]
+        if former is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, former)

@@ -1,0 +1,97 @@
+"""A folder that keeps the gaits of a study while it runs, one file each, so that it can go on after any end."""
+
+import json
+from collections.abc import Iterator, MutableMapping
+from pathlib import Path
+from typing import Any
+
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.archive import load, save
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.summary import plain
+
+QUESTION = "question.json"
+
+
+class GaitFolder(MutableMapping[str, Gait]):
+    """Gaits by key, each in a file of its own that is written whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+        Made if there is none.
+    question : dict
+        What the study computes, as plain data; a folder with another question is refused.
+
+    Raises
+    ------
+    InputError
+        If the folder belongs to another study, or is no folder of a study.
+    ArchiveError
+        If it cannot be made or read.
+    """
+
+    def __init__(self, path: str | Path, question: dict[str, Any]) -> None:
+        self.path = Path(path)
+        asked = json.loads(json.dumps(plain(question)))
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ArchiveError(f"Cannot make the folder {self.path}: {error.strerror or error}.") from None
+        if (self.path / QUESTION).is_file():
+            check_same_question(_read(self.path / QUESTION), asked, self.path)
+        elif any(self.path.glob("*.h5")):
+            raise InputError(f"{self.path} holds files that no study wrote; name another folder.")
+        else:
+            with replacing(self.path / QUESTION) as temporary:
+                temporary.write_text(json.dumps(asked, indent=1), encoding="utf-8")
+
+    @staticmethod
+    def beside(path: Path) -> Path:
+        """Return the folder that belongs to the file of a study."""
+        return path.with_name(f"{path.name}.parts")
+
+    def file(self, key: str) -> Path:
+        """Return the file of a key, there or not."""
+        return self.path / f"{key}.h5"
+
+    def __getitem__(self, key: str) -> Gait:
+        if key not in self:
+            raise KeyError(key)
+        try:
+            return load(self.file(key))
+        except ArchiveError as error:
+            raise ArchiveError(f"{error} Delete that file and run the same again to compute it anew.") from None
+
+    def __setitem__(self, key: str, gait: Gait) -> None:
+        save(gait, self.file(key))
+
+    def __delitem__(self, key: str) -> None:
+        self.file(key).unlink()
+
+    def __contains__(self, key: object) -> bool:
+        return isinstance(key, str) and self.file(key).is_file()
+
+    def __iter__(self) -> Iterator[str]:
+        return (path.stem for path in sorted(self.path.glob("*.h5")) if not path.name.startswith("."))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+def check_same_question(held: Any, asked: dict[str, Any], path: Path) -> None:
+    """Raise InputError, naming what differs, unless a file or folder holds the study that is asked for."""
+    asked = json.loads(json.dumps(plain(asked)))
+    if held == asked:
+        return
+    names = [name for name in asked if not isinstance(held, dict) or held.get(name) != asked[name]]
+    differing = f" (another {' and another '.join(names)})" if names else ""
+    raise InputError(f"{path} holds another study{differing}: name another place, or delete it to start afresh.")
+
+
+def _read(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ArchiveError(f"{path} is damaged ({error}); delete its folder to start afresh.") from None

@@ -1,0 +1,72 @@
+"""What studies measure on a gait: names, units and meanings, the same in every table and file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.motion.gait import Gait
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number that is read off a gait.
+
+    Attributes
+    ----------
+    name : str
+        Identifier, the same in Python, files and JSON.
+    unit : str
+        ``"1"`` for a pure number.
+    meaning : str
+        A phrase for people.
+    read : callable
+        From a gait to the number.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    read: Callable[[Gait], float]
+
+
+def force_ratio(gait: Gait) -> float:
+    """Return the largest ratio of tangential to normal contact force at the samples of a gait.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> round(force_ratio(load("docs/examples/compass_slip.h5")), 4)
+    0.14
+    """
+    force = gait.motion.channel("force")
+    return float(np.max(np.abs(force[0]) / force[1]))
+
+
+def peak_torques(gait: Gait) -> dict[str, float]:
+    """Return the largest absolute torque of each actuator [N m].
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> sorted(peak_torques(load("docs/examples/compass_slip.h5")))
+    ['ankle', 'hip']
+    """
+    peaks = np.max(np.abs(gait.motion.channel("torque")), axis=1)
+    return dict(zip(gait.motion.actuators, peaks.tolist(), strict=True))
+
+
+MEASURES = (
+    Measure("cost_of_transport", "1", "absolute joint work over weight and travel", lambda g: g.cost_of_transport),
+    Measure("objective", "", "what was minimised, in a unit of its own", lambda gait: gait.solver.objective),
+    Measure("achieved_speed", "m/s", "average forward speed", lambda gait: gait.speed),
+    Measure("travel", "m", "forward travel in a step, foot slide included", lambda gait: gait.step_length),
+    Measure("period", "s", "duration of a step", lambda gait: gait.period),
+    Measure("foot_slide", "m", "net forward slide of the stance foot in a step", lambda gait: gait.motion.foot_slide),
+    Measure("force_ratio", "1", "largest tangential over normal contact force", force_ratio),
+    Measure("impulse_ratio", "1", "tangential over normal impulse at touchdown", lambda g: g.motion.jumps[0].ratio),
+    Measure("actuator_work", "J", "work of the actuators in a step, signed", lambda gait: gait.energy.actuator),
+    Measure("gravity_work", "J", "work of gravity in a step", lambda gait: gait.energy.gravity),
+    Measure("impact_loss", "J", "energy lost at touchdown", lambda gait: gait.energy.impact_loss),
+    Measure("friction_loss", "J", "energy lost by sliding in a step", lambda gait: gait.energy.friction_loss),
+)

@@ -1,0 +1,178 @@
+"""Sweeps: optimal gaits of several words over ranges of friction, speed, step or anything else."""
+
+import contextlib
+import shutil
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitopt.motion.atomic import check_writable
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
+from gaitopt.motion.word import Word
+from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.study.attempt import attempt, best, finished, objective, own_starts, proven, scouted
+from gaitopt.study.crew import Prepare
+from gaitopt.study.gait_folder import GaitFolder
+from gaitopt.study.grid import Duty, Grid, Point, axis_values, tasks
+from gaitopt.study.question import question
+from gaitopt.study.runner import run_tasks
+from gaitopt.study.sweep_file import IMPOSSIBLE, LOST, PENDING, Findings, held_sweep, to_dataset, write_sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CONTINUED = Ipopt(max_iterations=150)
+"""From a neighbour."""
+
+Observer = Callable[[int, int], None]
+
+
+def sweep(
+    problem: GaitProblem,
+    *,
+    friction: Sequence[float] | Array | None = None,
+    speed: Sequence[float] | Array | None = None,
+    step_length: Sequence[float] | Array | None = None,
+    slope: Sequence[float] | Array | None = None,
+    parameters: Mapping[str, Sequence[float] | Array] | None = None,
+    words: Sequence[Word | str] | None = None,
+    starts: int = 3,
+    workers: int = 1,
+    executor: Executor | None = None,
+    prepare: Prepare | None = None,
+    path: str | Path | None = None,
+    observer: Observer | None = None,
+) -> "xr.Dataset":
+    """Find the optimal gait of each word at each point of a grid, and replay it.
+
+    Each point starts from its neighbours, in both directions along every axis, and keeps the cheapest gait.  The answer
+    does not depend on the number of workers, nor on how often the sweep was stopped and gone on with.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+        What does not change over the grid.
+    friction, speed, step_length, slope : sequence of float, optional
+        Axes, increasing [1, m/s, m, rad].
+    parameters : mapping of str to sequence of float, optional
+        Further axes, by the robot's parameters (SI units).
+    words : sequence of Word or str, optional
+        The problem's own word if none are given.
+    starts : int
+        Starts tried where there is no neighbour to start from.
+    workers : int
+        Processes.
+    executor : concurrent.futures.Executor, optional
+        Solves the points instead of own processes, `workers` at a time.
+    prepare : callable, optional
+        Called once in each process, to import what the problem needs.
+    path : str or Path, optional
+        NetCDF file for the result.  Until it is complete, ``PATH.parts`` beside it keeps every finished gait: the same
+        call goes on from there after any end.
+    observer : callable, optional
+        Called with (gaits computed, gaits in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``word`` and the axes, nan where there is no gait; ``status`` and ``reason`` say why.  Its attribute
+        ``complete`` is 0 if the sweep was interrupted.  The gaits themselves: :func:`gaitopt.load_sweep_gait`.
+
+    Raises
+    ------
+    InputError
+        If an axis cannot be, no point can be posed, or the file holds another study.
+    ArchiveError
+        If the disk is full, for example; what was finished is kept.
+
+    Examples
+    --------
+    >>> from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, sweep
+    >>> problem = GaitProblem(
+    ...     robot=compass_biped(), word="stick | stick", speed=0.6, step_length=0.45, limits=Limits(torque=6),
+    ...     objective="torque_squared", transcription=MultipleShooting(intervals=12),
+    ... )
+    >>> found = sweep(problem, friction=[0.19, 0.2], starts=1)
+    >>> found.status.values.tolist(), bool(found.cost_of_transport[0, 0] > found.cost_of_transport[0, 1])
+    ([['solved', 'solved']], True)
+    """
+    named = {"friction": friction, "speed": speed, "step_length": step_length, "slope": slope}
+    axes = axis_values({name: axis for name, axis in named.items() if axis is not None} | dict(parameters or {}))
+    spelled = tuple(Word.parse(word).check_periodic() for word in ([problem.word] if words is None else words))
+    grid = Grid(problem, spelled, axes, starts)
+    listed = {name: values.tolist() for name, values in axes.items()}
+    asked = question(problem, words=[str(word) for word in spelled], axes=listed, starts=starts)
+    if path is None:
+        return to_dataset(_found(grid, asked, {}, observer, workers, executor, prepare))
+    path = Path(path)
+    parts = GaitFolder.beside(path)
+    held = held_sweep(path, asked)
+    if held is None:
+        check_writable(path)
+        findings = _found(grid, asked, GaitFolder(parts, asked), observer, workers, executor, prepare)
+        write_sweep(findings, path)
+        held = to_dataset(findings)
+    if held.attrs["complete"]:
+        shutil.rmtree(parts, ignore_errors=True)
+    return held
+
+
+def _found(
+    grid: Grid,
+    asked: dict[str, Any],
+    kept: MutableMapping[str, Gait],
+    observer: Observer | None,
+    workers: int,
+    executor: Executor | None,
+    prepare: Prepare | None,
+) -> Findings:
+    """Compute what is not kept yet and keep it; an interrupt ends this early."""
+    planned = tasks(grid)
+    count = sum(task.key in kept for task in planned)
+    lost: dict[Point, str] = {}
+    running = run_tasks(solve_task, planned, grid, known=kept, workers=workers, executor=executor, prepare=prepare)
+    with contextlib.closing(running), contextlib.suppress(KeyboardInterrupt):
+        for done in running:
+            if done.failure:
+                lost[done.task.argument.point] = done.failure
+            else:
+                kept[done.task.key] = done.result
+            count += 1
+            if observer is not None:
+                observer(count, len(planned))
+    missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
+    for point in grid.points():
+        if point not in missing and f"point-{point.name}" not in kept:
+            missing[point] = (LOST, lost[point]) if point in lost else (PENDING, "the sweep was interrupted")
+    return Findings(grid, kept, missing, asked)
+
+
+def solve_task(grid: Grid, duty: Duty, *found: Gait | None) -> Gait:
+    """Do one task of a sweep: a gait from starts of its own, from neighbours, or the proven best of a point."""
+    problem = grid.problem_at(duty.point)
+    gaits = [gait for gait in found if gait is not None]
+    if duty.kind == "point" and gaits:
+        solved = any(gait.status.ok for gait in gaits)
+        return proven(problem, gaits if solved else [*gaits, _cold(grid, problem)])
+    if duty.kind == "cold" or not gaits:
+        return _cold(grid, problem)
+    own = [gait for gait in found[-1:] if duty.own and gait is not None]
+    return _continued(problem, own, [gait for gait in gaits if gait not in own])
+
+
+def _cold(grid: Grid, problem: GaitProblem) -> Gait:
+    return finished(problem, scouted(problem, own_starts(problem, grid.starts), grid.starts))
+
+
+def _continued(problem: GaitProblem, own: list[Gait], neighbours: list[Gait]) -> Gait:
+    """Return the best of a point's own gait and one from its best neighbour; a failure is handed on."""
+    reached = list(own)
+    for start in sorted(neighbours, key=objective):
+        if start.status.ok:
+            reached.append(attempt(problem, start, CONTINUED))
+            if reached[-1].status.ok:
+                break
+    return best(reached or neighbours)

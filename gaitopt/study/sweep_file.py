@@ -1,0 +1,222 @@
+"""A sweep as a labelled dataset, and in one open file: a NetCDF table, with the gaits in groups beside it."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+
+from gaitopt.errors import ArchiveError, InputError, suggest
+from gaitopt.motion.archive import read_gait, write_gait
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.summary import plain
+from gaitopt.ocp.solver import versions
+from gaitopt.study.gait_folder import check_same_question
+from gaitopt.study.grid import Grid, Point
+from gaitopt.study.measure import MEASURES, peak_torques
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT, VERSION, GAITS = "gaitopt sweep", 1, "gaits"
+
+IMPOSSIBLE, LOST, PENDING = "impossible", "lost", "pending"
+"""Status of a point that cannot be posed, whose process died, or that is not computed yet; others have their gait's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What a sweep has found.
+
+    Attributes
+    ----------
+    grid : Grid
+    gaits : mapping of str to Gait
+        By ``"point-" + name`` of the point; solved or not.
+    missing : dict of Point to (status, reason)
+        Points without gait.
+    question : dict
+    """
+
+    grid: Grid
+    gaits: Mapping[str, Gait]
+    missing: dict[Point, tuple[str, str]]
+    question: dict[str, Any]
+
+    def gait(self, point: Point) -> Gait | None:
+        """Return the gait of a point, or None."""
+        return self.gaits.get(f"point-{point.name}")
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is left to compute."""
+        return all(status == IMPOSSIBLE for status, _ in self.missing.values())
+
+
+def to_dataset(findings: Findings) -> "xr.Dataset":
+    """Return the table of a sweep; numbers are nan where there is no gait."""
+    import xarray as xr
+
+    grid = findings.grid
+    actuators, shape = grid.problem.robot.actuators, grid.shape
+    numbers = {measure.name: np.full(shape, math.nan) for measure in MEASURES}
+    torque, error = np.full((*shape, len(actuators)), math.nan), np.full(shape, math.nan)
+    status, reason = np.full(shape, "", dtype=object), np.full(shape, "", dtype=object)
+    verified = np.zeros(shape, dtype=np.int8)
+    for point in grid.points():
+        at = (point.word, *point.index)
+        gait = findings.gait(point)
+        status[at], reason[at] = findings.missing[point] if gait is None else (gait.status.key, why_not(gait))
+        if gait is None or not gait.status.ok:
+            continue
+        for measure in MEASURES:
+            numbers[measure.name][at] = measure.read(gait)
+        torque[at] = list(peak_torques(gait).values())
+        if gait.verification is not None:
+            verified[at], error[at] = gait.verification.passed, gait.verification.state_error
+    dims = ("word", *grid.axes)
+    table: dict[str, Any] = {
+        measure.name: (dims, numbers[measure.name], {"units": measure.unit, "long_name": measure.meaning})
+        for measure in MEASURES
+    }
+    table["peak_torque"] = ((*dims, "actuator"), torque, {"units": "N m", "long_name": "largest absolute torque"})
+    table["status"] = (dims, status, {"long_name": "how the optimisation ended"})
+    table["reason"] = (dims, reason, {"long_name": "why there is no gait"})
+    table["verified"] = (dims, verified, {"long_name": "1 where the gait passed its replay"})
+    table["replay_error"] = (dims, error, {"long_name": "largest error of the replayed state, in SI units"})
+    coordinates: dict[str, Any] = {
+        name: (name, values, {"units": grid.unit(name)}) for name, values in grid.axes.items()
+    }
+    coordinates["word"] = [str(word) for word in grid.words]
+    coordinates["actuator"] = list(actuators)
+    return xr.Dataset(table, coordinates, _attributes(findings))
+
+
+def _attributes(findings: Findings) -> dict[str, Any]:
+    return {
+        "title": f"{findings.grid.problem.name}: optimal gaits",
+        "format": FORMAT,
+        "format_version": VERSION,
+        "complete": int(findings.complete),
+        "question": json.dumps(plain(findings.question)),
+        "versions": json.dumps(versions()),
+    }
+
+
+def why_not(gait: Gait) -> str:
+    """Return why a gait is no solution, in a sentence; empty for one that is."""
+    if gait.status.ok:
+        return ""
+    if gait.verification is not None and not gait.verification.passed:
+        return "replay: " + "; ".join(gait.verification.reasons)
+    worst = str(gait.solver.violations[0]) if gait.solver.violations else gait.solver.message
+    return f"{gait.status.key}: {worst}"
+
+
+def write_sweep(findings: Findings, path: Path) -> None:
+    """Write a sweep to a file, whole or not at all.
+
+    All gaits go into the same file: a sweep is then one thing to move, send and cite.
+    """
+    with replacing(path) as temporary:
+        to_dataset(findings).to_netcdf(temporary, engine="h5netcdf")
+        with h5py.File(temporary, "a") as file:
+            for point in findings.grid.points():
+                gait = findings.gait(point)
+                if gait is not None:
+                    write_gait(file.create_group(f"{GAITS}/{point.name}"), gait)
+
+
+def load_sweep(path: str | Path) -> "xr.Dataset":
+    """Read the table of a sweep.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing, damaged or of another kind.
+
+    Examples
+    --------
+    >>> load_sweep("nowhere.nc")
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.ArchiveError: There is no file nowhere.nc.
+    """
+    import xarray as xr
+
+    path = Path(path)
+    if not path.is_file():
+        raise ArchiveError(f"There is no file {path}.")
+    try:
+        found = xr.load_dataset(path, engine="h5netcdf")
+    except Exception as error:  # whatever the readers make of a file of another kind
+        raise ArchiveError(f"{path} is damaged or another kind of file ({type(error).__name__}: {error}).") from None
+    if found.attrs.get("format") != FORMAT or int(found.attrs["format_version"]) > VERSION:
+        raise ArchiveError(f"{path} is not a sweep this gaitopt can read.")
+    return found
+
+
+def load_sweep_gait(path: str | Path, word: str, **coordinates: float) -> Gait:
+    """Read the gait of one point of a sweep.
+
+    Parameters
+    ----------
+    path : str or Path
+    word : str
+    **coordinates : float
+        Value of each axis, such as ``friction=0.14``; the nearest point is taken.
+
+    Returns
+    -------
+    Gait
+        Solved or not: look at its status.
+
+    Raises
+    ------
+    InputError
+        If the sweep has no such word or axis, or no gait was computed there.
+    ArchiveError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> load_sweep_gait("nowhere.nc", "stick | stick", friction=0.14)
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.ArchiveError: There is no file nowhere.nc.
+    """
+    table = load_sweep(path)
+    words, axes = [str(name) for name in table.word.values], [name for name in table.status.dims if name != "word"]
+    if word not in words:
+        raise InputError(f"The sweep in {path} has no word {word!r}. {suggest(word, words)}")
+    if set(coordinates) != set(axes):
+        raise InputError(f"Name a point of the sweep in {path} by {', '.join(map(str, axes))}.")
+    index = [int(np.argmin(np.abs(table[name].values - coordinates[str(name)]))) for name in axes]
+    with h5py.File(path, "r") as file:
+        group = f"{GAITS}/{Point(words.index(word), tuple(index)).name}"
+        if group not in file:
+            reason = table.reason.values[(words.index(word), *index)]
+            raise InputError(f"The sweep in {path} has no gait there: {reason}")
+        return read_gait(file[group])
+
+
+def held_sweep(path: Path, question: dict[str, Any]) -> "xr.Dataset | None":
+    """Return the finished sweep a file holds, None if there is none yet; raise InputError if it holds another one."""
+    if not path.exists():
+        return None
+    held = load_sweep(path)
+    check_same_question(json.loads(held.attrs["question"]), question, path)
+    return held if held.attrs["complete"] else None

@@ -1,0 +1,80 @@
+"""The commands on many gaits."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from gaitopt import load_sweep
+
+QUICK = """\
+from gaitopt import GaitProblem, Limits, MultipleShooting, TorqueSquared, compass_biped
+
+
+class Own(TorqueSquared):
+    name = "own"
+
+
+def problem(friction=0.16, intervals=10):
+    return GaitProblem(
+        robot=compass_biped(), word="stick | stick", friction=friction, speed=0.633, step_length=0.4713,
+        limits=Limits(torque=6), objective=Own(), transcription=MultipleShooting(intervals=intervals),
+    )
+"""
+
+
+@pytest.fixture
+def quick(script):
+    return script(QUICK)
+
+
+def test_sweep_prints_a_table_and_goes_on(command, quick, folder):
+    arguments = ("sweep", quick, "--over", "friction=0.14:0.18:2", "--starts", "1", "--workers", "1", "-o", "f.nc")
+    ran = command(*arguments)
+    assert ran.status == 0, ran.err
+    assert "stick | stick" in ran.out
+    assert "wrote f.nc" in ran.out
+    table = load_sweep(folder / "f.nc")
+    again = command(*arguments, "--json").json
+    assert again["complete"]
+    assert [point["friction"] for point in again["points"]] == table.friction.values.tolist()
+    assert all(point["status"] == "solved" and point["verified"] for point in again["points"])
+    assert command(*arguments, "--set", "intervals=12").status == 2
+
+
+def test_sweep_in_processes_knows_the_classes_of_a_script(command, quick):
+    """An objective of the script's own reaches the workers."""
+    ran = command("sweep", quick, "--over", "friction=0.14,0.18", "--starts", "1", "--workers", "2", "-o", "f.nc")
+    assert ran.status == 0, ran.err
+
+
+def test_sweep_refuses_what_cannot_be(command, quick):
+    assert "twice" in command("sweep", quick, "--over", "friction=1:2:2", "--over", "friction=1:2:2", "-o", "f.nc").err
+    assert "leg_mass" in command("sweep", quick, "--over", "leg_mas=1:2:2", "-o", "f.nc").err
+    assert "NAME=FROM:TO:COUNT" in command("sweep", quick, "--over", "friction", "-o", "f.nc").err
+    assert "does not exist" in command("sweep", quick, "--over", "friction=0.1:0.2:2", "-o", "none/f.nc").err
+
+
+def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gaitopt", "sweep", quick, "--over", "friction=0.1:0.2:200", "-o", "f.nc"],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        deadline = time.monotonic() + 60
+        while len(list(folder.glob("f.nc.parts/cold*.h5"))) < 2:
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert "the same command goes on" in err
+    assert not load_sweep(folder / "f.nc").attrs["complete"]

@@ -1,0 +1,23 @@
+"""A problem that is solved in a twentieth of a second."""
+
+import pytest
+
+from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped
+
+
+def quick_problem(**changes):
+    return GaitProblem(
+        robot=compass_biped(),
+        word="stick | stick",
+        friction=0.14,
+        speed=0.633,
+        step_length=0.4713,
+        limits=Limits(torque=6),
+        objective="torque_squared",
+        transcription=MultipleShooting(intervals=10),
+    ).replace(**changes)
+
+
+@pytest.fixture(scope="session")
+def problem():
+    return quick_problem()

@@ -1,0 +1,202 @@
+"""Sweeps: what they find, what they keep, and that nothing disturbs them."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gaitopt import ArchiveError, InputError, load_sweep, load_sweep_gait, solve, sweep
+from gaitopt.study.gait_folder import GaitFolder
+from gaitopt.study.grid import Grid, tasks
+from tests.study.conftest import quick_problem
+
+FRICTION = [0.13, 0.16, 0.19]
+WORDS = ["stick | stick", "slip+ stick | slip+"]
+TASKS = 12
+"""Of the sweep below: at each point a cold gait, one from either side, and the proven best."""
+
+
+def run(path=None, **options):
+    return sweep(quick_problem(), friction=FRICTION, starts=1, path=path, **options)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return run()
+
+
+@pytest.fixture(scope="module")
+def words(tmp_path_factory):
+    """Return a sweep of two words, and its file."""
+    path = tmp_path_factory.mktemp("words") / "frontier.nc"
+    return sweep(quick_problem(), friction=[0.14, 0.16], words=WORDS, starts=1, path=path), path
+
+
+def test_every_point_is_solved_replayed_and_never_dearer_than_a_single_solve(words):
+    table, _ = words
+    assert (table.status == "solved").all()
+    assert (table.verified == 1).all()
+    for word in WORDS:
+        for friction in table.friction.values:
+            alone = solve(quick_problem(word=word, friction=friction))
+            found = table.sel(word=word, friction=friction)
+            assert found.objective <= alone.solver.objective * (1 + 1e-6)
+
+
+def test_the_table_is_labelled_and_agrees_with_the_gaits(words):
+    table, path = words
+    assert table.cost_of_transport.dims == ("word", "friction")
+    assert all("long_name" in table[name].attrs for name in table.data_vars)
+    assert table.friction.attrs["units"] == "1"
+    gait = load_sweep_gait(path, WORDS[1], friction=0.16)
+    point = table.sel(word=WORDS[1], friction=0.16)
+    assert str(gait.word) == WORDS[1]
+    assert gait.verification.passed
+    assert gait.cost_of_transport == point.cost_of_transport
+    assert point.impact_loss + point.friction_loss == pytest.approx(float(point.actuator_work + point.gravity_work))
+    assert [file.name for file in path.parent.iterdir()] == ["frontier.nc"]
+    with xr.open_dataset(path, engine="h5netcdf") as read:
+        assert read.identical(table)
+
+
+def test_two_workers_find_the_same(whole):
+    assert run(workers=2).identical(whole)
+
+
+KILLED = """
+    import os, signal, sys
+    from gaitopt import sweep
+    from tests.study.conftest import quick_problem
+
+    def observer(done, total):
+        if done == int(sys.argv[2]):
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    if __name__ == "__main__":
+        sweep(quick_problem(), friction={friction}, starts=1, path=sys.argv[1], observer=observer)
+"""
+
+
+def test_a_killed_sweep_goes_on_and_ends_with_the_same(whole, tmp_path):
+    script, path = tmp_path / "killed.py", tmp_path / "frontier.nc"
+    script.write_text(textwrap.dedent(KILLED).format(friction=FRICTION))
+    for kill in (3, 7):
+        done = subprocess.run([sys.executable, script, path, str(kill)], timeout=120, check=False)
+        assert done.returncode == -signal.SIGKILL
+        assert not path.exists()
+        kept = GaitFolder.beside(path)
+        assert len(list(kept.glob("[!.]*.h5"))) == kill
+    calls = []
+    assert run(path, observer=lambda done, total: calls.append(done)).identical(whole)
+    assert calls == list(range(8, TASKS + 1))
+    assert not kept.exists()
+    calls.clear()
+    assert run(path, observer=lambda done, total: calls.append(done)).identical(whole)
+    assert not calls
+
+
+def test_an_interrupted_sweep_keeps_what_is_done(whole, tmp_path):
+    path = tmp_path / "frontier.nc"
+
+    def stop(done, total):
+        assert total == TASKS
+        if done == total - 2:
+            raise KeyboardInterrupt
+
+    part = run(path, observer=stop)
+    assert not part.attrs["complete"]
+    assert (part.status == "pending").sum() == 2
+    assert load_sweep(path).identical(part)
+    computed = part.status == "solved"
+    assert np.array_equal(part.cost_of_transport.values[computed], whole.cost_of_transport.values[computed])
+    assert run(path).identical(whole)
+
+
+def test_points_that_fail_say_why(tmp_path):
+    path = tmp_path / "speeds.nc"
+    # The robot cannot step 4 m; at 2 m/s it would need more torque than it has.
+    table = sweep(quick_problem(), speed=[0.6, 2.0], step_length=[0.45, 4.0], starts=1, path=path)
+    found = table.sel(word="stick | stick")
+    assert found.status.values[0, 0] == "solved"
+    assert found.status.values[1, 0] in ("infeasible", "iteration_limit")
+    assert "violated by" in str(found.reason.values[1, 0])
+    assert (found.status.values[:, 1] == "impossible").all()
+    assert "longer than the" in str(found.reason.values[0, 1])
+    assert np.isfinite(found.cost_of_transport.values).tolist() == [[True, False], [False, False]]
+    assert load_sweep_gait(path, "stick | stick", speed=2.0, step_length=0.45).status.key != "solved"
+    with pytest.raises(InputError, match=r"no gait there: .*longer than"):
+        load_sweep_gait(path, "stick | stick", speed=0.6, step_length=4)
+
+
+def test_a_full_disk_loses_nothing(whole, tmp_path, monkeypatch):
+    import gaitopt.study.gait_folder as module
+
+    path, saved = tmp_path / "frontier.nc", []
+
+    def full(gait, file):
+        if len(saved) == 4:
+            raise ArchiveError(f"Cannot write {file}: No space left on device.")
+        saved.append(file)
+        return save(gait, file)
+
+    save = module.save
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "save", full)
+        with pytest.raises(ArchiveError, match="No space left"):
+            run(path)
+    calls = []
+    assert run(path, observer=lambda done, total: calls.append(done)).identical(whole)
+    assert calls[0] == 5
+
+
+def test_another_sweep_is_not_mixed_in(tmp_path):
+    path = tmp_path / "frontier.nc"
+    sweep(quick_problem(), friction=[0.18], starts=1, path=path)
+    with pytest.raises(InputError, match=r"holds another study \(another axes\): name another place"):
+        sweep(quick_problem(), friction=[0.19], starts=1, path=path)
+    with pytest.raises(InputError, match="another problem"):
+        sweep(quick_problem(speed=0.6), friction=[0.18], starts=1, path=path)
+    parts = GaitFolder.beside(tmp_path / "other.nc")
+    GaitFolder(parts, {"axes": 1})
+    with pytest.raises(InputError, match="holds another study"):
+        sweep(quick_problem(), friction=[0.19], starts=1, path=tmp_path / "other.nc")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "needs an axis"),
+        ({"friction": []}, "increasing finite values"),
+        ({"friction": [0.2, 0.1]}, "increasing finite values"),
+        ({"friction": ["high"]}, "need numbers"),
+        ({"parameters": {"leg_mas": [4.0]}}, "'leg_mass'"),
+        ({"friction": [0.1], "words": []}, "needs words"),
+        ({"friction": [0.1], "words": ["stick | stick", "stick | stick"]}, "each of them once"),
+        ({"friction": [-0.1, 0.0]}, "No point of this sweep can be posed"),
+    ],
+)
+def test_wrong_sweeps_are_refused(options, message):
+    with pytest.raises(InputError, match=message):
+        sweep(quick_problem(), **options)
+
+
+def test_robot_parameters_can_be_axes():
+    grid = Grid(quick_problem(), (quick_problem().word,), {"leg_mass": np.array([4.0, 5.0])}, 1)
+    assert grid.unit("leg_mass") == "kg"
+    last = list(grid.points())[-1]
+    assert grid.problem_at(last).parameters["leg_mass"] == 5.0
+
+
+def test_who_starts_from_whom_is_decided_by_the_grid():
+    axes = {"friction": np.linspace(0.1, 0.2, 4), "speed": np.linspace(0.5, 0.7, 3)}
+    grid = Grid(quick_problem(), (quick_problem().word,), axes, 1)
+    needs = {task.key: task.needs for task in tasks(grid)}
+    assert needs["forward-0-001-001"] == ("forward-0-000-001", "forward-0-001-000")
+    assert needs["backward-0-001-001"] == ("backward-0-002-001", "backward-0-001-002")
+    assert needs["point-0-001-001"] == ("forward-0-001-001", "backward-0-001-001")
+    assert needs["forward-0-002-001"][-1] == "cold-0-002-001"
+    assert len(needs) == 3 * 12 + 9

@@ -1,0 +1,38 @@
+"""Work for the runner's tests: workers import it, so it lies in a module of its own."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+
+def add(shared, argument, *needed):
+    return shared + argument + sum(needed)
+
+
+def slow_add(shared, argument, *needed):
+    time.sleep(0.01 * (argument % 3))
+    return add(shared, argument, *needed)
+
+
+def die(folder, argument, *needed):
+    """Kill this worker, always ("guilty") or the first time ("unlucky")."""
+    seen = Path(folder) / f"seen-{argument}"
+    if argument == "guilty" or (argument == "unlucky" and not seen.exists()):
+        seen.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return argument
+
+
+def fail(shared, argument):
+    raise ValueError(f"{shared} {argument}")
+
+
+def environment(shared, argument):
+    time.sleep(0.05)
+    blocked = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, set())
+    return os.getpid(), os.environ.get("OMP_NUM_THREADS"), blocked
+
+
+def rest(shared, seconds):
+    time.sleep(seconds)
