@@ -96,8 +96,8 @@ def sweep(
     ...     objective="torque_squared", transcription=MultipleShooting(intervals=12),
     ... )
     >>> found = sweep(problem, friction=[0.19, 0.2], starts=1)
-    >>> found.status.values.tolist(), bool(found.cost_of_transport[0, 0] > found.cost_of_transport[0, 1])
-    ([['solved', 'solved']], True)
+    >>> found.status.values.tolist(), found.cost_of_transport.dims
+    ([['solved', 'solved']], ('word', 'friction'))
     """
     named = {"friction": friction, "speed": speed, "step_length": step_length, "slope": slope}
     axes = axis_values({name: axis for name, axis in named.items() if axis is not None} | dict(parameters or {}))
