@@ -48,8 +48,7 @@ def sweep(
 
     Kill it at any time; the same command goes on.  Exit status 0 if there is a gait, 1 if there is none.
 
-    Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26
-    --words "stick | stick, slip+ stick | slip+" -o frontier.nc
+    Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
     """
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import counting, print_sweep, sweep_facts

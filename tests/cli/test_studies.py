@@ -59,18 +59,30 @@ def test_sweep_refuses_what_cannot_be(command, quick):
 
 def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
     process = subprocess.Popen(
-        [sys.executable, "-m", "gaitopt", "sweep", quick, "--over", "friction=0.1:0.2:200", "-o", "f.nc"],
+        [
+            sys.executable,
+            "-m",
+            "gaitopt",
+            "sweep",
+            quick,
+            "--over",
+            "friction=0.1:0.2:200",
+            "--starts",
+            "1",
+            "-o",
+            "f.nc",
+        ],
         stderr=subprocess.PIPE,
         text=True,
     )
     try:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 240
         while len(list(folder.glob("f.nc.parts/cold*.h5"))) < 2:
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < deadline
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=240)
     finally:
         process.kill()
         process.wait()
