@@ -91,7 +91,7 @@ _SHOWN = {"gaitopt.motion.gait": "Gait", "gaitopt.simulation.simulator": "Rollou
 
 
 def load_ipython_extension(shell: Any) -> None:
-    """Let notebooks draw results; called when gaitopt is imported in one, or by ``%load_ext gaitopt``."""
+    """Let notebooks draw results and figures; called when gaitopt is imported in one, or by ``%load_ext gaitopt``."""
 
     def show(result: Any) -> str:
         html: str = import_module("gaitopt.report.notebook").show_in_notebook(result)
@@ -99,6 +99,12 @@ def load_ipython_extension(shell: Any) -> None:
 
     for module, name in _SHOWN.items():
         shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, show)
+
+    def draw(figure: Any) -> Any:
+        return import_module("IPython.core.pylabtools").print_figure(figure, fmt="png")
+
+    # Ours are not pyplot's, which notebooks draw by themselves; where %matplotlib has a say, it keeps it.
+    shell.display_formatter.formatters["image/png"].for_type_by_name("matplotlib.figure", "Figure", draw)
 
 
 if "IPython" in sys.modules and (_shell := sys.modules["IPython"].get_ipython()) is not None:

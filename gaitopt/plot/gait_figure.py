@@ -51,7 +51,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     -------
     matplotlib.figure.Figure
         Not tied to any window: save it with :func:`gaitopt.save_figure`, or show it as the last line of a
-        notebook cell (after ``%matplotlib inline``).
+        notebook cell.
 
     Examples
     --------

@@ -8,7 +8,16 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from gaitopt import InputError, assess_stability, compass_biped, find_cycles, show_in_notebook, simulate, write_report
+from gaitopt import (
+    InputError,
+    assess_stability,
+    compass_biped,
+    find_cycles,
+    plot_gait,
+    show_in_notebook,
+    simulate,
+    write_report,
+)
 from gaitopt.report.chart import Axis, Chart, Line
 
 VOID = {"meta", "link", "input", "br"}
@@ -123,6 +132,8 @@ def test_ipython_shows_results_by_itself(slipping):
     data, _ = Shell.display_formatter.format(slipping)
     assert data["text/html"] == show_in_notebook(slipping)
     assert "text/html" not in Shell.display_formatter.format(slipping.motion)[0]
+    data, _ = Shell.display_formatter.format(plot_gait(slipping))
+    assert data["image/png"].startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,72 @@
+"""Code blocks of the pages are tests: Python runs, commands run, C compiles against an exported header.
+
+Cells of notebook pages (``{code-cell}``) run when the documentation is built.
+"""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from sybil import Sybil
+from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
+
+ROOT = Path(__file__).parent
+
+
+def run_commands(example):
+    """Run the gaitopt commands of a block; each must succeed."""
+    from gaitopt.cli.app import main
+
+    for line in example.parsed.splitlines():
+        program, *arguments = shlex.split(line, comments=True) or ["gaitopt", "--version"]
+        assert program == "gaitopt", f"a bash block holds gaitopt commands only; {line!r} belongs into a text block"
+        with pytest.raises(SystemExit) as stop:
+            main(arguments)
+        assert stop.value.code == 0, line
+
+
+def compile_c(example):
+    """Compile a block of C that uses gait.h, its statements as the body of a function."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("needs a C compiler on the PATH (Debian: apt-get install gcc)")
+    from gaitopt import compass_biped, feedforward, load, write_c
+
+    gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
+    write_c(robot, feedforward(robot, gait.motion), gait.motion.parameters, "gait.c")
+    includes, statements = re.match(r"((?:#[^\n]*\n|\n)*)(.*)", example.parsed, re.DOTALL).groups()
+    given = "double clock, const double *q, const double *v"
+    Path("block.c").write_text(f"#include <stddef.h>\n{includes}\nvoid block({given}) {{\n{statements}\n}}\n")
+    subprocess.run([compiler, "-std=c99", "-Wall", "-Werror", "-fsyntax-only", "block.c"], check=True)
+
+
+def enter_folder(namespace):
+    """Enter an empty folder that sees the repository's examples and problems."""
+    import tempfile
+
+    namespace["_folder"], namespace["_former"] = tempfile.TemporaryDirectory(), Path.cwd()
+    for name in ("docs", "problems"):
+        (Path(namespace["_folder"].name) / name).symlink_to(ROOT / name)
+    os.chdir(namespace["_folder"].name)
+
+
+def leave_folder(namespace):
+    """Return to where the tests run."""
+    os.chdir(namespace["_former"])
+    namespace["_folder"].cleanup()
+
+
+pytest_collect_file = Sybil(
+    parsers=[
+        PythonCodeBlockParser(),
+        CodeBlockParser(language="bash", evaluator=run_commands),
+        CodeBlockParser(language="c", evaluator=compile_c),
+    ],
+    patterns=["*.md"],
+    setup=enter_folder,
+    teardown=leave_folder,
+).pytest()

@@ -1,0 +1,81 @@
+"""Pages: links lead somewhere, and what is made from the code is whole.  Code blocks are tests of their own."""
+
+import re
+import runpy
+import urllib.parse
+from pathlib import Path
+
+import pytest
+
+import gaitopt
+from gaitopt.cli.app import app
+
+ROOT = Path(__file__).parents[2]
+GENERATED = ROOT / "docs" / "generated"
+PAGES = [*ROOT.glob("*.md"), *(page for page in (ROOT / "docs").rglob("*.md") if GENERATED not in page.parents)]
+LINK = re.compile(r"(?<!\\)\]\(([^)\s]+)\)")
+
+
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory):
+    """Return the text of every page that is made from the code, by its path."""
+    folder = tmp_path_factory.mktemp("docs") / "generated"
+    runpy.run_path(str(ROOT / "docs" / "generated_pages.py"))["write"](folder)
+    return {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in folder.rglob("*.[mr]*")}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page, generated):
+    base = GENERATED / page.stem if page.stem.endswith("_head") else page.parent  # heads become parts of such pages
+    base = {"gallery_head": GENERATED / "gallery", "errors_head": GENERATED}.get(page.stem, base)
+    for link in LINK.findall(page.read_text(encoding="utf-8")):
+        target = urllib.parse.unquote(link.partition("#")[0])
+        if not target or target.startswith(("http://", "https://")):
+            continue
+        path = Path(*(base / target).parts)
+        resolved = path.resolve()
+        made = GENERATED in resolved.parents and resolved.relative_to(GENERATED).as_posix() in generated
+        assert made or resolved.exists(), f"{page.name} links to {link}"
+
+
+def test_every_page_of_the_site_can_be_reached(generated):
+    trees = "\n".join(
+        re.sub(r"^:.*\n", "", tree, flags=re.MULTILINE)
+        for page in [*(ROOT / "docs").rglob("*.md")]
+        for tree in re.findall(r"```\{toctree\}\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    )
+    entries = {Path(line.strip()).stem for line in trees.splitlines()}
+    own = {page.stem for page in PAGES if (ROOT / "docs") in page.parents and not page.stem.endswith("_head")}
+    assert own - entries <= {"index"}
+
+
+def test_every_public_name_is_in_the_reference(generated):
+    text = "\n".join(page for name, page in generated.items() if name.startswith("api/"))
+    names = set(re.findall(r"auto(?:class|function):: gaitopt\.(\w+)", text))
+    assert names == set(gaitopt.__all__) - {"__version__"}
+
+
+def test_every_command_is_on_its_page(generated):
+    import typer
+
+    for name, command in typer.main.get_command(app).commands.items():
+        part = generated["command_line.md"].split(f"## gaitopt {name}\n")[1].split("\n## ")[0]
+        for parameter in command.params:
+            if parameter.param_type_name == "option" and parameter.name != "help":
+                assert parameter.opts[0] in part
+        assert f"gaitopt {name}" in part
+
+
+def test_every_status_and_stop_is_in_the_error_index(generated):
+    for kind in (*gaitopt.Status, *gaitopt.Stop):
+        assert f"`{kind.key}`" in generated["errors.md"]
+
+
+def test_every_script_is_in_the_gallery(generated):
+    scripts = {path.stem for path in (ROOT / "problems").glob("*.py")}
+    scripts |= {path.stem for path in (ROOT / "problems/studies").glob("*.py") if "def study(" in path.read_text()}
+    assert {Path(name).stem for name in generated if name.startswith("gallery/")} == scripts | {"index"}
+    for name in scripts:
+        page = generated[f"gallery/{name}.md"]
+        for image in re.findall(r"\(images/(.*?)\)", page):
+            assert (ROOT / "docs/images" / image).is_file()
