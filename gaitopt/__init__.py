@@ -34,6 +34,7 @@ _PUBLIC = {
     "gaitopt.motion.motion": ("Jump", "Motion", "Segment"),
     "gaitopt.motion.summary": ("summarise",),
     "gaitopt.motion.word": ("Word",),
+    "gaitopt.ocp.collocation": ("Collocation",),
     "gaitopt.ocp.guess": ("Guess", "Keyframes", "Line", "Previous"),
     "gaitopt.ocp.ipopt": ("Ipopt",),
     "gaitopt.ocp.limits": ("Limits", "Margins"),

@@ -1,4 +1,4 @@
-"""Numbers of a solve: bounds, data and starting point of a transcription for one problem."""
+"""Numbers of a solve: the structure, data and bounds of one problem."""
 
 import math
 from dataclasses import dataclass
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.frame import MARGINS
 from gaitopt.ocp.grid import Phase
-from gaitopt.ocp.guess import Guess, Setting
+from gaitopt.ocp.method import Method
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.reach import longest_reach
-from gaitopt.ocp.shooting import MARGINS, Transcription
+from gaitopt.ocp.transcription import Structure, Transcription
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +27,22 @@ class Bounds:
     x_upper: Array
     g_lower: Array
     g_upper: Array
+
+
+def structure(problem: GaitProblem, method: Method) -> Structure:
+    """Return what decides the equations of a problem's programme."""
+    robot, limits = problem.robot, problem.limits
+    torques = limits.torques(robot.actuators)
+    return Structure(
+        robot=robot,
+        word=problem.word,
+        objective=problem.objective,
+        scheme=method.scheme,
+        counts=method.intervals_for(problem.word),
+        powered=tuple(name for name, limit in zip(robot.actuators, torques, strict=True) if limit > 0),
+        free_slope=len(set(problem.slope_range)) > 1,
+        rate_limited=any(map(math.isfinite, limits.torque_rates(robot.actuators))),
+    )
 
 
 def data_vector(problem: GaitProblem) -> Array:
@@ -47,6 +63,8 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     lower[layout["impulse"][1]] = 0.0
     step = problem.step_range
     lower[layout["travel"]], upper[layout["travel"]] = max(step.lower, 1e-3), step.upper
+    if "slope" in layout:
+        lower[layout["slope"]], upper[layout["slope"]] = problem.slope_range
     for name in layout.tables:
         if "power" in name:
             lower[layout[name]] = 0.0
@@ -63,6 +81,8 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
         "step duration": (0.0, limits.longest_step),
         "separation of the trailing foot": (problem.margins.separation, math.inf),
     }
+    for name, rate in zip(problem.robot.actuators, limits.torque_rates(problem.robot.actuators), strict=True):
+        rows[f"torque rate of {name}"] = (-rate, rate)
     for index, (_, name) in enumerate(transcription.constraints.labels):
         if name in rows:
             g_lower[index], g_upper[index] = rows[name]
@@ -83,65 +103,3 @@ def _speed_bounds(phase: Phase, margin: float) -> tuple[Array, Array]:
     most[0] = 0.0 if phase.starts_at_rest else math.inf
     most[-1] = 0.0 if phase.ends_at_rest else math.inf
     return (least, most) if phase.mode.sign > 0 else (-most, -least)
-
-
-def setting(problem: GaitProblem) -> Setting:
-    """Return the step and period a guess should aim at."""
-    reach = longest_reach(problem.robot, problem.values, problem.limits.angle)
-    speed, step = problem.speed_range, problem.step_range
-    length = _typical(step.lower, step.upper, 0.15 * reach)
-    # A swing leg falls forward in about the time of a pendulum of its length.
-    natural = _typical(speed.lower, speed.upper, length / (0.9 * math.sqrt(reach / 2 / problem.values["gravity"]) * 2))
-    return Setting(problem.robot, problem.values, problem.word, length, length / natural)
-
-
-def _typical(lower: float, upper: float, usual: float) -> float:
-    return min(max(usual, lower), upper)
-
-
-def start(transcription: Transcription, problem: GaitProblem, guess: Guess) -> Array:
-    """Return the starting point of a solve, shape (n_variables,), inside the bounds of the variables."""
-    layout, aim = transcription.variables, setting(problem)
-    durations = guess.durations(aim)
-    ends = np.concatenate([[0.0], np.cumsum(durations)])
-    pieces = [
-        np.linspace(ends[phase.number], ends[phase.number + 1], phase.count + 1) for phase in transcription.phases
-    ]
-    time = np.concatenate([pieces[0], *[piece[1:] for piece in pieces[1:]]])
-    sample = guess.sample(aim, time)
-    x = np.zeros(layout.size)
-    x[layout["angles"]], x[layout["rates"]], x[layout["torque"]] = sample.angles, sample.rates, sample.torque
-    x[layout["duration"][0]] = durations
-    x[layout["travel"]] = aim.step
-    for phase in transcription.phases:
-        if phase.mode.slips:
-            own = list(phase.nodes)
-            slide, speed = layout[f"slide {phase.number}"]
-            x[slide], x[speed] = sample.slide[own] - sample.slide[own[0]], sample.slide_rate[own]
-    _fill_powers(transcription, x, data_vector(problem))
-    limits = bounds(transcription, problem)
-    return np.clip(x, limits.x_lower, limits.x_upper)
-
-
-def _fill_powers(transcription: Transcription, x: Array, data: Array) -> None:
-    """Set impulse, power parts and integral to values that fit the guessed motion."""
-    robot, layout = transcription.robot, transcription.variables
-    p = data[: len(robot.parameters)]
-    weight = (
-        float(robot.momentum(np.zeros(robot.n_q), np.zeros(robot.n_q), p)[2])
-        * dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))["gravity"]
-    )
-    x[layout["impulse"][1]] = 0.1 * weight
-    if not transcription.objective.uses_power:
-        return
-    q = np.vstack([np.zeros((2, transcription.n_nodes)), x[layout["angles"]]])
-    v = np.vstack([np.zeros((2, transcription.n_nodes)), x[layout["rates"]]])
-    rates = np.asarray(robot.joint_rates.map(transcription.n_nodes)(q, v, np.tile(p[:, None], transcription.n_nodes)))
-    power = x[layout["torque"]] * rates
-    parts = np.vstack([np.maximum(power, 0), np.maximum(-power, 0)])
-    x[layout["power"]] = parts
-    for phase in transcription.phases:
-        own = parts[:, list(phase.nodes)]
-        x[layout[f"mid power {phase.number}"]] = (own[:, :-1] + own[:, 1:]) / 2
-    if transcription.objective.per_weight_and_travel:
-        x[layout["integral"]] = 0.02 * weight * x[layout["travel"]]

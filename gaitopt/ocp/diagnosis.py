@@ -6,7 +6,8 @@ from gaitopt.motion.gait import Violation
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.shooting import Transcription
+from gaitopt.ocp.scheme import INNER
+from gaitopt.ocp.transcription import Transcription
 
 
 def violations(
@@ -36,7 +37,7 @@ def violations(
             found.append(Violation(*layout.label(index), float(excess[index])))
     worst: dict[tuple[str, str], Violation] = {}
     for violation in sorted(found, key=lambda violation: -violation.size):
-        worst.setdefault((violation.place.split(",")[0], violation.name.removesuffix(", mid-interval")), violation)
+        worst.setdefault((violation.place.split(",")[0], violation.name.split(INNER)[0]), violation)
     return tuple(worst.values())[:most]
 
 

@@ -8,8 +8,8 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import Parameter
 
 
-def _positive(name: str, unit: str, value: object) -> float:
-    return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=True, infinite=True).check(value)
+def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
+    return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=not zero, infinite=True).check(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +20,9 @@ class Limits:
     ----------
     torque : float or mapping of actuator to float [N m]
         Largest absolute torque; ``inf`` removes the limit (the optimiser then tends to stop a slide in the shortest
-        time allowed with a huge torque).
+        time allowed with a huge torque), 0 leaves the actuator idle.
+    torque_rate : float or mapping of actuator to float [N m/s]
+        Largest rate of change of the torque within the step; it may jump at touchdown.
     angle : float [rad]
         Largest absolute angle.
     rate : float [rad/s]
@@ -37,6 +39,7 @@ class Limits:
     """
 
     torque: float | Mapping[str, float] = math.inf
+    torque_rate: float | Mapping[str, float] = math.inf
     angle: float = math.pi / 2
     rate: float = math.inf
     shortest_phase: float = 5e-3
@@ -57,13 +60,31 @@ class Limits:
         Raises
         ------
         InputError
+            If a limit is negative or names no actuator.
+        """
+        given = _by_actuator("torque", self.torque, actuators)
+        return [_positive(f"torque_limit of {name}", "N m", limit, zero=True) for name, limit in given.items()]
+
+    def torque_rates(self, actuators: tuple[str, ...]) -> list[float]:
+        """Return the limit of each actuator's torque rate [N m/s], in order.
+
+        Raises
+        ------
+        InputError
             If a limit is not positive or names no actuator.
         """
-        given = self.torque if isinstance(self.torque, Mapping) else dict.fromkeys(actuators, self.torque)
-        for name in given:
-            if name not in actuators:
-                raise InputError(f"Limits.torque: there is no actuator {name!r}. {suggest(name, actuators)}")
-        return [_positive(f"torque_limit of {name}", "N m", given.get(name, math.inf)) for name in actuators]
+        given = _by_actuator("torque_rate", self.torque_rate, actuators)
+        return [_positive(f"torque_rate of {name}", "N m/s", limit) for name, limit in given.items()]
+
+
+def _by_actuator(field_name: str, given: float | Mapping[str, float], actuators: tuple[str, ...]) -> dict[str, float]:
+    """Return a limit for each actuator, in order; those that a mapping does not name have none."""
+    if not isinstance(given, Mapping):
+        return dict.fromkeys(actuators, given)
+    for name in given:
+        if name not in actuators:
+            raise InputError(f"Limits.{field_name}: there is no actuator {name!r}. {suggest(name, actuators)}")
+    return {name: given.get(name, math.inf) for name in actuators}
 
 
 @dataclass(frozen=True, kw_only=True)

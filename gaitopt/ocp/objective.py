@@ -6,12 +6,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from gaitopt.errors import InputError, suggest
-
-SMOOTH = (1 / 6, 4 / 6, 1 / 6)
-"""Simpson's rule, exact for the square of a linear torque."""
-
-KINKED = (1 / 4, 2 / 4, 1 / 4)
-"""Trapezoids on both halves: never below the integral of a kink, so the optimiser cannot hide work in one."""
+from gaitopt.parameters import Parameter
 
 
 class Objective(ABC):
@@ -24,8 +19,8 @@ class Objective(ABC):
     name: str
     uses_power: bool
     per_weight_and_travel: bool
-    quadrature: tuple[float, float, float]
-    """Weights of an interval's start, middle and end."""
+    smooth: bool
+    """Whether the integrand is smooth in time; where it has kinks, it is integrated by trapezoids."""
 
     @abstractmethod
     def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
@@ -52,7 +47,7 @@ class CostOfTransport(Objective):
     name = "cost_of_transport"
     uses_power = True
     per_weight_and_travel = True
-    quadrature = KINKED
+    smooth = False
 
     def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
         """Return the sum of absolute powers [W]."""
@@ -61,22 +56,38 @@ class CostOfTransport(Objective):
 
 @dataclass(frozen=True)
 class PositiveWork(Objective):
-    """Integral of the positive parts of the joint powers over weight times travel (dimensionless).
+    """Integral of the positive joint powers, less what braking gives back, over weight times travel (dimensionless).
+
+    Attributes
+    ----------
+    regeneration : float
+        Share of the negative work that is stored and used again, from 0 to less than 1.
+
+    Raises
+    ------
+    InputError
+        If `regeneration` is not in [0, 1): at 1 power could be shuffled to and fro for nothing.
 
     Examples
     --------
-    >>> PositiveWork().uses_power
-    True
+    >>> PositiveWork(regeneration=0.5).name
+    'positive_work'
     """
+
+    regeneration: float = 0.0
 
     name = "positive_work"
     uses_power = True
     per_weight_and_travel = True
-    quadrature = KINKED
+    smooth = False
+
+    def __post_init__(self) -> None:
+        share = Parameter("regeneration", 0.0, "1", "", lower=0.0, upper=0.999).check(self.regeneration)
+        object.__setattr__(self, "regeneration", share)
 
     def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
-        """Return the sum of positive powers [W]."""
-        return ca.sum1(positive)
+        """Return the sum of positive powers less the share of the negative ones that is regenerated [W]."""
+        return ca.sum1(positive) - self.regeneration * ca.sum1(negative)
 
 
 @dataclass(frozen=True)
@@ -92,7 +103,7 @@ class TorqueSquared(Objective):
     name = "torque_squared"
     uses_power = False
     per_weight_and_travel = False
-    quadrature = SMOOTH
+    smooth = True
 
     def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
         """Return the sum of squared torques [N^2 m^2]."""

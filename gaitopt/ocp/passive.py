@@ -9,14 +9,16 @@ from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.word import Word
-from gaitopt.ocp.bounds import Bounds, bounds, data_vector, start
+from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
+from gaitopt.ocp.collocation import Collocation
 from gaitopt.ocp.guess import Line
 from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.limits import Limits
 from gaitopt.ocp.objective import TorqueSquared
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.readout import read_motion
-from gaitopt.ocp.shooting import transcribe
+from gaitopt.ocp.start import start
+from gaitopt.ocp.transcription import transcribe
 from gaitopt.progress import silent
 
 
@@ -63,7 +65,7 @@ def passive_cycle(
         limits=Limits(torque=math.inf),
         name="passive cycle",
     )
-    transcription = transcribe(robot, problem.word, problem.objective, (intervals,))
+    transcription = transcribe(structure(problem, Collocation(intervals=intervals)))
     loose = bounds(transcription, problem)
     lower, upper = loose.x_lower.copy(), loose.x_upper.copy()
     lower[transcription.variables["torque"]] = upper[transcription.variables["torque"]] = 0.0

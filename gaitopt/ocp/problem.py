@@ -10,11 +10,12 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.word import Word
+from gaitopt.ocp.collocation import Collocation
 from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.limits import Limits, Margins, Range, Target
+from gaitopt.ocp.method import Method
 from gaitopt.ocp.objective import CostOfTransport, Objective, objective_named
 from gaitopt.ocp.reach import longest_reach
-from gaitopt.ocp.shooting import MultipleShooting
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,8 +31,8 @@ class GaitProblem:
         Robot parameters (SI units); those not named keep their defaults.
     friction : float
         Coulomb coefficient; ``inf`` for a foot that never slips.
-    slope : float [rad]
-        Downhill positive.
+    slope : float or (float, float) [rad]
+        Downhill positive; a pair leaves the slope to the optimiser, within bounds.
     speed, step_length : float, (float, float) or None
         Wanted value, bounds, or free [m/s, m].  Travel includes foot slide.
     objective : Objective or str
@@ -39,7 +40,7 @@ class GaitProblem:
     margins : Margins
     guess : Guess or None
         Where the optimiser starts; None lets :func:`gaitopt.solve` choose, a straight line from pose to pose.
-    transcription : MultipleShooting
+    transcription : Collocation or MultipleShooting
     name : str
         For people.
 
@@ -63,14 +64,14 @@ class GaitProblem:
     word: Word
     parameters: Mapping[str, float] = field(default_factory=dict)
     friction: float = math.inf
-    slope: float = 0.0
+    slope: float | tuple[float, float] = 0.0
     speed: Target = None
     step_length: Target = None
     objective: Objective = field(default_factory=CostOfTransport)
     limits: Limits = field(default_factory=Limits)
     margins: Margins = field(default_factory=Margins)
     guess: Guess | None = None
-    transcription: MultipleShooting = field(default_factory=MultipleShooting)
+    transcription: Method = field(default_factory=Collocation)
     name: str = "gait"
 
     def __post_init__(self) -> None:
@@ -83,13 +84,24 @@ class GaitProblem:
         for ground in ("slope", "friction"):
             if ground in self.parameters:
                 raise InputError(f"Give {ground} as GaitProblem({ground}=...), not among the robot's parameters.")
-        values = self.robot.resolve({**self.parameters, "slope": self.slope, "friction": self.friction})
-        set_(self, "slope", values.pop("slope"))
-        set_(self, "friction", values.pop("friction"))
-        set_(self, "parameters", values)
+        lower, upper = (self._resolved(slope) for slope in self._slopes())
+        set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
+        set_(self, "friction", lower.pop("friction"))
+        set_(self, "parameters", lower)
         self._check_actuation()
         self._check_friction()
         self._check_targets()
+
+    def _slopes(self) -> tuple[object, object]:
+        """Return the bounds of the slope as they were given."""
+        if not isinstance(self.slope, tuple | list):
+            return self.slope, self.slope
+        if len(self.slope) != 2 or not self.slope[0] <= self.slope[1]:
+            raise InputError(f"slope must be a number or a pair (lower, upper) [rad], got {self.slope!r}.")
+        return self.slope[0], self.slope[1]
+
+    def _resolved(self, slope: object) -> dict[str, float]:
+        return self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
 
     def replace(self, **changes: Any) -> "GaitProblem":
         """Return the problem with some fields changed and everything checked again."""
@@ -97,8 +109,14 @@ class GaitProblem:
 
     @property
     def values(self) -> dict[str, float]:
-        """Every parameter of robot and ground by name (SI units)."""
-        return {**self.parameters, "slope": self.slope, "friction": self.friction}
+        """Every parameter of robot and ground by name (SI units); of a slope left free, the middle."""
+        lower, upper = self.slope_range
+        return {**self.parameters, "slope": (lower + upper) / 2, "friction": self.friction}
+
+    @property
+    def slope_range(self) -> tuple[float, float]:
+        """Bounds of the slope [rad], equal where it is given."""
+        return self.slope if isinstance(self.slope, tuple) else (self.slope, self.slope)
 
     @property
     def speed_range(self) -> Range:
@@ -112,16 +130,18 @@ class GaitProblem:
 
     def describe(self) -> dict[str, Any]:
         """Return the fully resolved problem as plain data (numbers in SI units, angles in rad)."""
-        limits, margins = self.limits, self.margins
+        limits, margins, actuators = self.limits, self.margins, self.robot.actuators
         return {
             "name": self.name,
             "robot": self.robot.name,
             "word": str(self.word),
             "objective": self.objective.name,
             **self.values,
+            "slope": _plain(self.slope),
             "speed": _plain(self.speed),
             "step_length": _plain(self.step_length),
-            "torque_limit": dict(zip(self.robot.actuators, limits.torques(self.robot.actuators), strict=True)),
+            "torque_limit": dict(zip(actuators, limits.torques(actuators), strict=True)),
+            "torque_rate_limit": dict(zip(actuators, limits.torque_rates(actuators), strict=True)),
             "angle_limit": limits.angle,
             "rate_limit": limits.rate,
             "shortest_phase": limits.shortest_phase,
@@ -133,7 +153,6 @@ class GaitProblem:
             "normal_force_margin": margins.normal_force,
             "guess": "automatic" if self.guess is None else self.guess.describe(),
             "transcription": self.transcription.name,
-            "substeps": self.transcription.substeps,
             "tolerance": self.transcription.tolerance,
             "intervals": list(self.transcription.intervals_for(self.word)),
         }
@@ -143,16 +162,19 @@ class GaitProblem:
             ("limits", (Limits,)),
             ("margins", (Margins,)),
             ("guess", (Guess, type(None))),
-            ("transcription", (MultipleShooting,)),
+            ("transcription", (Method,)),
         ):
             part = getattr(self, name)
             if not isinstance(part, kinds):
-                raise InputError(f"{name} must be a {kinds[0].__name__}, got {part!r}.")
+                hint = ", such as Collocation() or MultipleShooting()" if kinds[0] is Method else ""
+                raise InputError(f"{name} must be a {kinds[0].__name__}{hint}, got {part!r}.")
 
     def _check_actuation(self) -> None:
         if self.robot.n_u == 0:
             raise InputError(f"Robot {self.robot.name!r} has no actuators, so there is nothing to optimise.")
-        self.limits.torques(self.robot.actuators)
+        self.limits.torque_rates(self.robot.actuators)
+        if not any(self.limits.torques(self.robot.actuators)):
+            raise InputError("Limits.torque is 0 for every actuator, so there is nothing to optimise.")
         self.transcription.intervals_for(self.word)
 
     def _check_friction(self) -> None:

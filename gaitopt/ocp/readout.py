@@ -1,6 +1,7 @@
 """From a decision vector back to a motion."""
 
 import functools
+import math
 
 import casadi as ca
 import numpy as np
@@ -8,12 +9,23 @@ import numpy as np
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_jump, make_motion, make_segment
 from gaitopt.ocp.grid import Phase
-from gaitopt.ocp.shooting import Transcription
+from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.stance import Stance, rk4
+from gaitopt.ocp.transcription import Transcription
+
+STEPS = 400
+"""Least number of Runge-Kutta steps, for the whole period, by which a plan is read and checked."""
+
+
+def found_values(transcription: Transcription, problem: GaitProblem, x: Array) -> dict[str, float]:
+    """Return every parameter by name, the slope as found where it was free."""
+    if "slope" not in transcription.variables:
+        return problem.values
+    return problem.values | {"slope": float(x[transcription.variables["slope"][0, 0]])}
 
 
 def read_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
-    """Return the planned step, sampled at nodes and mid-intervals.
+    """Return the planned step, sampled at nodes and mid-intervals, where it is integrated from the node before.
 
     Parameters
     ----------
@@ -23,7 +35,7 @@ def read_motion(transcription: Transcription, values: dict[str, float], x: Array
     x : (n_variables,) array
         Decision vector.
     """
-    p = transcription.robot.vector(values)
+    p = transcription.structure.robot.vector(values)
     segments: list[Segment] = []
     time, place = 0.0, 0.0
     for phase, stance in zip(transcription.phases, transcription.stances, strict=True):
@@ -31,22 +43,18 @@ def read_motion(transcription: Transcription, values: dict[str, float], x: Array
         segments.append(segment)
         time, place = segment.time[-1], segment.q[0, -1]
     jump = _jump(transcription, x, p, segments[-1])
-    return make_motion(transcription.robot, values, tuple(segments), (jump,))
+    return make_motion(transcription.structure.robot, values, tuple(segments), (jump,))
 
 
 def _segment(
     transcription: Transcription, phase: Phase, stance: Stance, x: Array, p: Array, time: float, place: float
 ) -> Segment:
-    robot, layout, count, n_u = transcription.robot, transcription.variables, phase.count, transcription.robot.n_u
+    robot, layout, count = transcription.structure.robot, transcription.variables, phase.count
+    n_u = robot.n_u
     state, torque = planned_states(transcription, phase, x)
     duration = x[layout["duration"][0, phase.number]]
-    zero = np.zeros((n_u + 1, count))
-    middle, end = (
-        np.asarray(part)
-        for part in _sampler(stance, count, transcription.substeps)(
-            np.vstack([state[:, :-1], zero]), torque[:, :-1], torque[:, 1:], duration / count, p
-        )
-    )
+    begun, parts = np.vstack([state[:, :-1], np.zeros((n_u + 1, count))]), _parts(transcription, phase, x)
+    middle, end = _halves(stance, begun, _subdivided(torque, parts), duration / count, p)
     n_x, samples = stance.n_x, 2 * count + 1
     states, torques, energy = np.empty((n_x, samples)), np.empty((n_u, samples)), np.zeros((n_u + 1, samples))
     states[:, ::2], states[:, 1::2] = state, middle[:n_x]
@@ -72,45 +80,65 @@ def _segment(
     )
 
 
-@functools.lru_cache(maxsize=64)
-def _sampler(stance: Stance, count: int, substeps: int) -> ca.Function:
-    """Return (states, torque, torque after, step, p) -> (middle, end) of all intervals, works included."""
-    state, step = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("step")
-    torque, after = ca.SX.sym("torque", stance.robot.n_u), ca.SX.sym("after", stance.robot.n_u)
-    p = ca.SX.sym("p", len(stance.robot.parameters))
-    outputs = list(stance.interval(state, torque, after, step, p, substeps=substeps, energy=True))
-    single = ca.Function("sample", [state, torque, after, step, p], outputs)
-    return single.map("samples", "serial", count, [3, 4], [])
-
-
 def error_between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> float:
-    """Return how far the plan drifts from its own nodes when each phase is integrated with four times the steps.
+    """Return how far the plan drifts from its own nodes when each phase is integrated with small steps.
 
     Every phase is followed from its first node under the planned torques; the largest difference of a state from a node
     is returned (rad, rad/s, m, m/s).
     """
-    p, worst, parts = transcription.robot.vector(values), 0.0, 8 * transcription.substeps
+    p, worst = transcription.structure.robot.vector(values), 0.0
     for phase, stance in zip(transcription.phases, transcription.stances, strict=True):
         states, torque = planned_states(transcription, phase, x)
-        count = phase.count * parts
-        step = x[transcription.variables["duration"][0, phase.number]] / count
-        between = np.arange(count + 1) / parts
-        fine = np.array([np.interp(between, np.arange(phase.count + 1), row) for row in torque])
-        follow, parameters = _follower(stance, count), np.tile(p[:, None], count)
-        ends = np.asarray(follow(states[:, 0], fine[:, :-1], fine[:, 1:], np.full((1, count), step), parameters))
-        worst = max(worst, float(np.max(np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))))
+        parts = _parts(transcription, phase, x)
+        step = x[transcription.variables["duration"][0, phase.number]] / (phase.count * parts)
+        begun = np.append(states[:, 0], np.zeros(transcription.structure.robot.n_u + 1))
+        fine = _subdivided(torque, parts)
+        follow = _follower(stance, parts * phase.count)
+        ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))
+        drift = ends[: stance.n_x, parts - 1 :: parts] - states[:, 1:]
+        worst = max(worst, float(np.max(np.abs(drift))))
     return worst
 
 
+def _parts(transcription: Transcription, phase: Phase, x: Array) -> int:
+    """Return the Runge-Kutta steps of each interval of a phase: a power of two, so few functions are built."""
+    durations = x[transcription.variables["duration"][0]]
+    steps = STEPS * durations[phase.number] / (durations.sum() * phase.count)
+    return int(2 ** max(1, math.ceil(math.log2(steps))))
+
+
+def _halves(stance: Stance, begun: Array, fine: Array, length: float, p: Array) -> tuple[Array, Array]:
+    """Return the states, works included, in the middle and at the end of intervals that begin at given states.
+
+    `fine` are the torques at the ends of all Runge-Kutta steps, `length` is that of an interval [s].
+    """
+    n, count = begun.shape
+    parts = (fine.shape[1] - 1) // count
+    before, after = (part.reshape(-1, count, parts) for part in (fine[:, :-1], fine[:, 1:]))
+    follow, at, ends = _follower(stance, 1), begun, []
+    for k in range(parts):
+        at = np.asarray(follow(at, before[:, :, k], after[:, :, k], length / parts, p)).reshape(n, count)
+        ends.append(at)
+    return ends[parts // 2 - 1], ends[-1]
+
+
+def _subdivided(torque: Array, parts: int) -> Array:
+    """Return torques at the ends of all Runge-Kutta steps, linear between the nodes' own."""
+    count = torque.shape[1] - 1
+    at = np.linspace(0, count, parts * count + 1)
+    return np.array([np.interp(at, np.arange(count + 1), row) for row in torque])
+
+
 @functools.lru_cache(maxsize=64)
-def _follower(stance: Stance, count: int) -> ca.Function:
-    """Return (first state, torques, torques after, step, p) -> states after each of `count` Runge-Kutta steps."""
-    state, step = ca.SX.sym("state", stance.n_x), ca.SX.sym("step")
+def _follower(stance: Stance, steps: int) -> ca.Function:
+    """Return (state and works, torques, torques after, step, p) -> the same after each of some Runge-Kutta steps."""
+    state, step = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("step")
     torque, after = ca.SX.sym("torque", stance.robot.n_u), ca.SX.sym("after", stance.robot.n_u)
     p = ca.SX.sym("p", len(stance.robot.parameters))
     torques = (torque, (torque + after) / 2, after)
-    end = rk4(lambda at, u: stance.flow(at, u, p)[0], state, torques, step)
-    return ca.Function("step", [state, torque, after, step, p], [end]).mapaccum("follow", count)
+    end = rk4(lambda at, u: stance.flow_and_energy(at, u, p), state, torques, step)
+    function = ca.Function("step", [state, torque, after, step, p], ca.cse([end]))
+    return function if steps == 1 else function.mapaccum("follow", steps)
 
 
 def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:
@@ -123,7 +151,7 @@ def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tupl
 
 
 def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Jump:
-    robot, layout, first = transcription.robot, transcription.variables, transcription.phases[0]
+    robot, layout, first = transcription.structure.robot, transcription.variables, transcription.phases[0]
     speed = x[layout[f"slide {first.number}"][1, 0]] if first.mode.slips else 0.0
     v_next = np.concatenate([[speed, 0.0], x[layout["rates"][:, 0]]])
     q = last.q[:, -1]
@@ -132,7 +160,7 @@ def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Ju
         p,
         step=0,
         time=float(last.time[-1]),
-        mode=transcription.word.impact,
+        mode=transcription.structure.word.impact,
         impulse=x[layout["impulse"][:, 0]],
         q=q,
         v_minus=last.v[:, -1],

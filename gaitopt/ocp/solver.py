@@ -11,18 +11,18 @@ import numpy as np
 
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.gait import Gait, SolverReport
-from gaitopt.ocp.bounds import bounds, data_vector, start
+from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.carrying import carried
 from gaitopt.ocp.diagnosis import violations, warnings
 from gaitopt.ocp.guess import Guess, Line
 from gaitopt.ocp.ipopt import Ipopt, Outcome
+from gaitopt.ocp.method import Method
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.readout import error_between_nodes, read_motion
-from gaitopt.ocp.shooting import Transcription, transcribe
+from gaitopt.ocp.readout import error_between_nodes, found_values, read_motion
+from gaitopt.ocp.start import start
+from gaitopt.ocp.transcription import Transcription, transcribe
 from gaitopt.progress import Observer, silent
 from gaitopt.status import Status
-
-MOST_SUBSTEPS = 8
-"""Refinement of the integration ends here; a plan still too coarse then fails its replay and is reported as such."""
 
 AUTOMATIC: tuple[Guess, ...] = (Line(),)
 """Starts tried, in order, for a problem without a guess of its own."""
@@ -73,36 +73,40 @@ def attempts(problem: GaitProblem, *, solver: Ipopt | None = None, observer: Obs
 
 def _attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observer) -> Gait:
     """Solve from one start, then refine the integration until the plan is what the robot does between nodes too."""
-    substeps, iterations, later_builds = problem.transcription.substeps, 0, 0.0
-    transcription, build = _built(problem, substeps)
+    method, iterations, build = problem.transcription, 0, 0.0
     began = time.perf_counter()
-    data, limits = data_vector(problem), bounds(transcription, problem)
-    outcome = solver.minimise(transcription.nlp, start(transcription, problem, guess), data, limits, observer)
+    transcription, seconds = _built(problem, method)
+    x, multipliers = start(transcription, problem, guess), None
+    data = data_vector(problem)
     while True:
+        build += seconds
+        limits = bounds(transcription, problem)
+        outcome = solver.minimise(transcription.nlp, x, data, limits, observer, multipliers)
         iterations += outcome.iterations
-        motion = read_motion(transcription, problem.values, _finite(outcome))
-        error = error_between_nodes(transcription, problem.values, _finite(outcome)) if outcome.status.ok else math.inf
+        values = found_values(transcription, problem, _finite(outcome))
+        motion = read_motion(transcription, values, _finite(outcome))
+        error = error_between_nodes(transcription, values, _finite(outcome)) if outcome.status.ok else math.inf
         worst = max(error, ledger(motion).relative_residual)
-        if not outcome.status.ok or worst <= problem.transcription.tolerance or substeps >= MOST_SUBSTEPS:
+        finer = method.finer()
+        if not outcome.status.ok or worst <= problem.transcription.tolerance or finer is None:
             break
-        substeps *= 2
-        transcription, more = _built(problem, substeps)
-        later_builds += more
-        outcome = solver.minimise(transcription.nlp, outcome.x, data, limits, observer, outcome.multipliers)
+        before, method = transcription, finer
+        transcription, seconds = _built(problem, method)
+        x, multipliers = carried(before, outcome, transcription)
     unmet = violations(transcription, limits, outcome.x, outcome.g)
     return Gait(
         robot=problem.robot.name,
         word=problem.word,
         status=outcome.status,
         motion=motion,
-        problem=problem.describe() | {"guess": guess.describe(), "substeps": substeps},
+        problem=problem.describe() | {"guess": guess.describe(), "transcription": method.name},
         solver=SolverReport(
             iterations=iterations,
             objective=outcome.objective,
             constraint_violation=unmet[0].size if unmet else 0.0,
             error_between_nodes=error,
-            build_seconds=build + later_builds,
-            solve_seconds=time.perf_counter() - began - later_builds,
+            build_seconds=build,
+            solve_seconds=time.perf_counter() - began - build,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
             warnings=warnings(transcription, problem, outcome.x, worst) if outcome.status.ok else (),
@@ -112,11 +116,10 @@ def _attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observ
     )
 
 
-def _built(problem: GaitProblem, substeps: int) -> tuple[Transcription, float]:
+def _built(problem: GaitProblem, method: Method) -> tuple[Transcription, float]:
     """Return the transcription and the seconds it took to build, 0 if it had been built before."""
     began, known = time.perf_counter(), transcribe.cache_info().misses
-    counts = problem.transcription.intervals_for(problem.word)
-    transcription = transcribe(problem.robot, problem.word, problem.objective, counts, substeps)
+    transcription = transcribe(structure(problem, method))
     new = transcribe.cache_info().misses > known
     return transcription, time.perf_counter() - began if new else 0.0
 

@@ -28,9 +28,11 @@ class Stance:
         self.robot, self.mode = robot, mode
         self.n_angles = len(robot.angles)
         self.state_names = (*robot.angles, *(f"{name} rate" for name in robot.angles))
+        self.moving = robot.angles
         if mode.slips:
             self.state_names += ("foot slide", "foot speed")
-        self.n_x = len(self.state_names)
+            self.moving += ("foot",)
+        self.n_x, self.n_a = len(self.state_names), len(self.moving)
 
     def full(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return q and v of a reduced state, each of shape (n_q, 1)."""
@@ -38,6 +40,18 @@ class Stance:
         slide, speed = (state[2 * n], state[2 * n + 1]) if self.mode.slips else (ca.SX(0), ca.SX(0))
         zero = ca.SX(1, 1)
         return ca.vertcat(slide, zero, state[:n]), ca.vertcat(speed, zero, state[n : 2 * n])
+
+    def parts(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return positions and velocities of `moving` in a reduced state, each of shape (n_a, 1)."""
+        n = self.n_angles
+        foot = (state[2 * n], state[2 * n + 1]) if self.mode.slips else (ca.SX(0, 1), ca.SX(0, 1))
+        return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
+
+    def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
+        """Return the reduced state with given positions and velocities of `moving`; undoes :meth:`parts`."""
+        n = self.n_angles
+        foot = (positions[n], velocities[n]) if self.mode.slips else ()
+        return ca.vertcat(positions[:n], velocities[:n], *foot)
 
     def flow(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return the state's rate, shape (n_x, 1), and the contact force (f_t, f_n) [N]."""
@@ -47,6 +61,25 @@ class Stance:
         if self.mode.slips:
             rate = ca.vertcat(rate, v[0], acceleration[0])
         return rate, force
+
+    def balance(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return the residual of the equations of motion per weight, shape (n_a, 1), and the contact force [N].
+
+        No equation is solved: M a + h - E u is the contact force in its first two rows and must vanish in the others
+        (inverse dynamics).  `acceleration` is that of `moving`: the angles, then the foot where it slides.
+        """
+        q, v = self.full(state)
+        mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
+        n, zero = self.n_angles, ca.SX(1, 1)
+        foot = acceleration[n] if self.mode.slips else zero
+        excess = mass_matrix @ ca.vertcat(foot, zero, acceleration[:n]) + bias - actuation @ torque
+        force = excess[:2]
+        residual = excess[2:]
+        if self.mode.slips:
+            friction = -self.mode.sign * self._friction(p) * force[1]
+            residual = ca.vertcat(residual, force[0] - friction)
+            force = ca.vertcat(friction, force[1])
+        return residual / self.weight(p), force
 
     def flow_and_energy(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
         """Return the state's rate, the joint powers and the friction loss rate, shape (n_x + n_u + 1, 1)."""
@@ -92,20 +125,20 @@ class Stance:
         gravity = [parameter.name for parameter in self.robot.parameters].index("gravity")
         return self.robot.momentum(zero, zero, p)[2] * p[gravity]
 
-    def path(self, state: ca.SX, torque: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[str], ca.SX]:
+    def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[str], ca.SX]:
         """Return names and values of what must be >= 0 along the phase, forces per weight.
 
         Written with 1/mu, so that an unlimited friction (mu = inf) leaves f_n >= 0.
         """
-        tangential, normal = ca.vertsplit(self.flow(state, torque, p)[1] / self.weight(p))
+        tangential, normal = ca.vertsplit(force / self.weight(p))
         if self.mode.slips:
             return ["normal force"], normal
         scaled = tangential / ((1 - margin) * self._friction(p))
         return ["forward friction cone", "backward friction cone"], ca.vertcat(normal - scaled, normal + scaled)
 
-    def onset(self, state: ca.SX, torque: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
+    def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
         """Return the condition at which a sticking foot starts to slip: the force exactly on the cone."""
-        tangential, normal = ca.vertsplit(self.flow(state, torque, p)[1] / self.weight(p))
+        tangential, normal = ca.vertsplit(force / self.weight(p))
         excess = normal + slip.sign * tangential / self._friction(p)
         return [("slip onset on the cone", 0.0, 0.0), ("normal force", 0.0, float("inf"))], ca.vertcat(excess, normal)
 

@@ -3,69 +3,38 @@
 import math
 
 import casadi as ca
-import numpy as np
 
 from gaitopt.model.impact import impulse_excess
 from gaitopt.model.robot import Robot
 from gaitopt.motion.word import Word
+from gaitopt.ocp.frame import Frame, Locals
 from gaitopt.ocp.grid import Phase
-from gaitopt.ocp.layout import Layout, Rows
 from gaitopt.ocp.nlp import Block
 from gaitopt.ocp.stance import Row
 
 
-def touchdown_block(
-    robot: Robot, word: Word, phases: tuple[Phase, ...], variables: Layout, rows: Rows, data: ca.SX
-) -> Block:
+def touchdown_block(frame: Frame, word: Word, phases: tuple[Phase, ...]) -> Block:
     """Return the block that ties the last node through the impact to the first.
 
     The momentum balance is written with the first state of the next step, mapped back through the leg swap, so no copy
     of the post-impact state is needed.
-
-    Parameters
-    ----------
-    robot : Robot
-    word : Word
-    phases : tuple of Phase
-    variables : Layout
-        The decision vector.
-    rows : Rows
-        The constraint rows so far; this block's rows are appended.
-    data : SX
-        Robot parameters, then the cone and impact-cone margins.
     """
-    n, p, margin = len(robot.angles), data[: len(robot.parameters)], data[len(robot.parameters) + 1]
-    names = [parameter.name for parameter in robot.parameters]
-    friction = p[names.index("friction")]
+    robot, variables, local = frame.robot, frame.variables, Locals(frame, 1)
+    p, margin = local.parameters(), frame.data[len(robot.parameters) + 1]
+    friction = p[frame.names().index("friction")]
     slips = [phase for phase in phases if phase.mode.slips]
     final, first = phases[-1], phases[0]
 
-    before, rates_before = ca.SX.sym("before", n), ca.SX.sym("rates_before", n)
-    after, rates_after = ca.SX.sym("after", n), ca.SX.sym("rates_after", n)
-    speed_before = ca.SX.sym("speed_before") if final.mode.slips else ca.SX(0)
-    speed_after = ca.SX.sym("speed_after") if first.mode.slips else ca.SX(0)
-    impulse, travel = ca.SX.sym("impulse", 2), ca.SX.sym("travel")
-    slides, durations = ca.SX.sym("slides", len(slips)), ca.SX.sym("durations", len(phases))
-
-    local = [before, rates_before, after, rates_after, impulse, travel, durations]
-    columns = [
-        variables["angles"][:, -1],
-        variables["rates"][:, -1],
-        variables["angles"][:, 0],
-        variables["rates"][:, 0],
-        variables["impulse"][:, 0],
-        variables["travel"][:, 0],
-        variables["duration"][0],
-    ]
-    if slips:
-        local.append(slides)
-        columns.append(np.array([variables[f"slide {phase.number}"][0, -1] for phase in slips]))
+    before, rates_before = (local.add(f"{part} before", variables[part][:, [-1]]) for part in ("angles", "rates"))
+    after, rates_after = (local.add(f"{part} after", variables[part][:, [0]]) for part in ("angles", "rates"))
+    impulse, travel = local.add("impulse", variables["impulse"]), local.add("travel", variables["travel"])
+    durations = local.add("durations", variables["duration"].T)
+    speed_before = speed_after = ca.SX(0)
+    slides = [local.add("slide", variables[f"slide {phase.number}"][:1, [-1]]) for phase in slips]
     if final.mode.slips:
-        local.append(speed_before)
-        columns.append(variables[f"slide {final.number}"][1, [-1]])
+        speed_before = local.add("speed before", variables[f"slide {final.number}"][1:, [-1]])
     if first.mode.slips:
-        local.append(speed_after)
-        columns.append(variables[f"slide {first.number}"][1, [0]])
+        speed_after = local.add("speed after", variables[f"slide {first.number}"][1:, [0]])
 
     zero = ca.SX(1, 1)
     q = ca.vertcat(zero, zero, before)
@@ -76,7 +45,7 @@ def touchdown_block(
     guard, guard_rate, armed = robot.touchdown(q, v_minus, p)
     relabelled = robot.swap(q, v_minus, p)[0][2:]
     distance = robot.landing(q, v_minus, p)[0][0]
-    length = distance + ca.sum1(slides)
+    length = distance + sum(slides)
     excess = impulse_excess(impulse, friction, word.impact, margin)
     period = ca.sum1(durations)
     constraints = ca.vertcat(
@@ -93,10 +62,10 @@ def touchdown_block(
     )
     return Block(
         name="touchdown",
-        variables=ca.vertcat(*local),
+        variables=local.variables,
         constraints=constraints,
-        columns=np.concatenate(columns)[:, None],
-        rows=rows.add("touchdown", _table(robot, word), ["touchdown"]),
+        columns=local.columns,
+        rows=frame.rows.add("touchdown", _table(robot, word), ["touchdown"]),
     )
 
 

@@ -162,7 +162,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gaitopt import GaitProblem, MultipleShooting, Objective, TorqueSquared, compass_biped
+from gaitopt import GaitProblem, MultipleShooting, Objective, compass_biped
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class AnkleFirst(Objective):
     name = "ankle_first"
     uses_power = False
     per_weight_and_travel = True
-    quadrature = TorqueSquared.quadrature
+    smooth = True
 
     def integrand(self, torque, positive, negative):
         return self.weight * torque[0] ** 2 + torque[1] ** 2

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve, verify
+from gaitopt import Collocation, GaitProblem, Limits, compass_biped, solve, verify
 
 REFERENCE = {"word": "stick | stick", "friction": 0.14, "speed": 0.633, "step_length": 0.4713}
 
@@ -14,7 +14,7 @@ def _problem(*, intervals=40, torque=6.0, **changes):
     return GaitProblem(
         robot=compass_biped(),
         limits=changes.pop("limits", Limits(torque=torque)),
-        transcription=changes.pop("transcription", MultipleShooting(intervals=intervals)),
+        transcription=changes.pop("transcription", Collocation(intervals=intervals)),
         **{**REFERENCE, **changes},
     )
 

@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
 
-from gaitopt import TorqueSquared, Word, compass_biped
+from gaitopt import TorqueSquared, Word
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.diagnosis import violations, warnings
-from gaitopt.ocp.shooting import transcribe
+from tests.ocp.programmes import programme
 
 
 @pytest.fixture(scope="module")
 def transcription():
-    return transcribe(compass_biped(), Word.parse("slip+ stick | slip+"), TorqueSquared(), (3, 4))
+    return programme(Word.parse("slip+ stick | slip+"), (3, 4), TorqueSquared())
 
 
 @pytest.fixture

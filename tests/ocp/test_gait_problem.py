@@ -52,7 +52,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"parameters": {"leg_mass": math.nan}}, "leg_mass must be a finite number"),
         ({"parameters": {"leg_mas": 4}}, "no parameter 'leg_mas'. Did you mean 'leg_mass'"),
         ({"parameters": {"friction": 0.2}}, r"Give friction as GaitProblem\(friction=...\)"),
-        ({"limits": Limits(torque=0)}, "torque_limit of ankle must be greater than 0"),
+        ({"limits": Limits(torque=0)}, "Limits.torque is 0 for every actuator"),
         ({"limits": Limits(torque={"knee": 3})}, "no actuator 'knee'"),
         ({"objective": "cheap"}, "no objective 'cheap'"),
         ({"speed": 0}, "speed must be greater than 0"),

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Keyframes, Line, Previous, Word, compass_biped, load, rimless_wheel
-from gaitopt.ocp.bounds import bounds, setting, start
+from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.guess import Setting
 from gaitopt.ocp.reach import longest_reach, touchdown_pose
-from gaitopt.ocp.shooting import transcribe
+from gaitopt.ocp.start import setting, start
+from tests.ocp.programmes import programme
 
 PERIOD, STEP = 0.75, 0.47
 
@@ -94,7 +95,7 @@ def test_a_previous_motion_of_another_robot_is_refused(published):
 @pytest.mark.parametrize("guess", [Line(), Keyframes((0, 1), {"th1": (-0.1, 0.1), "th2": (-3.0, 3.0)})])
 def test_a_start_lies_inside_the_bounds_and_is_finite(reference_problem, guess):
     problem = reference_problem(word="slip+ stick | slip+", intervals=8, guess=guess)
-    transcription = transcribe(problem.robot, problem.word, problem.objective, (5, 8))
+    transcription = programme(problem.word, (5, 8), problem.objective)
     x, limits = start(transcription, problem, guess), bounds(transcription, problem)
     assert np.all(np.isfinite(x))
     assert np.all((limits.x_lower <= x) & (x <= limits.x_upper))
@@ -103,7 +104,7 @@ def test_a_start_lies_inside_the_bounds_and_is_finite(reference_problem, guess):
 def test_a_start_from_a_solution_is_that_solution(reference_problem, solved):
     gait = solved(word="slip+ stick | slip+")
     problem = reference_problem(word=gait.word, guess=Previous(gait.motion))
-    transcription = transcribe(problem.robot, problem.word, problem.objective, (10, 40))
+    transcription = programme(problem.word, (10, 40), problem.objective)
     x = start(transcription, problem, problem.guess)
     for name in ("angles", "rates", "torque", "duration", "slide 0"):
         index = transcription.variables[name]

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from gaitopt import CostOfTransport, GaitProblem, PositiveWork, TorqueSquared, Word, compass_biped
-from gaitopt.ocp.bounds import data_vector, start
+from gaitopt.ocp.bounds import data_vector
 from gaitopt.ocp.guess import Line
 from gaitopt.ocp.nlp import Block, assemble_nlp
-from gaitopt.ocp.shooting import transcribe
+from gaitopt.ocp.start import start
+from tests.ocp.programmes import programme
 
 CASES = [
     ("stick | stick", (4,), TorqueSquared()),
@@ -51,7 +52,7 @@ def programmes():
     yield "toy", *toy(), np.array([0.3, -0.8, 1.1, 0.5])
     for word, counts, objective in CASES:
         problem = _problem(word, objective)
-        transcription = transcribe(problem.robot, problem.word, objective, counts)
+        transcription = programme(problem.word, counts, objective)
         x = start(transcription, problem, Line())
         x += 0.05 * np.random.default_rng(len(x)).standard_normal(x.size)
         yield f"{word}, {objective.name}", transcription.nlp, data_vector(problem), x

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt import CostOfTransport, InputError, Objective, PositiveWork, TorqueSquared
-from gaitopt.ocp.objective import KINKED, OBJECTIVES, SMOOTH, objective_named
+from gaitopt.ocp.objective import OBJECTIVES, objective_named
 
 REAL = st.floats(-10, 10)
 
@@ -23,27 +23,15 @@ def test_integrands_of_known_powers(torque, power):
     assert value(TorqueSquared(), torque, power) == pytest.approx(np.sum(torque**2))
 
 
-@given(REAL, REAL)
-def test_the_smooth_rule_is_exact_for_the_square_of_a_linear_torque(left, right):
-    exact = (left**2 + left * right + right**2) / 3
-    assert np.dot(SMOOTH, [left**2, ((left + right) / 2) ** 2, right**2]) == pytest.approx(exact, abs=1e-12)
+@pytest.mark.parametrize("share", [-0.1, 1.0, float("nan"), "half"])
+def test_a_share_that_cannot_be_regenerated_is_refused(share):
+    with pytest.raises(InputError, match="regeneration"):
+        PositiveWork(regeneration=share)
 
 
-@given(REAL, REAL)
-def test_the_kinked_rule_never_undervalues_the_absolute_of_a_linear_power(left, right):
-    exact = (abs(left) + abs(right)) / 2
-    if left * right < 0:
-        exact = (left**2 + right**2) / (2 * (abs(left) + abs(right)))
-    rule = np.dot(KINKED, np.abs([left, (left + right) / 2, right]))
-    assert rule >= exact - 1e-12
-
-
-def test_simpson_would_undervalue_a_kink():
-    # |t| on [-1, 3]: the integral is 5, Simpson gives 14/3, the kinked rule 6 (by hand).
-    samples = [1.0, 1.0, 3.0]
-    assert 4 * np.dot(SMOOTH, samples) == pytest.approx(16 / 3)
-    samples = [1.0, 0.0, 1.0]  # |t| on [-1, 1]: the integral is 1
-    assert 2 * np.dot(SMOOTH, samples) < 1 <= 2 * np.dot(KINKED, samples)
+def test_regeneration_gives_back_a_share_of_the_negative_work():
+    # +3 W and -2 W with half of the braking power stored: 3 - 1.
+    assert value(PositiveWork(regeneration=0.5), np.zeros(2), np.array([3.0, -2.0])) == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("name", ["cost_of_transport", "torque_squared", "positive_work"])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from gaitopt import CostOfTransport, Mode, MultipleShooting, Status, compass_biped, solve
+from gaitopt import CostOfTransport, Mode, MultipleShooting, Status, solve
 from gaitopt.ocp.readout import error_between_nodes, read_motion
-from gaitopt.ocp.shooting import transcribe
+from tests.ocp.programmes import SCHEMES, programme
 
 SLIP = "slip+ stick | slip+"
 
@@ -18,8 +18,8 @@ def gait(solved):
 
 @pytest.fixture(scope="module")
 def transcription(gait):
-    counts, substeps = tuple(gait.problem["intervals"]), gait.problem["substeps"]
-    return transcribe(compass_biped(), gait.word, CostOfTransport(), counts, substeps)
+    counts = tuple(gait.problem["intervals"])
+    return programme(gait.word, counts, CostOfTransport(), SCHEMES[1])
 
 
 def test_segments_join_in_time_and_state(gait):
@@ -70,9 +70,9 @@ def test_the_error_between_nodes_grows_with_a_perturbation(gait, transcription):
 def test_a_coarse_plan_is_refined_until_it_holds_between_nodes(reference_problem):
     coarse = {tolerance: solve(_coarse(reference_problem, tolerance)) for tolerance in (np.inf, 1e-8)}
     assert all(gait.status is Status.SOLVED for gait in coarse.values())
-    assert coarse[np.inf].problem["substeps"] == 1
+    assert coarse[np.inf].problem["transcription"] == "multiple shooting, 1 substeps"
     assert coarse[np.inf].solver.error_between_nodes > 1e-8
-    assert coarse[1e-8].problem["substeps"] > 1
+    assert int(coarse[1e-8].problem["transcription"].split()[2]) > 1
     assert coarse[1e-8].solver.error_between_nodes <= 1e-8
 
 

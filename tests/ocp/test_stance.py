@@ -99,7 +99,7 @@ def sticking_force(state):
 def test_the_cone_is_held_with_its_margin_on_both_sides():
     stance = Stance(ROBOT, Mode.STICK)
     x, u, p, margin = symbols(stance)
-    names, values = stance.path(x, u, p, margin)
+    names, values = stance.path(stance.flow(x, u, p)[1], p, margin)
     found = evaluated(values, x, u, p, margin)(STATES[Mode.STICK], TORQUE, P, 0.05)
     tangential, normal = sticking_force(STATES[Mode.STICK])
     scaled = tangential / (0.95 * 0.14)
@@ -111,7 +111,9 @@ def test_without_a_friction_limit_the_cone_is_the_normal_force():
     stance = Stance(ROBOT, Mode.STICK)
     x, u, p, margin = symbols(stance)
     unlimited = ROBOT.vector(ROBOT.resolve({}))
-    found = evaluated(stance.path(x, u, p, margin)[1], x, u, p, margin)(STATES[Mode.STICK], TORQUE, unlimited, 0.0)
+    found = evaluated(stance.path(stance.flow(x, u, p)[1], p, margin)[1], x, u, p, margin)(
+        STATES[Mode.STICK], TORQUE, unlimited, 0.0
+    )
     assert np.asarray(found).ravel() == pytest.approx([sticking_force(STATES[Mode.STICK])[1] / WEIGHT] * 2)
 
 
@@ -119,7 +121,7 @@ def test_without_a_friction_limit_the_cone_is_the_normal_force():
 def test_a_slip_begins_with_the_sticking_force_on_its_side_of_the_cone(slip, sign):
     stance = Stance(ROBOT, Mode.STICK)
     x, u, p, _ = symbols(stance)
-    rows, values = stance.onset(x, u, p, slip)
+    rows, values = stance.onset(stance.flow(x, u, p)[1], p, slip)
     found = np.asarray(evaluated(values, x, u, p)(STATES[Mode.STICK], TORQUE, P)).ravel()
     tangential, normal = sticking_force(STATES[Mode.STICK])
     # slip+ needs f_t = -mu f_n, slip- needs f_t = +mu f_n (docs/physics.md)
@@ -131,7 +133,7 @@ def test_a_slip_begins_with_the_sticking_force_on_its_side_of_the_cone(slip, sig
 def test_a_sliding_foot_only_presses(mode):
     stance = Stance(ROBOT, mode)
     x, u, p, margin = symbols(stance)
-    names, values = stance.path(x, u, p, margin)
+    names, values = stance.path(stance.flow(x, u, p)[1], p, margin)
     state = STATES[mode]
     found = evaluated(values, x, u, p, margin)(state, TORQUE, P, 0.0)
     q, v = [state[4], 0, *state[:2]], [state[5], 0, *state[2:4]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Mode, TorqueSquared, Word, compass_biped, solve_impact
-from gaitopt.ocp.shooting import transcribe
+from tests.ocp.programmes import programme
 
 ROBOT = compass_biped()
 WORDS = {
@@ -55,7 +55,7 @@ def rows(transcription, x, friction, margins=MARGINS):
 @pytest.mark.parametrize("mode", WORDS)
 def test_an_exact_impact_satisfies_every_row(mode):
     word, counts = WORDS[mode]
-    transcription = transcribe(ROBOT, word, TorqueSquared(), counts)
+    transcription = programme(word, counts, TorqueSquared())
     for friction, q, v, impact in impacts(mode):
         length = float(ROBOT.landing(q, v, ROBOT.vector(ROBOT.resolve({})))[0][0])
         durations = np.linspace(0.3, 0.4, len(word.phases))
@@ -81,7 +81,7 @@ def test_an_exact_impact_satisfies_every_row(mode):
 def test_another_outcome_breaks_a_row(mode):
     """What the simulator would not do, the optimiser must not be able to do."""
     word, counts = WORDS[mode]
-    transcription = transcribe(ROBOT, word, TorqueSquared(), counts)
+    transcription = programme(word, counts, TorqueSquared())
     for other in set(WORDS) - {mode}:
         for friction, q, v, impact in impacts(other, count=5):
             x = place(transcription, q, v, impact, 0.4, np.full(len(word.phases), 0.3))
@@ -98,7 +98,7 @@ def test_another_outcome_breaks_a_row(mode):
 
 def test_foot_slide_counts_as_travel():
     word, counts = WORDS[Mode.SLIP_FORWARD]
-    transcription = transcribe(ROBOT, word, TorqueSquared(), counts)
+    transcription = programme(word, counts, TorqueSquared())
     friction, q, v, impact = next(impacts(Mode.SLIP_FORWARD))
     x = place(transcription, q, v, impact, 0.4, np.full(2, 0.3))
     x[transcription.variables["slide 0"][0, -1]] = 0.05
@@ -108,7 +108,7 @@ def test_foot_slide_counts_as_travel():
 
 def test_the_impact_margin_shrinks_the_cone():
     word, counts = WORDS[Mode.STICK]
-    transcription = transcribe(ROBOT, word, TorqueSquared(), counts)
+    transcription = programme(word, counts, TorqueSquared())
     friction, q, v, impact = next(impacts(Mode.STICK))
     x = place(transcription, q, v, impact, 0.4, [0.3])
     tangential, normal = impact.impulse
@@ -119,7 +119,7 @@ def test_the_impact_margin_shrinks_the_cone():
 
 def test_a_step_that_ends_sliding_takes_its_foot_speed_into_the_impact():
     word = Word.parse("stick slip- | stick")
-    transcription = transcribe(ROBOT, word, TorqueSquared(), (2, 2))
+    transcription = programme(word, (2, 2), TorqueSquared())
     p = ROBOT.vector(ROBOT.resolve({"friction": 0.5}))
     q, v = np.array([0, 0, 0.15, 0.15]), np.array([-0.05, 0, 0.6, -0.1])
     impact = solve_impact(ROBOT, q, v, p)

@@ -5,18 +5,18 @@ import pytest
 
 from gaitopt import CostOfTransport, Limits, Margins, Mode, TorqueSquared, Word, compass_biped, solve_impact
 from gaitopt.ocp.bounds import bounds, data_vector
-from gaitopt.ocp.shooting import transcribe
+from tests.ocp.programmes import programme
 
 ROBOT = compass_biped()
 SLIPPING = Word.parse("slip+ stick slip- | slip+")
 
 
 def sized(word, counts, objective):
-    return transcribe(ROBOT, Word.parse(word), objective, counts)
+    return programme(Word.parse(word), counts, objective)
 
 
 def test_every_variable_and_every_row_has_a_name():
-    transcription = transcribe(ROBOT, SLIPPING, CostOfTransport(), (3, 4, 2))
+    transcription = programme(SLIPPING, (3, 4, 2), CostOfTransport())
     for layout in (transcription.variables, transcription.constraints):
         assert len(layout.labels) == layout.size
         assert all(place and name for place, name in layout.labels)
@@ -37,19 +37,19 @@ def test_sizes_of_a_sticking_problem():
 
 
 def test_rows_say_where_they_are():
-    transcription = transcribe(ROBOT, SLIPPING, CostOfTransport(), (3, 4, 2))
+    transcription = programme(SLIPPING, (3, 4, 2), CostOfTransport())
     labels = set(transcription.constraints.labels)
     assert ("phase 2 (stick), node 3", "dynamics of th1 rate") in labels
-    assert ("phase 2 (stick), node 0", "forward friction cone, mid-interval") in labels
+    assert ("phase 2 (stick), node 0", "forward friction cone, inner point 1") in labels
     assert ("phase 2 (stick), node 4", "slip onset on the cone") in labels
-    assert ("phase 1 (slip+), node 2", "foot speed, mid-interval") in labels
+    assert ("phase 1 (slip+), node 2", "foot speed, inner point 1") in labels
     assert ("phase 3 (slip-), node 2", "power split of hip") in labels
     assert ("phase 3 (slip-), node 2", "normal force") in labels
     assert ("touchdown", "impact friction cone") in labels
 
 
 def test_a_node_between_phases_belongs_to_the_earlier_one():
-    transcription = transcribe(ROBOT, SLIPPING, TorqueSquared(), (3, 4, 2))
+    transcription = programme(SLIPPING, (3, 4, 2), TorqueSquared())
     angles = transcription.variables["angles"]
     assert transcription.variables.label(angles[0, 3]) == ("phase 1 (slip+), node 3", "th1")
     assert transcription.variables.label(angles[0, 4]) == ("phase 2 (stick), node 1", "th1")
@@ -82,7 +82,7 @@ def slipping(reference_problem):
         limits=Limits(torque={"hip": 3}, angle=1.0, rate=5.0, shortest_phase=0.01, longest_step=2.0),
         margins=Margins(cone=0.02, impact_cone=0.03, slip_speed=0.04, separation=0.05, normal_force=0.06),
     )
-    transcription = transcribe(ROBOT, problem.word, problem.objective, (4, 4, 4))
+    transcription = programme(problem.word, (4, 4, 4), problem.objective)
     return problem, transcription, bounds(transcription, problem)
 
 
@@ -101,7 +101,7 @@ def test_limits_become_bounds_of_variables(slipping):
     assert box(layout["travel"]) == ({0.4713}, {0.4713})
     assert box(layout["impulse"][1]) == ({0.0}, {math.inf})
     assert box(layout["power"]) == ({0.0}, {math.inf})
-    assert box(layout["mid power 1"]) == ({0.0}, {math.inf})
+    assert box(layout["inner power 1"]) == ({0.0}, {math.inf})
 
 
 def test_targets_and_margins_become_bounds_of_rows(slipping):
@@ -113,7 +113,7 @@ def test_targets_and_margins_become_bounds_of_rows(slipping):
     assert named["step duration"] == {(0.0, 2.0)}
     assert named["separation of the trailing foot"] == {(0.05, math.inf)}
     assert named["normal force"] == {(0.06, math.inf)}
-    assert named["normal force, mid-interval"] == {(0.06, math.inf)}
+    assert named["normal force, inner point 1"] == {(0.06, math.inf)}
     assert named["forward friction cone"] == {(0.0, math.inf)}
     assert named["impact friction cone"] == {(0.0, 0.0)}
     assert named["slip onset on the cone"] == {(0.0, 0.0)}

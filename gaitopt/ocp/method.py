@@ -1,0 +1,87 @@
+"""Transcription methods: a grid, how it is integrated, and how accurate the result must be."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+
+from gaitopt.errors import InputError
+from gaitopt.model.modes import Mode
+from gaitopt.motion.word import Word
+from gaitopt.ocp.scheme import Scheme
+from gaitopt.parameters import Parameter
+
+MOST_INTERVALS = 2000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method(ABC):
+    """What every transcription method has; derive from it to add one.
+
+    Attributes
+    ----------
+    intervals : int or tuple of int
+        Intervals of each phase.  A single number is meant for a sticking phase; slip phases beside one are short
+        and get a quarter of it.
+    tolerance : float
+        Largest error of the states between nodes, found by integrating the plan again with smaller steps, and largest
+        relative closing error of its energy ledger.  Where it is exceeded, :func:`gaitopt.solve` takes the method's
+        `finer` version and goes on from the solution.
+    """
+
+    intervals: int | tuple[int, ...] = 40
+    tolerance: float = 1e-7
+
+    def __post_init__(self) -> None:
+        Parameter("tolerance", 0.0, "1", "", lower=0.0, lower_open=True, infinite=True).check(self.tolerance)
+        self.check_options()
+
+    @abstractmethod
+    def check_options(self) -> None:
+        """Raise InputError if an option of the method's own cannot be."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the method with its options, for the record of the problem."""
+
+    @property
+    @abstractmethod
+    def scheme(self) -> Scheme:
+        """How one interval is integrated."""
+
+    @abstractmethod
+    def finer(self) -> "Method | None":
+        """Return a more accurate version of the method, or None where refinement ends."""
+
+    def doubled(self, word: Word) -> "Method | None":
+        """Return the method with twice the intervals in every phase, or None where that is beyond all measure."""
+        counts = tuple(2 * count for count in self.intervals_for(word))
+        return None if max(counts) > MOST_INTERVALS else replace(self, intervals=counts)
+
+    def intervals_for(self, word: Word) -> tuple[int, ...]:
+        """Return the number of intervals of each phase.
+
+        Raises
+        ------
+        InputError
+            If a count is not a whole number of at least 2, or there is not one per phase.
+        """
+        if isinstance(self.intervals, tuple | list):
+            counts = tuple(self.intervals)
+        else:
+            check_count("intervals", self.intervals, 2, MOST_INTERVALS)
+            short = max(5, int(self.intervals) // 4) if Mode.STICK in word.phases else self.intervals
+            counts = tuple(short if mode.slips else self.intervals for mode in word.phases)
+        if len(counts) != len(word.phases):
+            raise InputError(
+                f"intervals has {len(counts)} entries, but the word '{word}' has {len(word.phases)} phases."
+            )
+        for count in counts:
+            check_count("intervals", count, 2, MOST_INTERVALS)
+        return tuple(int(count) for count in counts)
+
+
+def check_count(name: str, count: object, lower: int, upper: int) -> None:
+    """Raise InputError unless `count` is a whole number within bounds."""
+    if isinstance(count, bool):
+        raise InputError(f"{name} must be a whole number, got {count!r}.")
+    Parameter(name, lower, "1", "", lower=lower, upper=upper, whole=True).check(count)
