@@ -6,7 +6,7 @@ with ``--set NAME=VALUE``.
 
 import math
 
-from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped
+from gaitopt import Collocation, GaitProblem, Limits, compass_biped
 
 
 def problem(
@@ -42,7 +42,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit),
         objective=objective,
-        transcription=MultipleShooting(intervals=intervals),
+        transcription=Collocation(intervals=intervals),
     )
 
 

@@ -1,4 +1,4 @@
-"""Gaits in open files: HDF5, version 1 of the layout documented in ``docs/file_format.md``.
+"""Gaits in open files: HDF5, version 2 of the layout documented in ``docs/file_format.md``.
 
 Numbers are plain datasets with a ``unit`` attribute; names and text are attributes; the resolved problem is JSON.
 Nothing of Python is needed to read a file.
@@ -17,12 +17,14 @@ from gaitopt.model.modes import Mode
 from gaitopt.motion.atomic import replacing
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
+from gaitopt.motion.solution import Solution, Table
 from gaitopt.motion.summary import plain
 from gaitopt.motion.word import Word
 from gaitopt.status import Status
 
 FORMAT = "gaitopt gait"
-VERSION = 1
+VERSION = 2
+"""Version 1 had a bare vector of unknowns instead of ``solution``; its files are read without it."""
 
 _SEGMENT_UNITS = {
     "time": "s",
@@ -45,6 +47,7 @@ _JUMP_UNITS = {
     "q_next": "m, m, then rad",
     "v_next": "m/s, m/s, then rad/s",
 }
+_SOLUTION_PARTS = ("unknowns", "constraints")
 _JUMP_SCALARS = ("time", "energy_lost", "separation")
 
 
@@ -92,7 +95,8 @@ def write_gait(group: h5py.Group, gait: Gait) -> None:
     _write_record(group.create_group("solver"), gait.solver)
     if gait.verification is not None:
         _write_record(group.create_group("verification"), gait.verification)
-    group.create_dataset("decision", data=gait.decision)
+    if gait.solution is not None:
+        _write_solution(group.create_group("solution"), gait.solution)
     _write_motion(group.create_group("motion"), gait.motion)
 
 
@@ -197,10 +201,32 @@ def read_gait(file: h5py.Group) -> Gait:
         motion=_read_motion(file["motion"]),
         problem=_numbers(json.loads(file.attrs["problem"])),
         solver=SolverReport(**solver),
-        decision=file["decision"][...],
         versions={name: str(value) for name, value in file["versions"].attrs.items()},
+        solution=_read_solution(file["solution"]) if "solution" in file else None,
         verification=verification,
     )
+
+
+def _write_solution(group: h5py.Group, solution: Solution) -> None:
+    group.attrs["intervals"] = solution.intervals
+    for kind in _SOLUTION_PARTS:
+        group.create_group(kind)  # there even when empty
+        for name, table in getattr(solution, kind).items():
+            part = group.create_group(f"{kind}/{name}")
+            part.attrs["rows"] = json.dumps(table.rows)
+            part.create_dataset("values", data=table.values)
+            part.create_dataset("multipliers", data=table.multipliers)
+
+
+def _read_solution(group: h5py.Group) -> Solution:
+    parts = {
+        kind: {
+            name: Table(tuple(json.loads(part.attrs["rows"])), part["values"][...], part["multipliers"][...])
+            for name, part in group[kind].items()
+        }
+        for kind in _SOLUTION_PARTS
+    }
+    return Solution(intervals=tuple(int(count) for count in group.attrs["intervals"]), **parts)
 
 
 def _violation(place: str, name: str, size: float | str | None) -> Violation:

@@ -7,7 +7,8 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
-from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.motion import Motion
+from gaitopt.motion.solution import Solution
 from gaitopt.motion.word import Word
 from gaitopt.status import Status
 
@@ -139,8 +140,8 @@ class Gait:
     problem : dict
         The fully resolved problem as plain data.
     solver : SolverReport
-    decision : (n,) array
-        Decision vector of the optimisation, to start another solve from.
+    solution : Solution or None
+        Unknowns and multipliers of the optimisation, to start another solve from.
     versions : dict of str to str
     verification : Verification or None
         None until :func:`gaitopt.verify` has replayed it.
@@ -159,8 +160,8 @@ class Gait:
     motion: Motion
     problem: dict[str, Any]
     solver: SolverReport
-    decision: Array = field(repr=False)
     versions: dict[str, str]
+    solution: Solution | None = field(default=None, repr=False)
     verification: Verification | None = None
 
     @property

@@ -1,39 +1,83 @@
-"""Carrying a solution from one transcription to another: another grid, another scheme, another word.
+"""Carrying a solution from one programme to another: another grid, another scheme, another word.
 
-Tables of the same name are matched; along a phase they are interpolated at equal fractions, row by row where the rows
-have the same names.  What has no counterpart keeps its start (unknowns) or is zero (multipliers).
+Tables of the same name are matched, row by row where the rows have the same names; along a phase they are interpolated
+at equal fractions.  What has no counterpart keeps its start (unknowns) or is zero (multipliers).
 """
+
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from gaitopt.motion.motion import Array
+from gaitopt.motion.solution import Solution, Table
 from gaitopt.ocp.ipopt import Outcome
 from gaitopt.ocp.layout import Layout
-from gaitopt.ocp.transcription import Transcription
+from gaitopt.ocp.span import DYNAMICS
+from gaitopt.ocp.transcription import NODE_TABLES, Transcription
 
 
-def carried(before: Transcription, outcome: Outcome, after: Transcription) -> tuple[Array, tuple[Array, Array]]:
-    """Return a start and multipliers for a transcription from the outcome of another one."""
+def solution_of(transcription: Transcription, outcome: Outcome) -> Solution:
+    """Return the outcome of a solve as named tables."""
+
+    def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
+        return {
+            name: Table(tuple(layout.label(i)[1] for i in places[:, 0]), values[places], multipliers[places])
+            for name, places in layout.tables.items()
+        }
+
     on_bounds, on_rows = outcome.multipliers
-    x = _mapped(before.variables, outcome.x, after.variables)
-    return x, (
-        _mapped(before.variables, on_bounds, after.variables),
-        _mapped(before.constraints, on_rows, after.constraints),
+    return Solution(
+        intervals=transcription.structure.counts,
+        unknowns=tables(transcription.variables, outcome.x, on_bounds),
+        constraints=tables(transcription.constraints, outcome.g, on_rows),
     )
 
 
-def _mapped(old: Layout, values: Array, new: Layout) -> Array:
-    """Return values laid out anew."""
-    found = np.zeros(new.size)
-    for name, places in new.tables.items():
-        if name not in old:
-            continue
-        own = values[old[name]]
-        old_names = [old.labels[i][1] for i in old[name][:, 0]]
-        new_names = [new.labels[i][1] for i in places[:, 0]]
-        for row, label in enumerate(new_names):
-            if label in old_names:
-                series = own[old_names.index(label)]
-                at = np.linspace(0, series.size - 1, places.shape[1])
-                found[places[row]] = np.interp(at, np.arange(series.size), series)
-    return found
+def carried(solution: Solution, transcription: Transcription, x: Array) -> tuple[Array, tuple[Array, Array]]:
+    """Return a start and multipliers for a programme.
+
+    Parameters
+    ----------
+    solution : Solution
+    transcription : Transcription
+    x : (n_variables,) array
+        Start of what the solution does not have.
+    """
+    counts = transcription.structure.counts
+
+    def laid(tables: Mapping[str, Table], layout: Layout, found: Array, part: Callable[[Table], Array]) -> Array:
+        for name, places in layout.tables.items():
+            if name not in tables:
+                continue
+            table, own = tables[name], part(tables[name])
+            before = _fractions(name, own.shape[1], solution.intervals)
+            after = _fractions(name, places.shape[1], counts)
+            for row, index in enumerate(places):
+                label = layout.label(places[row, 0])[1]
+                if label in table.rows:
+                    found[index] = np.interp(after, before, own[table.rows.index(label)])
+                    if part is _multipliers and not label.startswith(DYNAMICS):
+                        found[index] *= own.shape[1] / places.shape[1]  # they are densities in time
+        return found
+
+    zero = np.zeros_like(x)
+    return laid(solution.unknowns, transcription.variables, x.copy(), _values), (
+        laid(solution.unknowns, transcription.variables, zero, _multipliers),
+        laid(solution.constraints, transcription.constraints, np.zeros(transcription.constraints.size), _multipliers),
+    )
+
+
+def _values(table: Table) -> Array:
+    return table.values
+
+
+def _multipliers(table: Table) -> Array:
+    return table.multipliers
+
+
+def _fractions(name: str, places: int, counts: tuple[int, ...]) -> Array:
+    """Return where the places of a table are: along the step for nodes of all phases, else along their phase."""
+    if name not in NODE_TABLES:
+        return np.linspace(0, 1, places)
+    pieces = [(i + np.arange(1, count + 1) / count) / len(counts) for i, count in enumerate(counts)]
+    return np.concatenate([[0.0], *pieces])

@@ -9,7 +9,9 @@ from scipy.interpolate import PchipInterpolator
 
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.solution import Solution
 from gaitopt.motion.word import Word
 from gaitopt.ocp.reach import touchdown_pose
 
@@ -201,6 +203,85 @@ class Previous(Guess):
     def _segments(self) -> list:
         first = self.motion.segments[0].step
         return [segment for segment in self.motion.segments if segment.step == first]
+
+
+@dataclass(frozen=True, eq=False)
+class Continued(Guess):
+    """A gait solved before, from which the optimiser goes on with its unknowns and multipliers.
+
+    Quickest from a gait whose problem differs a little; grid, method and impact may differ.  For a word with other
+    phases only the motion is used, as by :class:`Previous`: carried from word to word, multipliers mislead.
+
+    Attributes
+    ----------
+    gait : Gait
+    label : str
+        Where the gait came from, for the record.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> Continued(load("docs/examples/compass_slip.h5")).describe()
+    'a gait solved before'
+    """
+
+    gait: Gait = field(repr=False)
+    label: str = "a gait solved before"
+
+    def durations(self, setting: Setting) -> Array:
+        """Return the gait's own durations if its word has the same phases, else typical ones."""
+        return Previous(self.gait.motion).durations(setting)
+
+    def solution_for(self, word: Word) -> Solution | None:
+        """Return the solution to go on from, or None for a word with other phases."""
+        return self.gait.solution if self.gait.word.phases == word.phases else None
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the gait's motion at the same fractions of its own period."""
+        return Previous(self.gait.motion).sample(setting, time)
+
+    def describe(self) -> str:
+        """Return the label."""
+        return self.label
+
+
+@dataclass(frozen=True)
+class Scattered(Guess):
+    """A straight line with seeded random waves on the angles, to look for other optima from.
+
+    Attributes
+    ----------
+    seed : int
+    amplitude : float [rad]
+        Size of the waves.
+
+    Examples
+    --------
+    >>> Scattered(seed=3).describe()
+    'scattered line, seed 3'
+    """
+
+    seed: int
+    amplitude: float = 0.1
+
+    def durations(self, setting: Setting) -> Array:
+        """Return typical durations."""
+        return typical_durations(setting)
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the line and its waves, which vanish at both ends of the step."""
+        line = Line().sample(setting, time)
+        waves = np.arange(1, 4)
+        generator = np.random.default_rng(self.seed)
+        size = generator.normal(0, self.amplitude / waves, (len(setting.robot.angles), waves.size))
+        phase = np.pi * waves[:, None] * time / setting.period
+        angles = line.angles + size @ np.sin(phase)
+        rates = line.rates + size @ (np.pi * waves[:, None] / setting.period * np.cos(phase))
+        return _at_rest(setting.robot, time, angles, rates)
+
+    def describe(self) -> str:
+        """Return the seed in words."""
+        return f"scattered line, seed {self.seed}"
 
 
 def _poses(setting: Setting) -> tuple[Array, Array]:

@@ -119,6 +119,7 @@ class Ipopt:
         bounds: Bounds,
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
+        barrier: float = 1e-6,
     ) -> Outcome:
         """Solve a programme from a starting point.
 
@@ -132,8 +133,11 @@ class Ipopt:
             Called once per iteration.
         multipliers : (n_variables,), (n_constraints,) arrays, optional
             Of a solution close by, from which Ipopt then goes on instead of starting anew.
+        barrier : float
+            How close: the barrier parameter to go on with, about the complementarity the start is expected to have
+            (in units of the scaled objective).
         """
-        solver, tap = _compiled(nlp, self, multipliers is not None)
+        solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         try:
@@ -161,7 +165,7 @@ class Ipopt:
             multipliers=(np.asarray(answer["lam_x"]).ravel(), np.asarray(answer["lam_g"]).ravel()),
         )
 
-    def _options(self, warm: bool) -> dict[str, Any]:
+    def _options(self, typical: float, barrier: float | None) -> dict[str, Any]:
         options: dict[str, Any] = {
             "ipopt.tol": float(self.tolerance),
             "ipopt.max_iter": int(self.max_iterations),
@@ -169,15 +173,19 @@ class Ipopt:
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
             "ipopt.mu_strategy": "adaptive",
+            "ipopt.obj_scaling_factor": 1 / typical,
             "error_on_fail": False,
         }
         if math.isfinite(self.time_limit):
             options["ipopt.max_wall_time"] = self.time_limit
-        if warm:
-            push = {f"ipopt.warm_start_{name}": 1e-9 for name in ("bound_push", "bound_frac", "slack_bound_push")}
-            push |= {"ipopt.warm_start_slack_bound_frac": 1e-9, "ipopt.warm_start_mult_bound_push": 1e-9}
-            options |= {"ipopt.warm_start_init_point": "yes", "ipopt.mu_strategy": "monotone", "ipopt.mu_init": 1e-8}
-            options |= push
+        if barrier is not None:
+            kinds = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
+            options |= {f"ipopt.warm_start_{kind}": barrier / 10 for kind in kinds}
+            options |= {
+                "ipopt.warm_start_init_point": "yes",
+                "ipopt.mu_strategy": "monotone",
+                "ipopt.mu_init": barrier,
+            }
         return options
 
 
@@ -260,7 +268,7 @@ def _interruptible(tap: _Tap) -> Iterator[None]:
 
 
 @functools.lru_cache(maxsize=32)
-def _compiled(nlp: Nlp, options: Ipopt, warm: bool) -> tuple[ca.Function, _Tap]:
+def _compiled(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, _Tap]:
     """Return the solver of a programme and its tap; built once for equal options."""
     tap = _Tap(nlp)
-    return nlp.solver("gait", "ipopt", {**options._options(warm), "iteration_callback": tap}), tap
+    return nlp.solver("gait", "ipopt", {**options._options(nlp.typical, barrier), "iteration_callback": tap}), tap

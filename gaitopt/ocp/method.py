@@ -10,6 +10,8 @@ from gaitopt.ocp.scheme import Scheme
 from gaitopt.parameters import Parameter
 
 MOST_INTERVALS = 2000
+COARSE = 20
+"""A grid whose longest phase has no more intervals than this is solved on at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +53,19 @@ class Method(ABC):
     @abstractmethod
     def finer(self) -> "Method | None":
         """Return a more accurate version of the method, or None where refinement ends."""
+
+    def approach(self, word: Word) -> "list[Method]":
+        """Return the grids to solve on in turn, the last being the method itself.
+
+        A coarse grid has a smoother landscape and is quick; from its solution the next one needs few iterations.
+        """
+        counts = self.intervals_for(word)
+        path: list[Method] = [self]
+        while max(counts) > COARSE:
+            factor = min(4, max(counts) / COARSE)
+            counts = tuple(max(5, round(count / factor)) for count in counts)
+            path.insert(0, replace(self, intervals=counts))
+        return path
 
     def doubled(self, word: Word) -> "Method | None":
         """Return the method with twice the intervals in every phase, or None where that is beyond all measure."""

@@ -55,12 +55,15 @@ class Nlp:
     derivatives : dict
         ``grad_f``, ``jac_g``, ``hess_lag`` Functions.
     n_variables, n_constraints : int
+    typical : float
+        Size of the objective, by which a solver scales it.
     """
 
     functions: dict[str, ca.MX]
     derivatives: dict[str, ca.Function]
     n_variables: int
     n_constraints: int
+    typical: float = 1.0
 
     def solver(self, name: str, plugin: str, options: dict[str, object]) -> ca.Function:
         """Return a CasADi solver of the programme."""
@@ -69,7 +72,9 @@ class Nlp:
         return ca.nlpsol(name, plugin, self.functions, {**own, **options})
 
 
-def assemble_nlp(blocks: Sequence[Block], data: ca.SX, n_variables: int, n_constraints: int) -> Nlp:
+def assemble_nlp(
+    blocks: Sequence[Block], data: ca.SX, n_variables: int, n_constraints: int, *, typical: float = 1.0
+) -> Nlp:
     """Assemble blocks into one programme.
 
     Parameters
@@ -79,6 +84,8 @@ def assemble_nlp(blocks: Sequence[Block], data: ca.SX, n_variables: int, n_const
         The symbols shared by all blocks whose values are given at each solve.
     n_variables, n_constraints : int
         Sizes of the decision vector and of the constraint vector.
+    typical : float
+        Size of the objective.
 
     Returns
     -------
@@ -127,7 +134,7 @@ def assemble_nlp(blocks: Sequence[Block], data: ca.SX, n_variables: int, n_const
             "nlp_hess_l", [x, z, lam_f, lam_g], [hess], ["x", "p", "lam:f", "lam:g"], ["triu:hess:gamma:x:x"]
         ),
     }
-    return Nlp({"x": x, "p": z, "f": cost, "g": g}, derivatives, n_variables, n_constraints)
+    return Nlp({"x": x, "p": z, "f": cost, "g": g}, derivatives, n_variables, n_constraints, typical)
 
 
 def _shared(block: Block) -> Block:

@@ -19,6 +19,9 @@ class Objective(ABC):
     name: str
     uses_power: bool
     per_weight_and_travel: bool
+    typical: float = 1.0
+    """Size of a typical optimum; the solver is given the objective divided by it, so that its tolerance means as much
+    for a small cost of transport as for a large sum of squares."""
     smooth: bool
     """Whether the integrand is smooth in time; where it has kinks, it is integrated by trapezoids."""
 
@@ -47,6 +50,7 @@ class CostOfTransport(Objective):
     name = "cost_of_transport"
     uses_power = True
     per_weight_and_travel = True
+    typical = 0.01
     smooth = False
 
     def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
@@ -79,6 +83,7 @@ class PositiveWork(Objective):
     name = "positive_work"
     uses_power = True
     per_weight_and_travel = True
+    typical = 0.01
     smooth = False
 
     def __post_init__(self) -> None:

@@ -11,6 +11,9 @@ from gaitopt.ocp.nlp import Block
 from gaitopt.ocp.scheme import Point, at_inner_point
 from gaitopt.ocp.stance import Row, Stance
 
+DYNAMICS = "dynamics of "
+"""How the rows that tie one node to the next are called, before the name of the state."""
+
 
 def interval_block(frame: Frame, phase: Phase, stance: Stance) -> Block:
     """Return the block of a phase's intervals: dynamics, path constraints at start and inside, powers, objective."""
@@ -26,7 +29,7 @@ def interval_block(frame: Frame, phase: Phase, stance: Stance) -> Block:
     unknowns = local.add("inner", variables[between]) if between in variables else ca.SX(0, 1)
     gap, inner = scheme.advance(stance, start, end, unknowns, step, p)
 
-    table: list[Row] = [(f"dynamics of {name}", 0.0, 0.0) for name in stance.state_names]
+    table: list[Row] = [(DYNAMICS + name, 0.0, 0.0) for name in stance.state_names]
     values = [gap]
     if frame.rate_limited:
         names = [frame.robot.actuators[i] for i in frame.powered]

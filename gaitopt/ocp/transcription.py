@@ -23,6 +23,9 @@ from gaitopt.ocp.span import end_block, interval_block, last_power_block, quotie
 from gaitopt.ocp.stance import Stance
 from gaitopt.ocp.touchdown import touchdown_block
 
+NODE_TABLES = ("angles", "rates", "torque", "power")
+"""Tables of unknowns with one place for each node of the step."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Structure:
@@ -120,7 +123,7 @@ def transcribe(structure: Structure) -> Transcription:
         variables=variables,
         constraints=rows.layout,
         row_bounds=rows.bounds(),
-        nlp=assemble_nlp(blocks, frame.data, variables.size, rows.layout.size),
+        nlp=assemble_nlp(blocks, frame.data, variables.size, rows.layout.size, typical=structure.objective.typical),
     )
 
 

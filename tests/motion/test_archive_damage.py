@@ -78,7 +78,7 @@ def test_newer_version(path):
 @pytest.mark.parametrize(
     "name",
     [
-        "decision",
+        "solution/unknowns",
         "solver",
         "versions",
         "motion",

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from gaitopt import Jump, Segment, Verification, Violation, load, save
+from gaitopt import Jump, Segment, Solution, Table, Verification, Violation, load, save
 from gaitopt.motion import archive
 
 
@@ -51,9 +51,11 @@ def awkward(slip_gait):
     motion = dataclasses.replace(
         motion, segments=(first, *motion.segments[1:]), parameters={**motion.parameters, "friction": math.inf}
     )
+    table = Table(("a/b", "µ"), np.array([[math.inf], [math.nan]]), np.zeros((2, 1)))
+    odd = Solution(intervals=(1,), unknowns={"power": table}, constraints={})
     problem = {**slip_gait.problem, "friction": math.inf, "speed": [-math.inf, math.inf], "step_length": None}
     return dataclasses.replace(
-        slip_gait, solver=solver, verification=verification, motion=motion, problem=problem, decision=np.array([np.inf])
+        slip_gait, solver=solver, verification=verification, motion=motion, problem=problem, solution=odd
     )
 
 

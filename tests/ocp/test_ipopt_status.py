@@ -44,8 +44,8 @@ def test_an_interrupt_keeps_the_iterate(problem, number):
     assert gait.status is Status.INTERRUPTED
     assert gait.solver.message == "User_Requested_Stop"
     assert gait.solver.iterations == number
-    assert np.all(np.isfinite(gait.decision))
-    assert np.any(gait.decision)
+    assert np.all(np.isfinite(gait.solution.unknowns["angles"].values))
+    assert np.any(gait.solution.unknowns["angles"].values)
     json.dumps(summarise(gait), allow_nan=False)
 
 
@@ -91,7 +91,7 @@ def test_a_linear_solver_that_is_not_installed(problem, capfd):
     assert gait.solver.iterations == 0
     assert math.isnan(gait.solver.objective)
     # The gait is the starting point, not whatever the solver left behind.
-    assert gait.decision[:2] == pytest.approx([-0.1478, -0.1478], abs=1e-3)
+    assert gait.solution.unknowns["angles"].values[:, 0] == pytest.approx([-0.1478, -0.1478], abs=1e-3)
     assert gait.step_length > 0.4
     assert summarise(gait)["solver"]["objective"] is None
     assert capfd.readouterr() == ("", "")

@@ -112,4 +112,5 @@ def test_where_there_is_no_gait_the_status_names_constraints(solved, impossible)
 
 def test_the_same_problem_gives_the_same_gait(reference_problem):
     one, other = (solve(reference_problem(intervals=10)) for _ in range(2))
-    assert np.array_equal(one.decision, other.decision)
+    for name, table in one.solution.unknowns.items():
+        assert np.array_equal(table.values, other.solution.unknowns[name].values), name

@@ -1,0 +1,59 @@
+"""The answer of a nonlinear programme as named tables, to start another solve from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gaitopt.motion.motion import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Quantities along the gait.
+
+    Attributes
+    ----------
+    rows : tuple of str
+        Names of the quantities.
+    values : (n_rows, n_places) array
+    multipliers : (n_rows, n_places) array
+        Of their bounds.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Table(("th1",), np.zeros((1, 5)), np.zeros((1, 5))).rows
+    ('th1',)
+    """
+
+    rows: tuple[str, ...]
+    values: Array = field(repr=False)
+    multipliers: Array = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Solution:
+    """Unknowns and constraints of an optimised gait.
+
+    Attributes
+    ----------
+    intervals : tuple of int
+        Intervals of each phase.
+    unknowns : mapping of str to Table
+        Values and multipliers of the decision vector.
+    constraints : mapping of str to Table
+        Values and multipliers of the constraint rows.
+
+    Examples
+    --------
+    >>> from gaitopt import GaitProblem, Limits, compass_biped, solve
+    >>> gait = solve(GaitProblem(
+    ...     robot=compass_biped(), word="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
+    ...     limits=Limits(torque=6), objective="torque_squared",
+    ... ))
+    >>> gait.solution.unknowns["torque"].rows, gait.solution.unknowns["torque"].values.shape
+    (('ankle torque', 'hip torque'), (2, 41))
+    """
+
+    intervals: tuple[int, ...]
+    unknowns: Mapping[str, Table] = field(repr=False)
+    constraints: Mapping[str, Table] = field(repr=False)
