@@ -214,8 +214,8 @@ def _write_solution(group: h5py.Group, solution: Solution) -> None:
         for name, table in getattr(solution, kind).items():
             part = group.create_group(f"{kind}/{name}")
             part.attrs["rows"] = json.dumps(table.rows)
-            part.create_dataset("values", data=table.values)
-            part.create_dataset("multipliers", data=table.multipliers)
+            for field in ("values", "multipliers"):
+                part.create_dataset(field, data=getattr(table, field)).attrs["unit"] = "SI, of each row its own"
 
 
 def _read_solution(group: h5py.Group) -> Solution:

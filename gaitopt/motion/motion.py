@@ -42,7 +42,7 @@ class Segment:
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> slide = gait.motion.segments[0]
     >>> slide.mode.value, slide.q.shape == (4, slide.time.size), round(1e3 * slide.slide, 2)
-    ('slip+', True, 1.64)
+    ('slip+', True, 1.36)
     """
 
     mode: Mode

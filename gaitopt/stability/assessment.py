@@ -44,7 +44,7 @@ def assess_stability(
     >>> from gaitopt import load
     >>> cycle = assess_stability(load("docs/examples/compass_slip.h5"))
     >>> cycle.stable, round(cycle.radius, 2)
-    (True, 0.62)
+    (True, 0.63)
     """
     gait.require()
     robot = robot or robot_named(gait.robot)

@@ -18,7 +18,7 @@ class WorkAndTorque(Objective):
     name = "work_and_torque"
     uses_power = True  # positive and negative hold the parts of the joint powers
     per_weight_and_travel = True  # the integral is divided by weight times travel
-    quadrature = (1 / 4, 2 / 4, 1 / 4)  # weights of start, middle and end of an interval; these suit kinks
+    smooth = False  # the powers have kinks where they change sign
 
     def integrand(self, torque, positive, negative):
         """Return what is integrated over the step [W]."""
