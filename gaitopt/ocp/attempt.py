@@ -1,16 +1,14 @@
 """One attempt at a gait: from one start through coarse grids to a plan that is accurate between its nodes."""
 
-import functools
 import math
-import platform
 import time
-from importlib import metadata
 
 import numpy as np
 
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.motion.solution import Solution
+from gaitopt.motion.versions import versions
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.carrying import carried, solution_of
 from gaitopt.ocp.diagnosis import violations, warnings
@@ -109,14 +107,3 @@ def attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observe
         versions=versions(),
         solution=solution_of(transcription, outcome),
     )
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of gaitopt and of what its numbers depend on."""
-    names = ("gaitopt", "casadi", "numpy", "scipy")
-    return {name: _installed(name) for name in names} | {"python": platform.python_version()}
-
-
-@functools.cache
-def _installed(name: str) -> str:
-    return metadata.version(name)

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.motion.gait import Gait
-from gaitopt.ocp.guess import Guess, Line, Previous
+from gaitopt.ocp.attempt import attempt as solve_from
+from gaitopt.ocp.guess import Continued, Guess, Line
 from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solver import solve
+from gaitopt.progress import silent
 from gaitopt.simulation.verification import verify
 from gaitopt.status import Status
 from gaitopt.study.swing import Swing
@@ -38,8 +39,8 @@ def attempt(problem: GaitProblem, start: Gait | Guess, solver: Ipopt = FINISH) -
     KeyboardInterrupt
         If the user stopped it: the last iterate is no result of a study.
     """
-    guess = Previous(start.motion, f"a gait '{start.word}'") if isinstance(start, Gait) else start
-    gait = solve(problem.replace(guess=guess), solver=solver)
+    guess = Continued(start, f"a gait '{start.word}'") if isinstance(start, Gait) else start
+    gait = solve_from(problem, guess, solver, silent)
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return gait

@@ -15,7 +15,7 @@ from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import replacing
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
-from gaitopt.ocp.solver import versions
+from gaitopt.motion.versions import versions
 from gaitopt.study.gait_folder import check_same_question
 from gaitopt.study.grid import Grid, Point
 from gaitopt.study.measure import MEASURES, peak_torques
