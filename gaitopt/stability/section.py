@@ -1,12 +1,14 @@
 """Poincare sections just after touchdown: which numbers make a state, and how to go from one to the other."""
 
 import functools
+import threading
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.model.buffered import Buffered
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
@@ -34,14 +36,14 @@ class Section:
     sliding: bool
     foot_speed: float = 0.0
 
-    @property
+    @functools.cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates; a rate is written with the suffix ``_rate``."""
         angles = self.robot.angles
         rates = tuple(f"{angle}_rate" for angle in angles)
         return (*angles[:-1], *rates, *(("foot_speed",) if self.sliding else ()))
 
-    @property
+    @functools.cached_property
     def places(self) -> list[int]:
         """Entries of the state y = (q, v) that are the coordinates, in order."""
         n = self.robot.n_q
@@ -64,7 +66,8 @@ class Section:
         y = np.zeros(2 * n)
         y[n] = self.foot_speed
         y[self.places] = z
-        y[n - 1] = float(_last_angle(self.robot)(y[2 : n - 1], self.p))
+        last, _ = _closing(self.robot, self.p.tobytes(), threading.get_ident())
+        y[n - 1] = last.packed(y[2 : n - 1])[0]
         return y
 
     def tangent(self, z: Array) -> Array:
@@ -73,9 +76,8 @@ class Section:
         basis = np.zeros((2 * n, len(places)))
         basis[places, range(len(places))] = 1.0
         if n > 3:
-            y = self.embed(z)
-            slope = np.asarray(_last_angle_slope(self.robot)(y[2 : n - 1], self.p)).ravel()
-            basis[n - 1, : n - 3] = slope
+            _, slope = _closing(self.robot, self.p.tobytes(), threading.get_ident())
+            basis[n - 1, : n - 3] = slope.packed(self.embed(z)[2 : n - 1])
         return basis
 
     def project(self, y: Array) -> Array:
@@ -101,11 +103,14 @@ def _last_angle(robot: Robot) -> ca.Function:
     return ca.Function("last_angle", list(value), [guess]).expand()
 
 
-@functools.lru_cache(maxsize=32)
-def _last_angle_slope(robot: Robot) -> ca.Function:
+@functools.lru_cache(maxsize=256)
+def _closing(robot: Robot, p: bytes, thread: int) -> tuple[Buffered, Buffered]:
+    """Return other angles -> last angle, and its gradient, for given parameters; in each thread with its own memory."""
     function = _last_angle(robot)
-    others, p = function.sx_in()
-    return ca.Function("last_angle_slope", [others, p], [ca.jacobian(function(others, p), others)])
+    others, parameters = function.sx_in()
+    gradient = ca.densify(ca.jacobian(function(others, parameters), others))
+    slope = ca.Function("last_angle_slope", [others, parameters], [gradient])
+    return Buffered(function, np.frombuffer(p)), Buffered(slope, np.frombuffer(p))
 
 
 def _touching(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:

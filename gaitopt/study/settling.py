@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
 
@@ -71,34 +71,39 @@ def settle(walker: Walker, z: Array, patience: Patience | None = None) -> Ending
     """
     patience = patience or Patience()
     section = Section(walker.robot, walker.p, sliding=True)
-    points, words = [np.asarray(z, dtype=float)], []
-    state, calm = section.embed(z), dict.fromkeys(range(1, patience.longest_period + 1), 0)
+    state, places = section.embed(z), section.places
+    # Floats: for so few numbers much faster than arrays.
+    point, strides = state[places].tolist(), list[Stride]()
+    points, calm, tolerance = [point], [0] * (patience.longest_period + 1), patience.tolerance
     for step in range(1, patience.steps + 1):
         stride = walker.stride(state)
-        if stride.following is None or stride.impact is None or stride.impact.mode is None:
-            return Ending(stride.stop.key if stride.stop else UNSETTLED, points[-1], step)
-        throughout = slips_throughout(stride.modes, stride.impact.mode)
-        state = stride.following
-        points.append(section.project(state))
-        words.append(str(Word(stride.modes, stride.impact.mode)))
-        for period in calm:
-            near = step >= period and _repeats(points[-1 - period], points[-1], throughout, patience.tolerance)
-            calm[period] = calm[period] + 1 if near else 0
+        if stride.following is None:
+            return Ending(stride.stop.key if stride.stop else UNSETTLED, np.array(point), step)
+        state, point = stride.following, stride.following[places].tolist()
+        for period in range(1, min(step, patience.longest_period) + 1):
+            before = points[-period]
+            # Most walks that do not repeat show it in their first coordinate.
+            if abs(point[0] - before[0]) > tolerance or not _repeats(before, point, stride, tolerance):
+                calm[period] = 0
+                continue
+            calm[period] += 1
             if calm[period] == 2 * period:
-                return Ending("; ".join(_canonical(words[-period:])), points[-1], step)
-    return Ending(UNSETTLED, points[-1], patience.steps)
+                return Ending(_label([*strides, stride][-period:]), np.array(point), step)
+        points.append(point)
+        strides.append(stride)
+    return Ending(UNSETTLED, np.array(point), patience.steps)
 
 
-def _repeats(before: Array, after: Array, throughout: bool, tolerance: float) -> bool:
+def _repeats(before: list[float], after: list[float], stride: Stride, tolerance: float) -> bool:
     """Return whether two points are the same; in complete slip, up to a foot speed that drifts away from zero."""
-    change = np.abs(after - before)
-    if throughout:
-        away = (after[-1] - before[-1]) * after[-1] > 0
-        return bool(away and np.max(change[:-1]) <= tolerance)
-    return bool(np.max(change) <= tolerance)
+    if stride.impact is not None and slips_throughout(stride.modes, stride.impact.mode):
+        if (after[-1] - before[-1]) * after[-1] <= 0:
+            return False
+        before, after = before[:-1], after[:-1]
+    return all(abs(a - b) <= tolerance for a, b in zip(after, before, strict=True))
 
 
-def _canonical(words: list[str]) -> list[str]:
+def _label(strides: list[Stride]) -> str:
     """Return the words of a period from the first in alphabetical order on, whichever step came last."""
-    turns = [words[i:] + words[:i] for i in range(len(words))]
-    return min(turns)
+    words = [str(Word(stride.modes, stride.impact.mode)) for stride in strides if stride.impact and stride.impact.mode]
+    return "; ".join(min(words[i:] + words[:i] for i in range(len(words))))

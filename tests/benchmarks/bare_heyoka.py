@@ -71,7 +71,10 @@ class BareCompass:
             integrator.time = clock
             integrator.reset_cooldowns()
             while True:
-                event = names[~int(integrator.propagate_until(10.0)[0])]
+                code = int(integrator.propagate_until(10.0)[0])
+                if not -len(names) <= code < 0:
+                    raise RuntimeError("no touchdown")
+                event = names[~code]
                 if event != "touchdown" or values[1 if sign else 0] > 0:
                     break
             clock, last = integrator.time, values.tolist()
@@ -83,6 +86,15 @@ class BareCompass:
             y[3] = 0.0
             sign = self._sign_at_rest(y) if event == "at rest" else 1 if event == "slip+" else -1
         raise RuntimeError("chattering")
+
+    def walk(self, state, steps):
+        """Walk some steps; return how many were tried, the last state after one, and why it ended early or None."""
+        for step in range(steps):
+            try:
+                state, _ = self.stride(state)
+            except RuntimeError as stop:
+                return step + 1, state, str(stop)
+        return steps, state, None
 
     def _sign_at_rest(self, y):
         _, th1, th2, _, w1, w2 = y
@@ -101,7 +113,8 @@ class BareCompass:
         x, th1, th2, vx, w1, w2 = y
         s1, c1, s2, c2 = math.sin(th1), math.cos(th1), math.sin(th2), math.cos(th2)
         v_t, v_n = vx + LENGTH * (c1 * w1 + c2 * w2), LENGTH * (s2 * w2 - s1 * w1)
-        (t_t, t_n), (_, n_n) = mobility = self._rates_per_impulse(s1, c1, s2, c2)[0]
+        mobility, rates = self._rates_per_impulse(s1, c1, s2, c2)
+        (t_t, t_n), (_, n_n) = mobility
         determinant = t_t * n_n - t_n * t_n
         l_t, l_n = (t_n * v_n - n_n * v_t) / determinant, (t_n * v_t - t_t * v_n) / determinant
         if not (l_n >= 0 and abs(l_t) <= self.mu * l_n):
@@ -115,13 +128,15 @@ class BareCompass:
             slides = True
         else:
             slides = False
-        (x_t, x_n), (a_t, a_n), (b_t, b_n) = self._rates_per_impulse(s1, c1, s2, c2)[1]
+        (x_t, x_n), (y_t, y_n), (a_t, a_n), (b_t, b_n) = rates
+        if y_t * l_t + y_n * l_n < 0:
+            raise RuntimeError("double support")
         vx, w1, w2 = vx + x_t * l_t + x_n * l_n, w1 + a_t * l_t + a_n * l_n, w2 + b_t * l_t + b_n * l_n
         foot = vx + LENGTH * (c1 * w1 + c2 * w2) if slides else 0.0
         return [x + LENGTH * (s1 + s2), -th2, -th1, foot, -w2, -w1]
 
     def _rates_per_impulse(self, s1, c1, s2, c2):
-        """Return the landing foot's mobility, and the rates (x, th1, th2) per unit impulse, columns (t, n)."""
+        """Return the landing foot's mobility, and the rates (x, y, th1, th2) per unit impulse, columns (t, n)."""
         m12 = COUPLING * (c1 * c2 - s1 * s2)
         # The old foot is free: eliminate its velocity, of which the mass matrix is MASS times one.
         fx1, fx2, fy1, fy2 = FIRST * c1, SECOND * c2, -FIRST * s1, SECOND * s2
@@ -138,4 +153,4 @@ class BareCompass:
             columns.append((fx, fy, a, b))
         feet = [(fx + LENGTH * (c1 * a + c2 * b), fy + LENGTH * (s2 * b - s1 * a)) for fx, fy, a, b in columns]
         mobility = ((feet[0][0], feet[1][0]), (feet[0][1], feet[1][1]))
-        return mobility, [(columns[0][i], columns[1][i]) for i in (0, 2, 3)]
+        return mobility, [(columns[0][i], columns[1][i]) for i in range(4)]

@@ -23,7 +23,7 @@ from gaitopt.simulation.heyoka_engine import HeyokaEngine
 from tests.benchmarks import bare_heyoka
 
 REPEATS, STRIDES = 400, 5
-MOST = 1.5  # Gait B does not meet it yet: about 1.6
+MOST = 1.5
 GAITS = {
     "A": (0.3, [0, 0, -0.147836890, -0.147836890, 0, 0, 0.732796791, -0.500667882]),
     "B": (0.14, [0, 0, -0.140807105, -0.140807105, 0, 0, 0.710208797, -0.516847656]),
