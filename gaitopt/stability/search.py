@@ -17,6 +17,9 @@ from gaitopt.stability.newton import Newton, find_fixed_point
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
+STILL = 1e-6
+"""Rates below this part of the natural one are no gait."""
+
 
 def find_cycles(
     robot: Robot,
@@ -121,7 +124,15 @@ def cycle_from(walker: Walker, z: Array, steps: int = 1, newton: Newton | None =
         return None
     if not section.sliding and not all(slips_throughout(s.modes, _outcome(s)) for s in point.passage.strides):
         return None
+    if _stands(walker, point.passage.states[0]):
+        return None
     return make_cycle(walker, returning, point)
+
+
+def _stands(walker: Walker, state: Array) -> bool:
+    """Return whether a walker stands still, legs together: ever smaller steps of a robot on a slope tend to that."""
+    rates = state[walker.robot.n_q + 2 : 2 * walker.robot.n_q]
+    return bool(np.max(np.abs(rates)) < STILL * _natural_rate(walker.robot, walker.p)[0])
 
 
 def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:

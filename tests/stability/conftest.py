@@ -29,8 +29,11 @@ def cycle():
 COMPASS = {"slope": math.radians(1)}
 WHEEL = {"slope": math.radians(13)}
 NATURAL_TIME = math.sqrt((1 + 1 / 3) / 9.8)  # tau_c of the default wheel [s]
+COMPASS_THREE = {"leg_length": 1, "leg_com": 0.4, "leg_mass": 5.5, "hip_mass": 4.5, "slope": 0.005, "friction": 0.047}
+COMPASS_FIVE = {"leg_length": 1, "leg_com": 0.06, "leg_mass": 5.2, "hip_mass": 3.6, "slope": 0.0138, "friction": 0.0233}
+WHEEL_THREE = {"spokes": 6, "inertia_ratio": 2.4, "slope": math.radians(10.3), "friction": 0.186}
 
-# Every kind of passive gait of the study, by its number of stick-slip events: robot, parameters, start.
+# Every kind of passive gait of the study, and others, by its number of stick-slip events: robot, parameters, start.
 GAITS = {
     "compass A, no event": (compass_biped, {**COMPASS, "friction": 0.3}, [-0.1478, 0.7328, -0.5007, 0]),
     "compass C, one event": (compass_biped, {**COMPASS, "friction": 0.14}, [-0.0790, 0.0438, -0.4318, 0.6342]),
@@ -39,6 +42,10 @@ GAITS = {
     "wheel B, one event": (rimless_wheel, {**WHEEL, "friction": 0.3}, [2.4, 0]),
     "wheel B, two events": (rimless_wheel, {**WHEEL, "friction": 0.25}, [2.39, 0]),
     "wheel C, two events": (rimless_wheel, {**WHEEL, "friction": 0.24}, [2.37, 0.03]),
+    # Found by a search over random slopes, frictions, masses and numbers of spokes.
+    "compass, three events": (compass_biped, COMPASS_THREE, [-0.0660, 0.5106, -0.4812, -0.0534]),
+    "compass, five events": (compass_biped, COMPASS_FIVE, [-0.1100, 0.9519, -0.9324, -0.0463]),
+    "wheel, three events": (rimless_wheel, WHEEL_THREE, [1.6724, 0]),
     "wheel D, complete slip": (rimless_wheel, {**WHEEL, "friction": 0.3}, [2.9, 2.5]),
 }
 

@@ -50,6 +50,14 @@ def test_no_gait_on_level_ground():
     assert find_cycles(rimless_wheel(), {"slope": 0.0}, starts=20) == ()
 
 
+def test_standing_still_is_no_gait():
+    # Feet together and at rest, a compass biped is at a fixed point of its return map, to which this start leads.
+    robot = compass_biped()
+    still = {"leg_length": 1, "leg_com": 0.55, "leg_mass": 1.76, "hip_mass": 13, "slope": 0.026, "friction": 0.25}
+    walker = Walker(robot, passive(robot), robot.vector(robot.resolve(still)), default_engine())
+    assert cycle_from(walker, np.array([-0.023076, 0.118177, 0.2073, 0.038953])) is None
+
+
 def test_section_of_compass_puts_both_feet_on_the_ground():
     robot = compass_biped()
     section = Section(robot, robot.vector(robot.resolve({})), sliding=True)
