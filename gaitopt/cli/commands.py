@@ -179,6 +179,7 @@ def report(
         typer.Option("--output", "-o", metavar="HTML", help="Where to write. [FILE.html, or report.html for several]"),
     ] = None,
     title: Annotated[str, typer.Option(help="Title of the page.")] = "Gait report",
+    problem: RobotScript = None,
 ) -> None:
     """Write gaits as one HTML page: animated walker, charts, energy, multipliers, comparison, problem and versions.
 
@@ -186,6 +187,7 @@ def report(
 
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
+    from gaitopt.cli.script import build_problem
     from gaitopt.motion.archive import load
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
@@ -197,7 +199,8 @@ def report(
     path = output or Path(f"{stems[0]}.html" if len(files) == 1 else "report.html")
     check_writable(path)
     gaits = {name: load(file) for name, file in zip(names, files, strict=True)}
-    print_written(write_report(gaits, path, title=title))
+    robot = build_problem(problem, []).robot if problem else None
+    print_written(write_report(gaits, path, title=title, robot=robot))
 
 
 def export(

@@ -55,6 +55,9 @@ def simulate(
         list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Change a coordinate of the start.")
     ] = None,
     steps: Annotated[int, typer.Option(min=1, max=100000, help="Steps to walk.")] = 10,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="CSV", help="Where to write the trajectories. [nowhere]")
+    ] = None,
     engine: EngineName = "auto",
     json: Json = False,
 ) -> None:
@@ -62,23 +65,30 @@ def simulate(
 
     Exit status 0 if all steps were walked, 1 if the walk ended before.
 
-    Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20
+    Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20 -o walk.csv
     """
     from gaitopt.cli.subject import read_start, read_subject
     from gaitopt.cli.walk_output import print_walk, walk_facts
+    from gaitopt.export.csv_file import write_csv
+    from gaitopt.motion.atomic import check_writable
     from gaitopt.simulation.simulator import record_walk
     from gaitopt.simulation.walker import Walker
     from gaitopt.stability.section import Section
 
+    if output is not None:
+        check_writable(output)
     subject = read_subject(source, setting or [], engine, 300, first=True)
     p = subject.robot.vector(subject.parameters)
     start = read_start(subject, p, state or [])
     walker = Walker(subject.robot, subject.law, p, subject.engine)
     walk = record_walk(walker, Section(subject.robot, p, sliding=True).embed(start), steps)
+    written = None if output is None else write_csv(walk.motion, output)
     if json:
-        print_json(walk_facts(walk))
+        print_json(walk_facts(walk) | {"file": None if written is None else str(written)})
     else:
         print_walk(walk)
+        if written is not None:
+            print_written(written)
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
 
 

@@ -14,6 +14,8 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import replacing
 from gaitopt.motion.motion import Array
 
+_TORQUE_INPUTS = ("clock", "q", "v", "data", "held", "slide")
+
 
 def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str | Path) -> Path:
     """Write dynamics, contact, impact and controller as a C file, and its header beside it.
@@ -21,7 +23,8 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
     The code is generated from the very expressions that gaitopt solves and simulates with.  Every function is named
     after the file: ``gait.c`` has ``gait_acceleration_stick(q, v, u, p, acceleration, force)`` and the like, the
     default parameters ``gait_parameters``, and ``gait_control(clock, q, v, held, slide, torque)`` with the tables of
-    the law inside.  The header says what each argument is.
+    the law inside; where the law keeps values over a step, ``gait_after_touchdown(q, v, held)`` gives them.  The
+    header says what each argument is.
 
     Parameters
     ----------
@@ -74,14 +77,16 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
 def _functions(robot: Robot, law: Law) -> list[ca.Function]:
     """Return what is written: the equations of motion in every mode, contact, impact, and the law."""
     found = [robot.dynamics, *robot.acceleration.values(), robot.energy, robot.joint_rates, robot.wellposed]
-    found += [robot.landing, robot.collision, robot.touchdown, robot.swap, law.torque]
-    return found if law.hold is None else [*found, law.hold]
+    found += [robot.landing, robot.collision, robot.touchdown, robot.swap]
+    found.append(_renamed(law.torque, "torque", _TORQUE_INPUTS[: law.torque.n_in()], ["torque"]))
+    return found if law.hold is None else [*found, _renamed(law.hold, "hold", ["q", "v", "data"], ["held"])]
 
 
 def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Array) -> str:
     generator = ca.CodeGenerator(f"{prefix}_generated", {"casadi_int": "int"})
     for function in functions:
-        generator.add(_renamed(function, _generated(prefix, function)))
+        name = _generated(prefix, function)
+        generator.add(_renamed(function, name, function.name_in(), function.name_out()))
     breakpoints, table = law.breakpoints, law.table.T
     pieces, rows = table.shape
     parts = [
@@ -124,6 +129,7 @@ def _header(prefix: str, functions: Sequence[ca.Function], robot: Robot, law: La
         "/* Torque of the law: clock [s] since the last touchdown; held, the values the law keeps over a step (NULL",
         " * where it keeps none); slide, 1, -1 or 0 as the stance foot slides forward, backward or not. */",
         f"{_control_signature(prefix)};",
+        *_hold_prototype(prefix, law),
         "#ifdef __cplusplus",
         "}",
         "#endif",
@@ -157,9 +163,9 @@ def _generated(prefix: str, function: ca.Function) -> str:
     return f"{prefix}_generated_{function.name()}"
 
 
-def _renamed(function: ca.Function, name: str) -> ca.Function:
-    inputs = function.sx_in()
-    return ca.Function(name, inputs, function.call(inputs), function.name_in(), function.name_out())
+def _renamed(function: ca.Function, name: str, inputs: Sequence[str], outputs: Sequence[str]) -> ca.Function:
+    symbols = function.sx_in()
+    return ca.Function(name, symbols, function.call(symbols), list(inputs), list(outputs))
 
 
 def _output(function: ca.Function, number: int) -> str:
@@ -183,21 +189,38 @@ def _control_signature(prefix: str) -> str:
     return f"void {prefix}_control({arguments})"
 
 
+def _hold_prototype(prefix: str, law: Law) -> list[str]:
+    if law.hold is None:
+        return []
+    size = held_size(law.torque)
+    return [
+        f"/* The {size} values to keep over a step, from the state after the touchdown. */",
+        f"{_hold_signature(prefix)};",
+    ]
+
+
+def _hold_signature(prefix: str) -> str:
+    return f"void {prefix}_after_touchdown(const double *q, const double *v, double *held)"
+
+
 def _control(prefix: str, law: Law) -> str:
-    pieces = law.breakpoints.size
+    """Return the functions that hand the right column of the law's table over."""
     given = ["&clock", "q", "v", "table[low]", "held", "&slide"][: law.torque.n_in()]
-    unused = "" if held_size(law.torque) or law.torque.n_in() > 4 else "\n  (void)held;\n  (void)slide;"
-    return f"""
+    unused = "" if law.torque.n_in() > 4 else "\n  (void)held;\n  (void)slide;"
+    control = f"""
 {_control_signature(prefix)} {{
-  int low = 0, high = {pieces}; /* the piece lies in [low, high) */
+  int low = 0, high = {law.breakpoints.size}; /* the piece lies in [low, high) */
   while (high - low > 1) {{
     const int middle = (low + high) / 2;
     if (clock < breakpoints[middle]) high = middle;
     else low = middle;
   }}{unused}
-  {prefix}_{law.torque.name()}({", ".join(given)}, torque);
+  {prefix}_torque({", ".join(given)}, torque);
 }}
 """
+    if law.hold is None:
+        return control
+    return f"{control}\n{_hold_signature(prefix)} {{\n  {prefix}_hold(q, v, table[0], held);\n}}\n"
 
 
 def _braced(values: Array) -> str:

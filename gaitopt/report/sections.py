@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.facts import describe_gait
 from gaitopt.motion.gait import Gait
@@ -23,7 +24,7 @@ MOST_EVENTS = 40
 """Events of a walk that are listed."""
 
 
-def gait_section(gait: Gait, *, title: str, name: str) -> Element:
+def gait_section(gait: Gait, *, title: str, name: str, robot: Robot | None = None) -> Element:
     """Return everything about a gait: player, charts, energy, multipliers, problem and versions.
 
     Parameters
@@ -32,6 +33,8 @@ def gait_section(gait: Gait, *, title: str, name: str) -> Element:
     title : str
     name : str
         Unlike that of any other section of the page.
+    robot : Robot, optional
+        Needed for the multipliers of one that is not in the catalogue.
     """
     drawable = is_drawable(gait.motion)
     charts = [*_time_charts(gait), *portraits(gait.motion)] if drawable else []
@@ -50,7 +53,7 @@ def gait_section(gait: Gait, *, title: str, name: str) -> Element:
             "div",
             *map(chart_figure, charts),
             *([_energy(gait.motion)] if drawable else []),
-            _stability(gait),
+            _stability(gait, robot),
             class_="grid-of-figures",
         ),
         _details("Problem, fully resolved", [(key, _plainly(value)) for key, value in gait.problem.items()]),
@@ -148,10 +151,10 @@ def _energy(motion: Motion) -> Element:
     return _figure("Energy of the step", draw_ledger(energy), note)
 
 
-def _stability(gait: Gait) -> Element:
+def _stability(gait: Gait, robot: Robot | None) -> Element:
     """Return the multipliers of the gait's torques played back in open loop, or why there are none."""
     try:
-        cycle = assess_stability(gait)
+        cycle = assess_stability(gait, robot=robot)
     except InputError as error:
         return _figure("Multipliers, torques played back", element("p", f"Not assessed. {error}", class_="note"))
     verdict = "stable" if cycle.stable else "unstable"

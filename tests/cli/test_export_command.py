@@ -27,3 +27,20 @@ def test_mistakes(command, slip_file, arguments, message):
     run = command("export", slip_file, *arguments)
     assert run.status == 2
     assert message in run.err
+
+
+def test_a_walk_as_a_table(command, root, folder):
+    run = command(
+        "simulate",
+        root / "problems/rimless_wheel.py",
+        "--state",
+        "theta_rate=2.4",
+        "--steps",
+        2,
+        "-o",
+        "walk.csv",
+        "--json",
+    )
+    assert run.status == 0
+    assert run.json["file"] == "walk.csv"
+    assert len({line[:2] for line in (folder / "walk.csv").read_text(encoding="utf-8").splitlines()[1:]}) == 2

@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, feedforward, joint_pd, passive, write_c
+from gaitopt import InputError, Mode, computed_torque, feedforward, joint_pd, passive, step_to_step, write_c
 
 CC = shutil.which("cc") or shutil.which("gcc")
 compiled = pytest.mark.skipif(CC is None, reason="needs a C compiler on the PATH (Debian: apt-get install gcc)")
@@ -71,7 +71,7 @@ def test_parameters_are_in_the_library(library, compass, slip_gait):
     assert list(inside) == compass.vector(slip_gait.motion.parameters).tolist()
 
 
-def torque_of(library, prefix, clock, q, v):
+def torque_of(library, prefix, clock, q, v, held=None, slide=0):
     torque = np.full(2, np.nan)
     control = getattr(library, f"{prefix}_control")
     control.restype = None
@@ -79,8 +79,8 @@ def torque_of(library, prefix, clock, q, v):
         ctypes.c_double(clock),
         pointer(q),
         pointer(v),
-        None,
-        ctypes.c_double(0),
+        None if held is None else pointer(held),
+        ctypes.c_double(slide),
         torque.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
     )
     return torque
@@ -104,6 +104,35 @@ def test_a_feedback_law_sees_the_state(tmp_path, compass, slip_gait, rng):
         clock, q, v = rng.uniform(0, 0.8), rng.uniform(-0.3, 0.3, 4), rng.uniform(-1, 1, 4)
         expected = np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)])).ravel()
         assert torque_of(library, "fed_back", clock, q, v) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@compiled
+def test_a_law_that_keeps_values_over_a_step(tmp_path, compass, slip_gait, rng):
+    base, gains = feedforward(compass, slip_gait.motion), rng.uniform(-2, 2, (4, 4))
+    law = step_to_step(
+        compass, base, rng.uniform(-1, 1, 4), gains, windows=2, duration=slip_gait.period, torque_limit=6
+    )
+    library = build(compass, law, slip_gait.motion.parameters, tmp_path, "stepping")
+    for _ in range(20):
+        q, v = rng.uniform(-1, 1, 4), rng.uniform(-1, 1, 4)
+        (held,) = call(library.stepping_after_touchdown, (q, v), (4,))
+        assert held == pytest.approx(np.asarray(law.hold(q, v, law.table[:, 0])).ravel(), rel=1e-13)
+        clock = rng.uniform(0, 0.8)
+        expected = law.torque(clock, q, v, law.table[:, law.piece(clock)], held, 1)
+        ours = torque_of(library, "stepping", clock, q, v, held, 1)
+        assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-12, abs=1e-12)
+
+
+@compiled
+def test_a_sliding_foot_is_told_to_the_law(tmp_path, compass, slip_gait, rng):
+    law = computed_torque(compass, slip_gait.motion, stiffness=50, damping=10)
+    library = build(compass, law, slip_gait.motion.parameters, tmp_path, "computed")
+    for slide in (1, 0, -1):
+        clock, q, v = rng.uniform(0, 0.7), rng.uniform(-0.2, 0.2, 4), rng.uniform(-1, 1, 4)
+        held = np.zeros(law.torque.size1_in(4))
+        expected = law.torque(clock, q, v, law.table[:, law.piece(clock)], held, slide)
+        ours = torque_of(library, "computed", clock, q, v, held, slide)
+        assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-9, abs=1e-9)
 
 
 @compiled

@@ -160,3 +160,12 @@ def test_without_friction_limit_the_cone_is_everything_above_ground(tmp_path, st
     parameters = {**sticking.motion.parameters, "friction": np.inf}
     gait = replace(sticking, motion=replace(sticking.motion, parameters=parameters))
     assert 'class="cone"' in write_report({"a": gait}, tmp_path / "free.html").read_text(encoding="utf-8")
+
+
+def test_the_multipliers_of_a_robot_of_ones_own(tmp_path, slipping, compass):
+    own = replace(slipping, robot="my_robot")
+    unknown = write_report({"a": own}, tmp_path / "unknown.html").read_text(encoding="utf-8")
+    assert "Not assessed. There is no robot 'my_robot' in the catalogue." in unknown.replace("&#x27;", "'")
+    assert "largest modulus" in write_report({"a": own}, tmp_path / "own.html", robot=compass).read_text(
+        encoding="utf-8"
+    )
