@@ -15,7 +15,8 @@ release = version = gaitopt.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
 exclude_patterns = ["jupyter_execute", "examples", "images", "*_head.md"]
-suppress_warnings = ["mystnb.unknown_mime_type"]
+# ref.python: classes may share the name of an attribute, and a docstring that lists it then has two targets.
+suppress_warnings = ["mystnb.unknown_mime_type", "ref.python"]
 
 myst_enable_extensions = ["colon_fence", "deflist", "fieldlist"]
 myst_heading_anchors = 3
