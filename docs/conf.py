@@ -33,6 +33,8 @@ napoleon_use_rtype = False
 html_theme = "pydata_sphinx_theme"
 html_title = f"gaitopt {release}"
 html_show_sourcelink = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 html_theme_options = {
     "navigation_with_keys": True,
     "show_toc_level": 2,

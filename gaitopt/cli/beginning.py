@@ -1,12 +1,12 @@
 """Commands to begin with: new writes a problem script, doctor looks at what is installed."""
 
 import platform
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
 from importlib.resources import files
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,9 +18,6 @@ from gaitopt.errors import InputError
 
 PARTS = ("gaitopt", "casadi", "numpy", "scipy", "h5py", "matplotlib", "imageio-ffmpeg", "heyoka", "typer", "rich")
 """Packages whose versions are told."""
-
-EXTRAS = {"fast": ("heyoka",), "test": ("pytest", "hypothesis", "playwright"), "docs": ("sphinx", "myst_nb")}
-"""Modules that tell whether an extra is installed."""
 
 
 def new(
@@ -62,13 +59,12 @@ def doctor(json: Json = False) -> None:
     Example: gaitopt doctor --json
     """
     versions = {name: _version(name) for name in PARTS}
-    extras = {name: all(find_spec(module) for module in modules) for name, modules in EXTRAS.items()}
     findings = [_tried(name, check) for name, check in CHECKS.items()]
     facts: dict[str, Any] = {
         "python": sys.version.split()[0],
         "platform": platform.platform(),
         "versions": versions,
-        "extras": extras,
+        "extras": _extras(),
         "checks": [vars(finding) for finding in findings],
         "well": all(finding.well for finding in findings),
     }
@@ -102,6 +98,16 @@ def _version(name: str) -> str | None:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return None
+
+
+def _extras() -> dict[str, bool]:
+    """Return for each extra of gaitopt whether all it asks for is installed."""
+    found: dict[str, bool] = {}
+    for requirement in metadata.requires("gaitopt") or ():
+        package, extra = re.match(r"[\w.-]+", requirement), re.search(r"extra == ['\"]([\w-]+)", requirement)
+        if package and extra:
+            found[extra[1]] = found.get(extra[1], True) and _version(package[0]) is not None
+    return found
 
 
 def _tried(name: str, check: Callable[[], str]) -> Finding:

@@ -1,5 +1,6 @@
 """Pages: links lead somewhere, and what is made from the code is whole.  Code blocks are tests of their own."""
 
+import ast
 import re
 import runpy
 import urllib.parse
@@ -69,6 +70,29 @@ def test_every_command_is_on_its_page(generated):
 def test_every_status_and_stop_is_in_the_error_index(generated):
     for kind in (*gaitopt.Status, *gaitopt.Stop):
         assert f"`{kind.key}`" in generated["errors.md"]
+
+
+def messages():
+    """Return every text of the package, with … where a value is filled in."""
+    found = []
+    for path in (ROOT / "gaitopt").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.JoinedStr):
+                parts = [part.value if isinstance(part, ast.Constant) else "…" for part in node.values]
+                found.append("".join(map(str, parts)))
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                found.append(node.value)
+    return found
+
+
+def test_messages_in_the_error_index_are_what_gaitopt_says():
+    listed = re.findall(r"^\| `(.*?)` \|", (ROOT / "docs/errors_head.md").read_text(encoding="utf-8"), re.MULTILINE)
+    known = messages()
+    for message in listed:
+        first = message.split(". ")[0].replace("'frction'", "…").replace("'…'", "…")  # one sentence of it
+        pattern = ".*".join(re.escape(part.strip()) for part in re.split(r"…", first) if part.strip(" .,:;()"))
+        assert any(re.search(pattern, text, re.DOTALL) for text in known), message
+    assert len(listed) > 8
 
 
 def test_every_script_is_in_the_gallery(generated):
