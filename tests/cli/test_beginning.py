@@ -81,7 +81,6 @@ def test_a_healthy_installation(command):
     facts = command("doctor", "--json").json
     assert facts["well"] is True
     assert facts["versions"]["casadi"]
-    assert {"fast", "test"} <= set(facts["extras"])
 
 
 def test_a_broken_solver_is_told(command, monkeypatch):
