@@ -2,27 +2,66 @@
 
 import math
 import time
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.gait import Gait, SolverReport
+from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.solution import Solution
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.carrying import carried, solution_of
-from gaitopt.ocp.diagnosis import violations, warnings
+from gaitopt.ocp.diagnosis import ROUNDING, violations, warnings
 from gaitopt.ocp.guess import Continued, Guess
-from gaitopt.ocp.ipopt import Ipopt, Outcome
+from gaitopt.ocp.ipopt import STOPPED, Ipopt, Outcome
 from gaitopt.ocp.method import Method
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.readout import error_between_nodes, found_values, read_motion
+from gaitopt.ocp.readout import Between, between_nodes, found_values, read_motion
 from gaitopt.ocp.start import start
 from gaitopt.ocp.transcription import Transcription, transcribe
 from gaitopt.progress import Observer
 
+MOST_DOUBLINGS = 2
+"""Grids are doubled so often for a contact mode that is violated between the points at which it is held."""
+
 SAME, NEAR = 1e-6, 1e-5
 """Barrier parameters to go on with from the same problem on another grid, and from another problem."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What was found on one grid.
+
+    Attributes
+    ----------
+    method : Method
+    transcription : Transcription
+    outcome : Outcome
+    """
+
+    method: Method
+    transcription: Transcription
+    outcome: Outcome
+
+    @property
+    def x(self) -> Array:
+        """Decision vector, finite whatever the solver left, shape (n_variables,)."""
+        return np.nan_to_num(self.outcome.x, nan=0.0, posinf=0.0, neginf=0.0)
+
+    def values(self, problem: GaitProblem) -> dict[str, float]:
+        """Return every parameter by name."""
+        return found_values(self.transcription, problem, self.x)
+
+    def motion(self, problem: GaitProblem) -> Motion:
+        """Return the planned step."""
+        return read_motion(self.transcription, self.values(problem), self.x)
+
+    def stopped(self, later: Outcome) -> "Step":
+        """Return the step with the status of a later one that was stopped before it got anywhere."""
+        message = f"{later.message}; kept is the solution before this refinement"
+        return replace(self, outcome=replace(self.outcome, status=later.status, message=message))
 
 
 class Attempt:
@@ -40,7 +79,12 @@ class Attempt:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
         self.iterations, self.build_seconds = 0, 0.0
 
-    def run(self, method: Method, before: Solution | None, barrier: float) -> tuple[Transcription, Outcome]:
+    def found(self, step: Step) -> dict[str, object]:
+        """Return what of the problem's description the solve has decided."""
+        counts = list(step.transcription.structure.counts)
+        return {"guess": self.guess.describe(), "transcription": step.method.name, "intervals": counts}
+
+    def run(self, method: Method, before: Solution | None, barrier: float) -> Step:
         """Solve on one grid, from a solution or else from the guess."""
         problem = self.problem
         began, known = time.perf_counter(), transcribe.cache_info().misses
@@ -60,50 +104,76 @@ class Attempt:
             barrier,
         )
         self.iterations += outcome.iterations
-        return transcription, outcome
+        return Step(method, transcription, outcome)
 
 
 def attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observer) -> Gait:
     """Solve from one start."""
     began, own = time.perf_counter(), Attempt(problem, guess, solver, observer)
-    path, before, barrier = problem.transcription.approach(problem.word), None, SAME
-    known = guess.solution_for(problem.word) if isinstance(guess, Continued) else None
-    if known is not None:
-        path, before, barrier = path[-1:], known, NEAR
-    for method in path:
-        transcription, outcome = own.run(method, before, barrier)
-        if not outcome.status.ok:
-            break
-        before, barrier = solution_of(transcription, outcome), SAME
-    while True:
-        x = np.nan_to_num(outcome.x, nan=0.0, posinf=0.0, neginf=0.0)
-        values = found_values(transcription, problem, x)
-        motion = read_motion(transcription, values, x)
-        error = error_between_nodes(transcription, values, x) if outcome.status.ok else math.inf
-        worst = max(error, ledger(motion).relative_residual)
-        finer = method.finer()
-        if not outcome.status.ok or worst <= problem.transcription.tolerance or finer is None:
-            break
-        method = finer
-        transcription, outcome = own.run(method, solution_of(transcription, outcome), SAME)
+    step, between, error = _refined(own, _approached(own))
+    transcription, outcome = step.transcription, step.outcome
     unmet = violations(transcription, bounds(transcription, problem), outcome.x, outcome.g)
     return Gait(
         robot=problem.robot.name,
         word=problem.word,
         status=outcome.status,
-        motion=motion,
-        problem=problem.describe() | {"guess": guess.describe(), "transcription": method.name},
+        motion=step.motion(problem),
+        problem=problem.describe() | own.found(step),
         solver=SolverReport(
             iterations=own.iterations,
             objective=outcome.objective,
             constraint_violation=unmet[0].size if unmet else 0.0,
-            error_between_nodes=error,
+            error_between_nodes=between.drift,
             build_seconds=own.build_seconds,
             solve_seconds=time.perf_counter() - began - own.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=warnings(transcription, problem, outcome.x, worst) if outcome.status.ok else (),
+            warnings=warnings(transcription, problem, outcome.x, error, between.outside) if outcome.status.ok else (),
         ),
         versions=versions(),
         solution=solution_of(transcription, outcome),
     )
+
+
+def _approached(own: Attempt) -> Step:
+    """Return the solution on the problem's own grid, found through coarser ones."""
+    problem, guess = own.problem, own.guess
+    path, before, barrier = problem.transcription.approach(problem.word), None, SAME
+    known = guess.solution_for(problem.word) if isinstance(guess, Continued) else None
+    if known is not None:
+        path, before, barrier = path[-1:], known, NEAR
+    step = None
+    for method in path:
+        last, step = step, own.run(method, before, barrier)
+        if step.outcome.status in STOPPED and last is not None:
+            return last.stopped(step.outcome)
+        if not step.outcome.status.ok:
+            break
+        before, barrier = solution_of(step.transcription, step.outcome), SAME
+    assert step is not None
+    if step.outcome.status.ok or len(path) == 1:
+        return step
+    return own.run(path[-1], None, SAME)  # the coarse grid has misled
+
+
+def _refined(own: Attempt, step: Step) -> tuple[Step, Between, float]:
+    """Return the solution once it is accurate enough, or refinement ends.
+
+    With it come what it does between its nodes, and its error: the drift there or the closing error of the energy
+    ledger, whichever is larger; infinite where there is no solution.
+    """
+    problem, between, error, doublings = own.problem, Between(math.inf, math.inf), math.inf, 0
+    while step.outcome.status.ok:
+        between = between_nodes(step.transcription, step.values(problem), step.x)
+        error = max(between.drift, ledger(step.motion(problem)).relative_residual)
+        finer = None
+        if error > problem.transcription.tolerance:
+            finer = step.method.finer()
+        elif between.outside > ROUNDING and doublings < MOST_DOUBLINGS:
+            finer, doublings = step.method.doubled(problem.word), doublings + 1
+        if finer is None:
+            break
+        last, step = step, own.run(finer, solution_of(step.transcription, step.outcome), SAME)
+        if step.outcome.status in STOPPED:
+            return last.stopped(step.outcome), between, error
+    return step, between, error

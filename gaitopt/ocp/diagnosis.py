@@ -9,6 +9,9 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.scheme import INNER
 from gaitopt.ocp.transcription import Transcription
 
+ROUNDING = 1e-7
+"""Violations of a contact mode below this are the solver's tolerance, not the grid's."""
+
 
 def violations(
     transcription: Transcription, bounds: Bounds, x: Array, g: Array, *, above: float = 1e-6, most: int = 10
@@ -41,7 +44,9 @@ def violations(
     return tuple(worst.values())[:most]
 
 
-def warnings(transcription: Transcription, problem: GaitProblem, x: Array, error: float) -> tuple[str, ...]:
+def warnings(
+    transcription: Transcription, problem: GaitProblem, x: Array, error: float, outside: float
+) -> tuple[str, ...]:
     """Return what in a solution deserves a look: durations that rest on their bounds, a grid that is too coarse.
 
     Parameters
@@ -50,12 +55,19 @@ def warnings(transcription: Transcription, problem: GaitProblem, x: Array, error
         Decision vector.
     error : float
         Error between nodes, or of the energy ledger, after the last refinement.
+    outside : float
+        By how much a contact mode is violated between nodes.
     """
     found = []
     if error > problem.transcription.tolerance:
         found.append(
             f"the plan is only accurate to {error:.1e} between nodes, not to the tolerance "
             f"{problem.transcription.tolerance:.1e}: use more intervals."
+        )
+    if outside > ROUNDING:
+        found.append(
+            f"between nodes the contact leaves its mode by {outside:.1e}: use more intervals, or larger Margins "
+            f"(cone, normal_force, slip_speed)."
         )
     shortest = problem.limits.shortest_phase
     for phase in transcription.phases:

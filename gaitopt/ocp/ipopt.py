@@ -37,6 +37,12 @@ _STATUS = {
     "Invalid_Problem_Definition": Status.INVALID_OPTION,
 }
 
+STOPPED = (Status.ITERATION_LIMIT, Status.TIME_LIMIT, Status.INTERRUPTED)
+"""Endings that come from outside; the best iterate that meets the constraints is then the answer."""
+
+FEASIBLE = 1e-6
+"""Largest violation of an iterate that is worth keeping."""
+
 LINEAR_SOLVERS = ("mumps", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "spral")
 """Linear solvers the Ipopt of CasADi's wheel knows; only the first one comes with it."""
 
@@ -149,14 +155,18 @@ class Ipopt:
         if tap.failure is not None:
             raise tap.failure
         stats = solver.stats()
-        message = str(stats["return_status"])
+        message, kept = str(stats["return_status"]), tap.best
         if message == "Invalid_Option":  # Ipopt has not run: its answer and its counts mean nothing
             answer = answer | {"x": x, "g": nlp.derivatives["jac_g"](x, data)[0]}
             stats = {}
         elif tap.interrupted:
             message = "User_Requested_Stop"
+        status = _STATUS.get(message, Status.FAILED)
+        if status in STOPPED and kept is not None:
+            answer = kept.values
+            message = f"{message}; kept is iterate {kept.number}, the best one that meets the constraints"
         return Outcome(
-            status=_STATUS.get(message, Status.FAILED),
+            status=status,
             message=message,
             x=np.asarray(answer["x"]).ravel(),
             g=np.asarray(answer["g"]).ravel(),
@@ -189,8 +199,16 @@ class Ipopt:
         return options
 
 
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """An iterate and its number."""
+
+    number: int
+    values: dict[str, ca.DM]
+
+
 class _Tap(ca.Callback):
-    """Ipopt's iteration callback: tells the observer and passes on an interrupt."""
+    """Ipopt's iteration callback: tells the observer, keeps the best iterate and passes on an interrupt."""
 
     def __init__(self, nlp: Nlp) -> None:
         ca.Callback.__init__(self)
@@ -199,13 +217,14 @@ class _Tap(ca.Callback):
         self._observer: Observer | None = None
         self._bounds: Bounds | None = None
         self._count = 0
+        self.best: _Kept | None = None
         self.interrupted = False
         self.failure: Exception | None = None
         self.construct("iteration_tap", {})
 
     def watch(self, observer: Observer, bounds: Bounds) -> None:
         self._observer, self._bounds, self._count = observer, bounds, 0
-        self.interrupted, self.failure = False, None
+        self.interrupted, self.failure, self.best = False, None, None
 
     def interrupt(self) -> None:
         """Ask Ipopt to stop after the present iteration."""
@@ -235,8 +254,11 @@ class _Tap(ca.Callback):
         try:
             values = dict(zip(map(ca.nlpsol_out, range(ca.nlpsol_n_out())), arguments, strict=True))
             g = np.asarray(values["g"]).ravel()
-            excess = np.maximum(self._bounds.g_lower - g, g - self._bounds.g_upper)
-            self._observer(Iteration(self._count, float(values["f"]), float(max(excess.max(initial=0.0), 0.0))))
+            excess = float(np.maximum(self._bounds.g_lower - g, g - self._bounds.g_upper).max(initial=0.0))
+            objective = float(values["f"])
+            if excess <= FEASIBLE and (self.best is None or objective < float(self.best.values["f"])):
+                self.best = _Kept(self._count, values)
+            self._observer(Iteration(self._count, objective, excess))
             self._count += 1
         except KeyboardInterrupt:
             self.interrupt()

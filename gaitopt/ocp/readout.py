@@ -2,6 +2,7 @@
 
 import functools
 import math
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -80,24 +81,58 @@ def _segment(
     )
 
 
-def error_between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> float:
-    """Return how far the plan drifts from its own nodes when each phase is integrated with small steps.
+@dataclass(frozen=True, eq=False)
+class Between:
+    """What a plan does between its nodes, followed from the first node of each phase with small steps.
 
-    Every phase is followed from its first node under the planned torques; the largest difference of a state from a node
-    is returned (rad, rad/s, m, m/s).
+    Attributes
+    ----------
+    drift : float
+        Largest difference of a state from a node (rad, rad/s, m, m/s).
+    outside : float
+        Largest share by which a force leaves the friction cone or pulls, or speed [m/s] by which a foot slides the
+        wrong way; constraints hold at nodes and inner points only.
     """
-    p, worst = transcription.structure.robot.vector(values), 0.0
+
+    drift: float
+    outside: float
+
+
+def between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> Between:
+    """Follow a plan between its nodes under the planned torques."""
+    robot, drift, outside = transcription.structure.robot, 0.0, 0.0
+    p = robot.vector(values)
     for phase, stance in zip(transcription.phases, transcription.stances, strict=True):
         states, torque = planned_states(transcription, phase, x)
         parts = _parts(transcription, phase, x)
         step = x[transcription.variables["duration"][0, phase.number]] / (phase.count * parts)
-        begun = np.append(states[:, 0], np.zeros(transcription.structure.robot.n_u + 1))
+        begun = np.append(states[:, 0], np.zeros(robot.n_u + 1))
         fine = _subdivided(torque, parts)
         follow = _follower(stance, parts * phase.count)
-        ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))
-        drift = ends[: stance.n_x, parts - 1 :: parts] - states[:, 1:]
-        worst = max(worst, float(np.max(np.abs(drift))))
-    return worst
+        ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))[: stance.n_x]
+        drift = max(drift, float(np.max(np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))))
+        outside = max(outside, _outside(stance, ends[:, :-1], fine[:, 1:-1], p, values["friction"]))
+    return Between(drift, outside)
+
+
+def _outside(stance: Stance, states: Array, torque: Array, p: Array, friction: float) -> float:
+    """Return by how much a contact mode is violated at some states."""
+    found = _forces(stance, states.shape[1])(states, torque, p)
+    tangential, normal = np.asarray(found)
+    if stance.mode.slips:
+        wrong = -stance.mode.sign * states[-1]
+        return float(max(np.max(wrong), np.max(normal <= 0)))
+    cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1 if math.isfinite(friction) else np.zeros(1)
+    return float(max(np.max(cone), np.max(normal <= 0)))
+
+
+@functools.lru_cache(maxsize=64)
+def _forces(stance: Stance, count: int) -> ca.Function:
+    """Return (states, torques, p) -> contact forces (2, count)."""
+    state, torque = ca.SX.sym("state", stance.n_x), ca.SX.sym("torque", stance.robot.n_u)
+    p = ca.SX.sym("p", len(stance.robot.parameters))
+    single = ca.Function("force", [state, torque, p], [stance.flow(state, torque, p)[1]])
+    return single.map("forces", "serial", count, [2], [])
 
 
 def _parts(transcription: Transcription, phase: Phase, x: Array) -> int:

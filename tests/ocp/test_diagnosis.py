@@ -81,15 +81,22 @@ def test_only_a_duration_on_its_bound_is_warned_about(transcription, reference_p
     x = np.zeros(transcription.variables.size)
     shortest = problem.limits.shortest_phase
     x[transcription.variables["duration"][0]] = [2 * shortest, shortest * (1 + 1e-6)]
-    (warning,) = warnings(transcription, problem, x, 0.0)
+    (warning,) = warnings(transcription, problem, x, 0.0, 0.0)
     assert warning.startswith("phase 2 (stick) lasts 0.005 s")
     x[transcription.variables["duration"][0]] = [2 * shortest, 100 * shortest]
-    assert warnings(transcription, problem, x, 0.0) == ()
+    assert warnings(transcription, problem, x, 0.0, 0.0) == ()
 
 
 def test_a_plan_too_coarse_is_warned_about(transcription, reference_problem):
     problem = reference_problem(word="slip+ stick | slip+")
     x = np.ones(transcription.variables.size)
-    assert warnings(transcription, problem, x, problem.transcription.tolerance) == ()
-    (warning,) = warnings(transcription, problem, x, 2 * problem.transcription.tolerance)
+    assert warnings(transcription, problem, x, problem.transcription.tolerance, 0.0) == ()
+    (warning,) = warnings(transcription, problem, x, 2 * problem.transcription.tolerance, 0.0)
     assert "use more intervals" in warning
+
+
+def test_a_mode_left_between_nodes_is_warned_about(transcription, reference_problem):
+    problem = reference_problem(word="slip+ stick | slip+")
+    x = np.ones(transcription.variables.size)
+    (warning,) = warnings(transcription, problem, x, 0.0, 2e-3)
+    assert "between nodes the contact leaves its mode by 2.0e-03" in warning

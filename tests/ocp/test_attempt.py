@@ -1,0 +1,151 @@
+"""How a solve goes on: coarse grids, refinement, other starts, and what is kept of one that is stopped."""
+
+import numpy as np
+import pytest
+
+from gaitopt import (
+    Collocation,
+    Continued,
+    InputError,
+    Ipopt,
+    Line,
+    Margins,
+    Scattered,
+    Status,
+    Word,
+    solve,
+    verify,
+)
+from gaitopt.ocp.attempt import attempt
+from gaitopt.progress import silent
+
+SLIP = "slip+ stick | slip+"
+
+
+def iterations(seen):
+    """Return the number of iterations of each run of the solver."""
+    starts = [i for i, step in enumerate(seen) if step.number == 0]
+    return [len(run) - 1 for run in np.split(np.array(seen, dtype=object), starts[1:])]
+
+
+def test_a_fine_grid_is_approached_through_coarse_ones():
+    path = Collocation(intervals=320).approach(Word.parse(SLIP))
+    assert [method.intervals for method in path[:-1]] == [(5, 20), (20, 80)]
+    assert path[-1].intervals_for(Word.parse(SLIP)) == (80, 320)
+    assert Collocation(intervals=20).approach(Word.parse(SLIP)) == [Collocation(intervals=20)]
+
+
+def test_a_fine_grid_that_defeats_a_straight_line_is_solved(reference_problem):
+    gait = solve(reference_problem(word=SLIP, intervals=80))
+    assert gait.status is Status.SOLVED
+    assert verify(gait).verification.passed
+
+
+def test_going_on_from_a_gait_takes_fewer_iterations(reference_problem, solved):
+    gait = solved(word=SLIP)
+    cold = solve(reference_problem(word=SLIP, friction=0.141))
+    warm = solve(reference_problem(word=SLIP, friction=0.141, guess=Continued(gait, "the one at 0.14")))
+    assert warm.status is Status.SOLVED
+    assert warm.solver.objective == pytest.approx(cold.solver.objective, rel=1e-5)
+    assert warm.solver.iterations < 0.7 * cold.solver.iterations
+    assert warm.problem["guess"] == "the one at 0.14"
+
+
+def test_going_on_from_the_same_gait_ends_at_once(reference_problem, solved):
+    seen = []
+    gait = solve(reference_problem(word=SLIP, guess=Continued(solved(word=SLIP))), observer=seen.append)
+    assert gait.status is Status.SOLVED
+    assert len(seen) < 15
+
+
+@pytest.mark.parametrize("intervals", [20, (25, 40), 80])
+def test_multipliers_are_carried_to_another_grid(reference_problem, solved, intervals):
+    guess = Continued(solved(word=SLIP))
+    gait = solve(reference_problem(word=SLIP, guess=guess, transcription=Collocation(intervals=intervals)))
+    assert gait.status is Status.SOLVED
+    assert gait.solver.iterations < 60
+    assert gait.solver.objective == pytest.approx(solved(word=SLIP).solver.objective, rel=5e-3)
+
+
+def test_a_gait_of_another_word_is_a_start_too(reference_problem, solved):
+    gait = solve(reference_problem(word="slip+ stick slip- | slip+", friction=0.12, guess=Continued(solved(word=SLIP))))
+    assert gait.status is Status.SOLVED
+    assert gait.solver.objective < solved(word=SLIP, friction=0.12).solver.objective
+
+
+def test_of_several_starts_the_cheapest_is_kept(reference_problem):
+    problem = reference_problem(word="slip+ stick slip- | slip+", friction=0.12, intervals=16)
+    single = [attempt(problem, guess, Ipopt(), silent) for guess in (Line(), Scattered(1), Scattered(2))]
+    best = solve(problem, starts=3)
+    assert best.status is Status.SOLVED
+    assert best.solver.objective == min(gait.solver.objective for gait in single if gait.status.ok)
+
+
+@pytest.mark.parametrize("starts", [0, 1.5, "two", True])
+def test_a_number_of_starts_that_cannot_be(reference_problem, starts):
+    with pytest.raises(InputError, match="starts must be"):
+        solve(reference_problem(), starts=starts)
+
+
+def test_a_start_that_leads_nowhere_is_followed_by_others(reference_problem):
+    seen = []
+    gait = solve(reference_problem(intervals=8), solver=Ipopt(max_iterations=2), observer=seen.append)
+    assert gait.status is Status.ITERATION_LIMIT
+    assert iterations(seen) == [2, 2, 2, 2]
+
+
+def test_an_interrupt_late_in_a_solve_keeps_the_best_iterate_that_meets_the_constraints(reference_problem):
+    problem, seen = reference_problem(intervals=20, word=SLIP), []
+    whole = solve(problem, observer=seen.append)
+    feasible = [step.number for step in seen if step.infeasibility <= 1e-6]
+    stop = feasible[len(feasible) // 2]
+
+    def observe(iteration):
+        if iteration.number == stop:
+            raise KeyboardInterrupt
+
+    gait = solve(problem, observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert "best one that meets the constraints" in gait.solver.message
+    assert gait.solver.constraint_violation <= 1e-6
+    best = min(step.objective for step in seen[: stop + 1] if step.infeasibility <= 1e-6)
+    assert gait.solver.objective == pytest.approx(best, rel=1e-6)
+    assert gait.solver.objective >= whole.solver.objective * (1 - 1e-6)
+
+
+def test_an_interrupt_on_the_fine_grid_keeps_the_solution_of_the_coarse_one(reference_problem):
+    runs = 0
+
+    def observe(iteration):
+        nonlocal runs
+        runs += iteration.number == 0
+        if runs == 2 and iteration.number == 1:
+            raise KeyboardInterrupt
+
+    gait = solve(reference_problem(word=SLIP), observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert "kept is the solution before this refinement" in gait.solver.message
+    assert gait.problem["intervals"] == [5, 20]
+    assert gait.solver.constraint_violation <= 1e-6
+
+
+def test_a_grid_too_coarse_for_the_cone_is_doubled(reference_problem):
+    # Four intervals of 190 ms and no margin: between the points at which it is held the force leaves the cone.
+    gait = solve(
+        reference_problem(
+            torque=60.0,
+            friction=0.1,
+            margins=Margins(cone=0),
+            transcription=Collocation(intervals=4, points=3, tolerance=0.1),
+        )
+    )
+    assert gait.status is Status.SOLVED
+    assert gait.problem["intervals"] == [16]
+    assert any("between nodes the contact leaves its mode" in warning for warning in gait.solver.warnings)
+
+
+def test_a_small_margin_makes_up_for_a_coarse_grid(reference_problem):
+    method = Collocation(intervals=4, points=3, tolerance=0.1)
+    gait = solve(reference_problem(torque=60.0, friction=0.1, margins=Margins(cone=5e-3), transcription=method))
+    assert gait.status is Status.SOLVED
+    assert not gait.solver.warnings
