@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -92,14 +93,14 @@ class Chart:
     limits: Sequence[float] = ()
     closed: bool = False
 
-    @property
+    @cached_property
     def x_axis(self) -> Axis:
         """The horizontal axis; time fills it to its ends."""
         low, high = _range([x for line in self.lines for x in line.x])
         margin = 0.05 * (high - low) if self.closed else 0.0
         return Axis(low - margin, high + margin, float(LEFT), float(WIDTH - RIGHT))
 
-    @property
+    @cached_property
     def y_axis(self) -> Axis:
         """The vertical axis."""
         low, high = _range([*(y for line in self.lines for y in line.y), np.array(self.limits, dtype=float)])

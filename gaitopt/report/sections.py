@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from gaitopt.errors import InputError
@@ -20,8 +21,8 @@ from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 
-MOST_EVENTS = 40
-"""Events of a walk that are listed."""
+MOST_EVENTS, MOST_STEPS = 40, 10
+"""Events of a walk that are listed, and steps that are drawn."""
 
 
 def gait_section(gait: Gait, *, title: str, name: str, robot: Robot | None = None) -> Element:
@@ -78,7 +79,8 @@ def walk_card(walk: Rollout) -> Element:
         for event in walk.events[:MOST_EVENTS]
     ]
     more = len(walk.events) - len(rows)
-    charts = time_charts(walk.motion, {}) if walk.motion.segments and is_drawable(walk.motion) else []
+    beginning = replace(walk.motion, segments=tuple(s for s in walk.motion.segments if s.step < MOST_STEPS))
+    charts = time_charts(beginning, {}) if beginning.segments and is_drawable(beginning) else []
     return element(
         "div",
         element("p", f"{len(walk.motion.jumps)} steps: {walk.stop.hint} (engine {walk.engine})"),
