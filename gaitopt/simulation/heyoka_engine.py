@@ -1,6 +1,7 @@
 """The fast engine: heyoka's Taylor integrator with events, compiled from the Functions every engine runs."""
 
 from dataclasses import dataclass
+from threading import get_ident
 
 import numpy as np
 
@@ -27,10 +28,6 @@ class HeyokaEngine:
     samples : int
         Points per Taylor step at which a recorded motion is sampled.
 
-    Notes
-    -----
-    It serves one thread: the compiled integrators of a process are shared by all its engines with the same options.
-
     Examples
     --------
     >>> HeyokaEngine().name
@@ -55,7 +52,7 @@ class HeyokaEngine:
         record: bool = False,
     ) -> Arc:
         """Integrate one contact mode; see :class:`gaitopt.simulation.arc.Engine`."""
-        phase = phase_of(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode)
+        phase = phase_of(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode, get_ident())
         here = phase.here
         here[0], here[1:] = clock, state
         if record:
@@ -71,8 +68,8 @@ class HeyokaEngine:
         self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
     ) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.arc.Engine`."""
-        phase = phase_of(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode)
-        program = varying(robot, mode, phase.torque, self.tolerance)
+        phase = phase_of(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode, get_ident())
+        program = varying(robot, mode, phase.torque, self.tolerance, get_ident())
         n, y = len(program.entries), np.array(state, dtype=float)
         program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
         for column, begin, end in phase.stretches(clock, y, until):
@@ -92,7 +89,7 @@ class _Tape:
 
     def __init__(self, phase: Phase, tolerance: float, samples: int) -> None:
         self._phase, self._samples, here = phase, samples, phase.here
-        self._program = recording(phase.robot, phase.loop.mode, phase.torque, tolerance)
+        self._program = recording(phase.robot, phase.loop.mode, phase.torque, tolerance, get_ident())
         self._times, self._states = [here[:1].copy()], [here[1:, None].copy()]
         self._energies = [np.zeros((phase.robot.n_u + 1, 1))]
 

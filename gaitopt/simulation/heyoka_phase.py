@@ -9,6 +9,7 @@ start unless it counts.
 import functools
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
+from threading import get_ident
 
 import numpy as np
 
@@ -36,7 +37,7 @@ Tape = Callable[[Array, Array, Array, int], None]
 
 
 class Phase:
-    """One contact mode of a robot under a law with given parameters, ready to run.
+    """One contact mode of a robot under a law with given parameters, ready to run in the thread that makes it.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ class Phase:
         self.torque = law.torque if law.demand is None else by_sides(law.demand)
         self.loop = closed_loop(robot, mode, self.torque)
         self.here = np.zeros(1 + self.loop.size)
-        self._program = watching(robot, mode, self.torque, tolerance, compact_mode)
+        self._program = watching(robot, mode, self.torque, tolerance, compact_mode, get_ident())
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
         self._breaks = law.breakpoints.tolist()
@@ -237,6 +238,6 @@ class Phase:
 
 
 @functools.lru_cache(maxsize=128)
-def phase_of(robot: Robot, law: Law, mode: Mode, p: bytes, tolerance: float, compact_mode: bool) -> Phase:
-    """Return the phase of a mode for a parameter vector given as bytes; made once."""
+def phase_of(robot: Robot, law: Law, mode: Mode, p: bytes, tolerance: float, compact_mode: bool, thread: int) -> Phase:
+    """Return the phase of a mode for a parameter vector given as bytes; made once in each thread."""
     return Phase(robot, law, mode, np.frombuffer(p), tolerance, compact_mode)

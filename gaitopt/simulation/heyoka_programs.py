@@ -1,7 +1,7 @@
 """What heyoka compiles: one contact mode of a robot under one form of law, in three variants.
 
 Parameters and the law's data are numbers to the compiled code, so that it is compiled once in a process; heyoka keeps
-it on disk for the next one.
+it on disk for the next one.  An integrator holds the state it works on, so each thread has its own.
 """
 
 import functools
@@ -21,7 +21,7 @@ from gaitopt.simulation.reduction import Reduced, reduce_function
 
 
 class Program:
-    """A compiled integrator; it holds state, so it serves one thread.
+    """A compiled integrator, for one thread.
 
     Parameters
     ----------
@@ -55,7 +55,9 @@ class Program:
 
 
 @functools.lru_cache(maxsize=128)
-def watching(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, compact_mode: bool) -> Program:
+def watching(
+    robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, compact_mode: bool, thread: int
+) -> Program:
     """Return the integrator that stops at guards; its last parameters are added to the guards."""
     loop, heyoka = closed_loop(robot, mode, torque), heyoka_module()
     reduced, states, (rates, guards) = _translated(loop, loop.active, ("guards",))
@@ -69,7 +71,7 @@ def watching(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, co
 
 
 @functools.lru_cache(maxsize=128)
-def recording(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float) -> Program:
+def recording(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and, as last states, of its energies; it watches nothing."""
     loop, heyoka = closed_loop(robot, mode, torque), heyoka_module()
     reduced, states, (rates, powers) = _translated(loop, loop.active, ("energy",))
@@ -79,7 +81,7 @@ def recording(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float) -
 
 
 @functools.lru_cache(maxsize=128)
-def varying(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float) -> Program:
+def varying(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and its derivatives by the initial state, row by row."""
     loop, heyoka = closed_loop(robot, mode, torque), heyoka_module()
     entries = _influential(loop)

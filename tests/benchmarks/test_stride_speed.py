@@ -91,7 +91,7 @@ robot = compass_biped()
 torque = passive(robot).torque
 began = time.perf_counter()
 for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD):
-    watching(robot, mode, torque, 1e-15, sys.argv[2] == "compact")
+    watching(robot, mode, torque, 1e-15, sys.argv[2] == "compact", 0)
 print(time.perf_counter() - began)
 """
 

@@ -1,6 +1,7 @@
 """The fast engine against the reference engine: states, times, energies, words and stops, on guards and off."""
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import casadi as ca
 import numpy as np
@@ -13,6 +14,7 @@ from gaitopt.simulation.heyoka_engine import HeyokaEngine
 from gaitopt.simulation.heyoka_expressions import convert, heyoka_module
 from gaitopt.simulation.heyoka_programs import watching
 from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.walker import Walker
 
 heyoka = pytest.importorskip("heyoka")
 
@@ -359,6 +361,27 @@ def test_law_made_anew_is_not_compiled_anew(slip_gait):
     before = watching.cache_info().misses
     FAST.flow(COMPASS, two, Mode.STICK, 0.0, np.array(GAIT_A), p * 1.01, until=0.1)
     assert watching.cache_info().misses == before
+
+
+def test_threads_do_not_disturb_each_other():
+    def walk(friction):
+        """Return where ten steps, slips and stops among them, end, and how the last depends on its start."""
+        walker = Walker(WHEEL, passive(WHEEL), vector(WHEEL, STEEP | {"friction": friction}), FAST)
+        y = np.array(wheel_state(0.88, 0.1))
+        for _ in range(10):
+            y = walker.stride(y).following
+        y[WHEEL.n_q] = 0.3
+        sensitivity = FAST.sensitivity(WHEEL, walker.law, Mode.SLIP_FORWARD, 0.0, y, walker.p, until=0.2)
+        return np.concatenate([y, sensitivity.ravel()])
+
+    frictions, interval = np.linspace(0.25, 0.3, 12), sys.getswitchinterval()
+    expected = [walk(friction) for friction in frictions]
+    sys.setswitchinterval(1e-5)
+    try:
+        with ThreadPoolExecutor(3) as pool:
+            np.testing.assert_array_equal(list(pool.map(walk, frictions)), expected)
+    finally:
+        sys.setswitchinterval(interval)
 
 
 def test_full_mode_and_looser_tolerance_agree():
