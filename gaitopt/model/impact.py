@@ -216,6 +216,8 @@ def outcomes(
     l_t, l_n = (tn * v_n - nn * v_t) / determinant, (tn * v_t - tt * v_n) / determinant
     if l_n >= 0 and abs(l_t) <= friction * l_n:
         found.append((_STICK, (l_t, l_n)))
+        if nn > friction * abs(tn):  # then at most one outcome is consistent
+            return found
     if math.isinf(friction):
         return found
     for mode, sign in _SLIPS:

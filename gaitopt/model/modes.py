@@ -37,6 +37,8 @@ class Mode(Enum):
         self.sign = {"slip+": 1, "slip-": -1}.get(spelling, 0)
         self.slips = self.sign != 0
 
+    __hash__ = object.__hash__  # each mode is one object; by its name, as Enum has it, takes four times as long
+
     @property
     def label(self) -> str:
         """How figures spell it: with a true minus sign, which is easier to see than a hyphen."""

@@ -63,6 +63,7 @@ class Phase:
         self.torque = law.torque if law.demand is None else by_sides(law.demand)
         self.loop = closed_loop(robot, mode, self.torque)
         self.here = np.zeros(1 + self.loop.size)
+        self._y = self.here[1:]
         self._program = watching(robot, mode, self.torque, tolerance, compact_mode, get_ident())
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
@@ -70,8 +71,7 @@ class Phase:
         self._demand = None if law.demand is None else Buffered(demand_of(law.demand, mode))
         self._sides: tuple[float, ...] = ()
         self._switched, self._repeats = np.nan, 0
-        self._watches: dict[tuple[int, tuple[float, ...]], Buffered] = {}
-        self._rows: dict[tuple[int, tuple[float, ...]], Array] = {}
+        self._ready: dict[tuple[int, tuple[float, ...]], tuple[Buffered, Array | None]] = {}
         outcomes = heyoka_module().taylor_outcome
         self._in_time, self._stuck = int(outcomes.time_limit), int(outcomes.step_limit)
 
@@ -167,36 +167,33 @@ class Phase:
         steps : int
             Taylor steps taken.
         """
-        here, program, integrator = self.here, self._program, self._program.integrator
-        key = piece, self._sides
-        watch = self._watches.get(key) or self._watch(key)
+        here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
+        watch, row = self._ready.get((piece, self._sides)) or self._prepare(piece)
         *values, armed = watch.here().tolist()
-        row = self._rows.get(key)
-        program.numbers[:] = self._row(key) if row is None or program.rest_matters else row
+        program.numbers[:] = self._row(piece) if row is None else row
         if not min(values) > ZERO:
             event = self._start(values, armed > 0, first)
             if event is not None:
                 return event, 0
-        y = here[1:]
         program.state[:] = y[program.entries]
-        integrator.time = here[0]
+        integrator.time = here.item(0)
         integrator.reset_cooldowns()
         steps = 0
         while True:
             outcome = integrator.propagate_until(end, PATIENCE)
             code, steps = int(outcome[0]), steps + outcome[3]
-            if code == self._stuck and integrator.last_h > 1e-12 * (end - here[0]):
-                continue
-            if code != self._in_time and not -len(self._names) <= code < 0:
-                self._last_finite()
-                return "singular", steps
-            y[program.entries] = program.state
-            if code == self._in_time:
+            if code < 0 and code >= -len(values):
+                y[program.entries] = program.state
+                here[0], event = integrator.time, self._names[~code]
+                if event != "touchdown" or watch.here().item(-1) > 0:
+                    return event, steps
+            elif code == self._in_time:
+                y[program.entries] = program.state
                 here[0] = end
                 return None, steps
-            here[0], event = integrator.time, self._names[~code]
-            if event != "touchdown" or watch.here()[-1] > 0:
-                return event, steps
+            elif code != self._stuck or integrator.last_h <= 1e-12 * (end - here[0]):
+                self._last_finite()
+                return "singular", steps
 
     def _start(self, values: list[float], armed: bool, first: bool) -> str | None:
         """Shift guards that start at zero to the side where they do not count, or return one that is negative."""
@@ -217,8 +214,7 @@ class Phase:
 
     def _last_finite(self) -> None:
         """Integrate until a step fails; change clock and state to the last good ones."""
-        here, program, integrator = self.here, self._program, self._program.integrator
-        y = here[1:]
+        here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
         program.state[:] = y[program.entries]
         integrator.time = here[0]
         integrator.reset_cooldowns()
@@ -228,13 +224,15 @@ class Phase:
                 break
             here[0], y[program.entries] = integrator.time, program.state
 
-    def _watch(self, key: tuple[int, tuple[float, ...]]) -> Buffered:
-        self._watches[key] = Buffered(self.loop.guards, self.p, self.column(key[0]), shared=self.here)
-        return self._watches[key]
+    def _prepare(self, piece: int) -> tuple[Buffered, Array | None]:
+        """Return the guards in a piece of the law, and the integrator's numbers unless they depend on the state."""
+        watch = Buffered(self.loop.guards, self.p, self.column(piece), shared=self.here)
+        ready = watch, None if self._program.rest_matters else self._row(piece)
+        self._ready[piece, self._sides] = ready
+        return ready
 
-    def _row(self, key: tuple[int, tuple[float, ...]]) -> Array:
-        self._rows[key] = self._program.row(self.p, self.column(key[0]), self.here[1:])
-        return self._rows[key]
+    def _row(self, piece: int) -> Array:
+        return self._program.row(self.p, self.column(piece), self._y)
 
 
 @functools.lru_cache(maxsize=128)
