@@ -6,7 +6,6 @@ with the law's Function once per robot, mode and law form.
 
 import functools
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 
@@ -14,9 +13,9 @@ from gaitopt.control.law import demanded, held_size
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 
-SLIP_GUARDS = ("at rest", "lift-off", "painleve", "touchdown", "fall")
+SLIP_GUARDS = ("painleve", "at rest", "lift-off", "touchdown", "fall")
 STICK_GUARDS = ("lift-off", "slip+", "slip-", "touchdown", "fall")
-"""Guards in order; where several fall through zero at once, the first counts."""
+"""Guards in order; where several fall through zero at once, the first counts.  In the paradox forces mean nothing."""
 
 
 SWITCH = "switch "
@@ -51,15 +50,15 @@ class ClosedLoop:
     guards: ca.Function
 
 
-def paradox_guard(wellposed: Any, mode: Mode) -> Any:
-    """Return what stays positive while a slip mode is well posed; works on symbols and on numbers.
+def paradox_guard(wellposed: ca.SX, mode: Mode) -> ca.SX:
+    """Return what stays positive while a slip mode is well posed.
 
     Near Painleve's paradox the contact force grows without bound and an integrator would creep for ever, so the guard
     falls through zero a little before: where the share of the mass that resists the slide is down to 1e-6.
 
     Parameters
     ----------
-    wellposed : SX or array, shape (2,)
+    wellposed : SX, shape (2, 1)
         Output of ``robot.wellposed``: for slip+ and slip-.
     mode : Mode
     """
@@ -80,7 +79,7 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
     guard, _, armed = robot.touchdown(q, v, p)
     friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
     if mode.slips:
-        own = [mode.sign * v[0], force[1], paradox_guard(robot.wellposed(q, p), mode)]
+        own = [paradox_guard(robot.wellposed(q, p), mode), mode.sign * v[0], force[1]]
     else:
         # f_t falls to -mu f_n: slip forward; f_t rises to +mu f_n: slip backward (over 1 + mu, so mu may be 0 or inf).
         share = 1 / (1 + friction)

@@ -13,7 +13,7 @@ from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import demand_of, paradox_guard
+from gaitopt.simulation.closed_loop import demand_of
 
 REST = 1e-12
 """Foot speeds below this [m/s] count as rest; impacts and located events leave exact zeros."""
@@ -37,11 +37,11 @@ class ContactChoice:
         self.friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
         self._robot, self._law, self._p, self._speed = robot, law, p, 1 + robot.n_q
         self._breaks = law.breakpoints.tolist()
-        self._feet: dict[int, Buffered] = {}
+        self._forces: dict[int, Buffered] = {}
         self._here = np.zeros(1 + 2 * robot.n_q + held_size(law.torque))
 
-    def choose(self, clock: float, y: Array, *, leaving: Mode | None = None) -> Mode | None:
-        """Return the mode in which the foot goes on; None where it would have to slide in Painleve's paradox.
+    def choose(self, clock: float, y: Array, *, leaving: Mode | None = None) -> Mode:
+        """Return the mode in which the foot goes on.
 
         Parameters
         ----------
@@ -56,44 +56,34 @@ class ContactChoice:
         InputError
             If the foot moves despite infinite friction.
         """
-        tangential, normal, *shares = self._foot(clock, y)
-        speed = self._here.item(self._speed)
+        here = self._here
+        here[0], here[1:] = clock, y
+        speed = here.item(self._speed)
         if abs(speed) > REST:
             if math.isinf(self.friction):
                 raise InputError(
                     "A foot with infinite friction cannot slide: its velocity (v[0], or foot_speed on the section) "
                     f"must be 0, got {speed:g} m/s."
                 )
-            mode = Mode.slipping(speed)
-        elif abs(tangential) <= self.friction * normal or math.isinf(self.friction):
-            return Mode.STICK
-        else:
-            mode = Mode.slipping(-tangential)
-            if mode is leaving:
-                return Mode.STICK
-        return mode if paradox_guard(shares, mode) > 0 else None
-
-    def slide(self, mode: Mode, clock: float, y: Array) -> Mode | None:
-        """Return a slip mode itself, or None where it is not well posed (Painleve's paradox)."""
-        _, _, *shares = self._foot(clock, y)
-        return mode if paradox_guard(shares, mode) > 0 else None
-
-    def _foot(self, clock: float, y: Array) -> list[float]:
-        """Return the force (f_t, f_n) [N] that keeps the foot at rest, and the shares of ``robot.wellposed``."""
-        here = self._here
-        here[0], here[1:] = clock, y
+            return Mode.slipping(speed)
         piece = max(bisect_right(self._breaks, clock) - 1, 0)  # as Law.piece, but ten times faster
-        foot = self._feet.get(piece)
-        if foot is None:
-            function = _foot(self._robot, self._law.torque)
-            foot = self._feet[piece] = Buffered(function, self._p, self._law.table[:, piece], shared=here)
-        return foot.here().tolist()
+        tangential, normal = (self._forces.get(piece) or self._force(piece)).here().tolist()
+        if abs(tangential) <= self.friction * normal or math.isinf(self.friction):
+            return Mode.STICK
+        chosen = Mode.slipping(-tangential)
+        return Mode.STICK if chosen is leaving else chosen
+
+    def _force(self, piece: int) -> Buffered:
+        """Return what computes the force (f_t, f_n) [N] that keeps the foot at rest, in a piece of the law."""
+        force, data = _resting_force(self._robot, self._law.torque), self._law.table[:, piece]
+        self._forces[piece] = Buffered(force, self._p, data, shared=self._here)
+        return self._forces[piece]
 
 
 @functools.lru_cache(maxsize=128)
-def _foot(robot: Robot, torque: ca.Function) -> ca.Function:
-    """Return (clock, y, p, data) -> force that keeps a foot at rest under a law, and ``robot.wellposed``."""
+def _resting_force(robot: Robot, torque: ca.Function) -> ca.Function:
+    """Return (clock, y, p, data) -> force that keeps a foot at rest under a law."""
     demand, n, p = demand_of(torque, Mode.STICK), robot.n_q, ca.SX.sym("p", len(robot.parameters))
     clock, y, data = demand.sx_in()
     _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], demand(clock, y, data), p)
-    return ca.Function("foot", [clock, y, p, data], ca.cse([force, robot.wellposed(y[:n], p)]))
+    return ca.Function("resting_force", [clock, y, p, data], ca.cse([force]))

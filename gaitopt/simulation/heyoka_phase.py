@@ -131,25 +131,25 @@ class Phase:
             Called with (data in force, `here` before, `here` after, Taylor steps) for each stretch between changes of
             the data.
         """
-        here, breaks = self.here, self._breaks
+        here, breaks, limited = self.here, self._breaks, self._demand is not None
         began = clock = here.item(0)
-        piece, event = max(bisect_right(breaks, clock) - 1, 0), None
-        if self._demand is not None:
+        piece, last = max(bisect_right(breaks, clock) - 1, 0), len(breaks) - 1
+        if limited:
             self.take_sides(piece)
-        while event is None and clock < until:
-            before = here.copy() if tape is not None else here
-            end = min(until, breaks[piece + 1]) if piece + 1 < len(breaks) else until
+        while clock < until:
+            before = here if tape is None else here.copy()
+            end = until if piece >= last else min(until, breaks[piece + 1])
             event, steps = self.run(piece, end, first=clock == began)
             clock = here.item(0)
             if tape is not None:
                 tape(self.column(piece), before, here, steps)
             if event is None:
                 piece += 1
-                if self._demand is not None:
+                if limited:
                     self.take_sides(piece)
-            elif self._demand is not None and self.switch(event):
-                event = None
-        return event
+            elif not (limited and self.switch(event)):
+                return event
+        return None
 
     def run(self, piece: int, end: float, *, first: bool) -> tuple[str | None, int]:
         """Integrate over one piece of the law, or until a guard falls through zero.
@@ -201,14 +201,16 @@ class Phase:
             if value > ZERO:
                 continue
             name = self._names[i]
-            if first and name in ("touchdown", "painleve"):
+            if name == "painleve" and value <= 0:
+                return name
+            if first and name == "touchdown":
                 # Never an event where it starts: from below zero it must rise first.
                 if abs(value) < TOUCHING and (value <= 0 or not armed):
                     self._shifts[i] = -1e-15 - value
             elif -ZERO <= value <= 0:
                 # Falls through the shifted zero at once, or rises; a resting foot's speed is an exact zero.
                 self._shifts[i] = (1e-16 if name == "at rest" else 1e-14 * max(1, *map(abs, values))) - value
-            elif value < -ZERO and name not in ("touchdown", "painleve"):
+            elif value < -ZERO and name != "touchdown":
                 return name
         return None
 

@@ -182,7 +182,7 @@ def _first_event(
         guard = functools.partial(_value, watch, dense, n_y, i)
         begin, end = span[0], span[1] if now[i] <= 0 else _dip(guard, span, (before[i], middle[i], now[i]))
         if before[i] <= 0:
-            if name in ("touchdown", "painleve"):
+            if name == "touchdown":
                 # A touchdown guard starts at zero by definition (both feet on the ground) and counts only once armed.
                 continue
             begin += AT_ONCE * (span[1] - span[0])

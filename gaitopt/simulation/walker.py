@@ -112,13 +112,11 @@ class Walker:
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
         for _ in range(self.most_events):
-            if mode is None:
-                return Stride(tuple(arcs), Stop.PAINLEVE, None, None)
             arc = self.engine.flow(
                 self.robot, self.law, mode, clock, state, self.p, until=self.step_time_limit, record=record
             )
             arcs.append((mode, arc))
-            event, clock, state = arc.event, arc.time.item(-1), arc.states[:, -1].copy()
+            event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
             if event == "touchdown":
                 impact, following = self._landing.solve(state[: 2 * n])
                 return Stride(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
@@ -126,7 +124,9 @@ class Walker:
                 state[n] = 0.0
                 mode = choose(clock, state, leaving=mode)
             elif event in SLIDES:
-                mode = self.contact.slide(SLIDES[event], clock, state)
+                mode = SLIDES[event]
             else:
+                if event == "painleve" and clock == began:
+                    arcs.pop()  # not even begun
                 return Stride(tuple(arcs), STOPS[event], None, None)
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
