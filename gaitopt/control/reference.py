@@ -41,15 +41,12 @@ class Reference:
     breakpoints : (K,) array [s]
     table : (n_r, K) array
         Start of the piece, torque, its slope, six coefficients per angle, four of the foot speed.
-    modes : (K,) int array
-        Sign of the foot's slide planned in each piece.
     duration : float [s]
     """
 
     robot: Robot
     breakpoints: Array
     table: Array
-    modes: Array
     duration: float
 
     @property
@@ -85,9 +82,8 @@ def reference(robot: Robot, motion: Motion) -> Reference:
     began, p = first[0].time[0], robot.vector(motion.parameters)
     parts = [_columns(robot, segment, began, p) for segment in first]
     table = np.hstack([*parts, _afterwards(robot, first[-1], began, p)])
-    signs = [segment.mode.sign for segment, part in zip(first, parts, strict=True) for _ in range(part.shape[1])]
     end = float(first[-1].time[-1] - began)
-    return Reference(robot, table[0].copy(), table, np.array([*signs, first[-1].mode.sign]), end)
+    return Reference(robot, table[0].copy(), table, end)
 
 
 def _columns(robot: Robot, segment: Segment, began: float, p: Array) -> Array:

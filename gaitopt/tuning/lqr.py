@@ -79,20 +79,11 @@ def lqr(
     'lqr'
     """
     weights = weights or Weights()
-    n_a, n = len(robot.angles), robot.n_q
-    places = [*range(2, n), n, *range(n + 2, 2 * n)]
+    n_a = len(robot.angles)
     sizes = [weights.angle] * n_a + [weights.foot_speed] + [weights.rate] * n_a
-    walker = _walker(robot, feedforward(robot, motion), motion)
-    stride = _first_stride(walker, motion)
-    jumps = [jump[np.ix_(places, places)] for jump in Linearisation(walker).saltations(stride)]
-    stretches = []
-    segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
-    for segment, jump in zip(segments, jumps, strict=True):
-        own = _stretches(robot, walker.p, segment.mode, segment.time, np.vstack([segment.q, segment.v]), segment.torque)
-        stretches += [Stretch(d, a[np.ix_(places, places)], b[places], np.eye(len(places))) for d, a, b in own[:-1]]
-        duration, a, b = own[-1]
-        stretches.append(Stretch(duration, a[np.ix_(places, places)], b[places], jump))
-    found = periodic_gains(stretches, np.diag(1 / np.square(sizes)), np.eye(robot.n_u) / weights.torque**2)
+    found = periodic_gains(
+        _linearised(robot, motion), np.diag(1 / np.square(sizes)), np.eye(robot.n_u) / weights.torque**2
+    )
     if found is None:
         raise InputError("No linear-quadratic feedback stabilises this gait with these weights.")
     return state_feedback(robot, motion, found[0], torque_limit=torque_limit, name="lqr")
@@ -167,6 +158,23 @@ def _first_stride(walker: Walker, motion: Motion) -> Stride:
     if stride.following is None or (*stride.modes, outcome) != planned:
         raise InputError("The motion's torques, played back, do not walk it; check the gait with verify.")
     return stride
+
+
+@functools.lru_cache(maxsize=8)
+def _linearised(robot: Robot, motion: Motion) -> tuple[Stretch, ...]:
+    """Return a gait's linearised motion in (angles, foot speed, rates), with its jumps."""
+    n = robot.n_q
+    places = [*range(2, n), n, *range(n + 2, 2 * n)]
+    walker = _walker(robot, feedforward(robot, motion), motion)
+    jumps = Linearisation(walker).saltations(_first_stride(walker, motion))
+    segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
+    stretches: list[Stretch] = []
+    for segment, jump in zip(segments, jumps, strict=True):
+        own = _stretches(robot, walker.p, segment.mode, segment.time, np.vstack([segment.q, segment.v]), segment.torque)
+        for k, (duration, a, b) in enumerate(own):
+            at_end = jump[np.ix_(places, places)] if k + 1 == len(own) else np.eye(len(places))
+            stretches.append(Stretch(duration, a[np.ix_(places, places)], b[places], at_end))
+    return tuple(stretches)
 
 
 def _stretches(

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 
 from gaitopt.motion.motion import Array
 
@@ -50,7 +49,7 @@ def periodic_gains(stretches: Sequence[Stretch], q: Array, r: Array) -> tuple[Ar
     -------
     (n_stretches, 2, n_u, n_x) array, and the cost-to-go at the start, (n_x, n_x)
     """
-    flows = expm(np.array([-_hamiltonian(stretch, q, r) * stretch.duration for stretch in stretches]))
+    flows = _exponentials(np.array([-_hamiltonian(stretch, q, r) * stretch.duration for stretch in stretches]))
     n_x, inverse = q.shape[0], np.linalg.inv(r)
     cost = np.array(q, dtype=float)
     for _ in range(MOST_STEPS):
@@ -71,6 +70,20 @@ def periodic_gains(stretches: Sequence[Stretch], q: Array, r: Array) -> tuple[Ar
 def _hamiltonian(stretch: Stretch, q: Array, r: Array) -> Array:
     a, b = stretch.a, stretch.b
     return np.block([[a, -b @ np.linalg.solve(r, b.T)], [-q, -a.T]])
+
+
+def _exponentials(matrices: Array) -> Array:
+    """Return the exponentials of many small matrices, (k, n, n), at once: scaling, Taylor series, squaring."""
+    size = np.max(np.sum(np.abs(matrices), axis=-1))
+    halvings = max(int(np.ceil(np.log2(max(size, 1e-300)))) + 2, 0)
+    scaled, term = matrices / 2**halvings, np.broadcast_to(np.eye(matrices.shape[-1]), matrices.shape)
+    total = term.copy()
+    for order in range(1, 13):
+        term = term @ scaled / order
+        total += term
+    for _ in range(halvings):
+        total = total @ total
+    return total
 
 
 def discrete_gains(a: Array, b: Array, q: Array, r: Array) -> Array | None:

@@ -1,0 +1,176 @@
+"""Which pushes a periodic gait recovers from, walked in the event-driven simulator."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.section import Section
+
+ARRIVED = 1e-3
+"""Part of the tolerance at which a walk counts as back on the gait for good."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recovery:
+    """How walks from seeded starts around a gait ended.
+
+    A start is the gait's state after touchdown plus a push drawn evenly from a ball: with w = sqrt(g / l) and l the
+    height of the upright robot, its size [rad/s] is the root of the sum of squares of the changes of the rates, w times
+    those of the angles, and the foot speed's over l.
+
+    Attributes
+    ----------
+    radius : float [rad/s]
+        Of the ball.
+    starts, returned : int
+        Starts, and how many were back on the gait.
+    steps : int
+        Steps walked.
+    tolerance : float
+        Largest difference of the state after touchdown that counts as back.
+    settling : tuple of int
+        Steps each start that returned took until it stayed within the tolerance.
+    """
+
+    radius: float
+    starts: int
+    returned: int
+    steps: int
+    tolerance: float
+    settling: tuple[int, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether all starts returned."""
+        return self.returned == self.starts
+
+
+@dataclass(frozen=True, kw_only=True)
+class PushTest:
+    """How recovery is tested.
+
+    Attributes
+    ----------
+    starts : int
+    seed : int
+    steps : int
+    tolerance : float
+    largest : float [rad/s]
+        No larger push is tried.
+    resolution : float
+        Relative width to which the largest radius is located.
+
+    Examples
+    --------
+    >>> PushTest(starts=50).steps
+    30
+    """
+
+    starts: int = 200
+    seed: int = 0
+    steps: int = 30
+    tolerance: float = 1e-4
+    largest: float = 2.0
+    resolution: float = 0.05
+
+    def __post_init__(self) -> None:
+        if self.starts < 1 or self.steps < 1 or not self.tolerance > 0 or not 0 < self.resolution < 1:
+            raise InputError(f"A push test needs starts, steps, a tolerance and a resolution below 1, got {self!r}.")
+
+
+def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
+    """Walk from starts around a gait of one step and tell how many return to it.
+
+    Parameters
+    ----------
+    walker : Walker
+    cycle : Cycle
+    radius : float [rad/s]
+    test : PushTest, optional
+    """
+    test = test or PushTest()
+    settling = [_settling(walker, cycle, radius * push, test) for push in _pushes(walker, cycle, test)]
+    found = tuple(steps for steps in settling if steps is not None)
+    return _answer(test, radius, len(found), found)
+
+
+def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None) -> Recovery:
+    """Return the recovery from the largest ball found from which all starts return; radius 0 where none does.
+
+    The radius is bisected; what is larger may hold again, but is not looked for.
+
+    Parameters
+    ----------
+    walker : Walker
+    cycle : Cycle
+        An unstable gait is returned to from nowhere.
+    test : PushTest, optional
+    """
+    test = test or PushTest()
+    best = _answer(test, 0.0, 0, ())
+    if not cycle.stable:
+        return best
+    lower, upper = 0.0, test.largest
+    radius = test.largest / 16
+    while upper - lower > test.resolution * upper and upper > 1e-6:
+        settling = []
+        for push in _pushes(walker, cycle, test):
+            settling.append(_settling(walker, cycle, radius * push, test))
+            if settling[-1] is None:
+                upper = radius
+                break
+        else:
+            lower = radius
+            best = _answer(test, radius, test.starts, tuple(steps for steps in settling if steps is not None))
+        radius = min(2 * lower, upper) if lower and upper == test.largest else (lower + upper) / 2
+        if not lower:
+            radius = upper / 2
+        if lower == test.largest:
+            break
+    return best
+
+
+def _answer(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:
+    return Recovery(
+        radius=radius,
+        starts=test.starts,
+        returned=returned,
+        steps=test.steps,
+        tolerance=test.tolerance,
+        settling=settling,
+    )
+
+
+def _pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
+    """Yield pushes of the unit ball as changes of the coordinates of the gait's section, shape (n_z,)."""
+    robot, rng = walker.robot, np.random.default_rng(test.seed)
+    values = dict(zip([parameter.name for parameter in robot.parameters], walker.p, strict=True))
+    height = float(np.max(np.asarray(robot.figure(np.zeros(robot.n_q), walker.p))[1]))
+    natural, n_a = np.sqrt(values["gravity"] / height), len(robot.angles)
+    scale = np.array([1 / natural] * (n_a - 1) + [1.0] * n_a + ([height] if cycle.section.sliding else []))
+    for _ in range(test.starts):
+        direction = rng.normal(size=scale.size)
+        yield scale * direction / np.linalg.norm(direction) * rng.uniform() ** (1 / scale.size)
+
+
+def _settling(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
+    """Return the number of steps after which a walk stays within the tolerance of the gait, or None if it does not."""
+    whole = Section(walker.robot, walker.p, sliding=True)
+    home = whole.project(cycle.section.embed(cycle.z))
+    state, outside = cycle.section.embed(cycle.z + push), 0
+    for step in range(1, test.steps + 1):
+        following = walker.stride(state).following
+        if following is None:
+            return None
+        state = following
+        distance = float(np.max(np.abs(whole.project(state) - home)))
+        if distance > test.tolerance:
+            outside = step
+        elif distance <= ARRIVED * test.tolerance:
+            break
+    return None if outside == test.steps else outside + 1

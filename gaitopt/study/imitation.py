@@ -1,0 +1,182 @@
+"""Imitation gaits: a passive gait's angles over time walked by motors on other ground."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gaitopt import __version__
+from gaitopt.control.law import passive
+from gaitopt.control.prescribed_angles import prescribed_angles
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.energy import cost_of_transport
+from gaitopt.motion.gait import Gait, SolverReport, cone_margin
+from gaitopt.motion.motion import Motion, Segment
+from gaitopt.motion.word import Word
+from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.simulator import record_walk
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.status import Status, Stop
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Imitation:
+    """A passive gait's angles over one step, reproduced by torques on other ground.
+
+    Attributes
+    ----------
+    robot : str
+    motion : Motion
+        What the simulator walked; stick and slip are decided afresh by the forces on this ground.
+    stop : Stop
+        Why it ended.
+    feasible : bool
+        Whether the step reached its touchdown (no lift-off, the trailing foot separates) and repeats.
+    reasons : tuple of str
+        Why it is not feasible.
+    cost_of_transport : float
+    cone_margin : float
+        Smallest 1 - abs(f_t) / (mu f_n) while sticking.
+    largest_torque : float [N m]
+    gap : float
+        Largest difference between the state after the step and that at its start.
+    """
+
+    robot: str
+    motion: Motion
+    stop: Stop
+    feasible: bool
+    reasons: tuple[str, ...]
+    cost_of_transport: float
+    cone_margin: float
+    largest_torque: float
+    gap: float
+
+    @property
+    def word(self) -> Word | None:
+        """What was walked; None if the step did not reach its touchdown."""
+        return self.motion.word()
+
+    def gait(self, *, samples: int = 60) -> Gait:
+        """Return the step as a gait, to be saved, replayed, assessed and given feedback like an optimised one.
+
+        Parameters
+        ----------
+        samples : int
+            About how many samples its torques, linear in between, are kept at.
+
+        Raises
+        ------
+        InputError
+            If the imitation is not feasible.
+        """
+        if not self.feasible or self.word is None:
+            raise InputError(f"This imitation cannot be walked: {' '.join(self.reasons)}")
+        report = SolverReport(0, self.cost_of_transport, self.gap, float("nan"), 0.0, 0.0, "imitation")
+        return Gait(
+            robot=self.robot,
+            word=self.word,
+            status=Status.SOLVED,
+            motion=thinned(self.motion, samples),
+            problem=_problem(self),
+            solver=report,
+            decision=np.zeros(0),
+            versions={"gaitopt": __version__},
+        )
+
+
+def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tolerance: float = 1e-3) -> Imitation:
+    """Walk the angles of a passive gait on other ground: its torques follow from them, stick and slip from the forces.
+
+    The start is the gait's own.  While the foot slides, its motion follows from the angles and from friction; the
+    torques follow by inverse dynamics in the mode the foot is in.
+
+    Parameters
+    ----------
+    robot : Robot
+        With an actuator for each angle.
+    cycle : Cycle
+        A gait of one step.
+    parameters : mapping of str to float
+        What changes, such as ``{"slope": 0.0}``; the rest as in the gait.
+    tolerance : float
+        Largest difference between the state after the step and that at its start of a step that repeats.
+
+    Raises
+    ------
+    InputError
+        If the gait has several steps, or a parameter cannot be.
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import compass_biped, find_cycles, imitate
+    >>> robot = compass_biped()
+    >>> downhill = {"slope": math.radians(1), "friction": 0.3}
+    >>> passive_gait = find_cycles(robot, downhill, word="stick | stick", starts=30)[0]
+    >>> level = imitate(robot, passive_gait, {"slope": 0.0})
+    >>> level.feasible, str(level.word), round(level.cost_of_transport, 4)
+    (True, 'stick | stick', 0.0175)
+    """
+    if len(cycle.words) != 1:
+        raise InputError(f"Only gaits of one step can be imitated, not {cycle.word!r}.")
+    origin = robot.vector(cycle.parameters)
+    law = passive(robot)
+    start = cycle.section.embed(cycle.z)
+    walker = Walker(robot, law, origin, default_engine(law))
+    model = thinned(record_walk(walker, start, 1).motion, 80)
+    values = robot.resolve({**cycle.parameters, **parameters})
+    law = prescribed_angles(robot, model, values)
+    walker = Walker(robot, law, robot.vector(values), default_engine(law), step_time_limit=3 * cycle.period)
+    walk = record_walk(walker, start, 1)
+    motion, reasons = walk.motion, []
+    gap = float("inf")
+    if walk.stop is not Stop.STEPS_DONE:
+        reasons.append(walk.stop.hint)
+    else:
+        jump = motion.jumps[-1]
+        after = np.concatenate([jump.q_next[2:], jump.v_next])
+        gap = float(np.max(np.abs(after - start[2:])))
+        if gap > tolerance:
+            reasons.append(f"The step does not repeat: the state after it differs by {gap:.2g} from that at its start.")
+    torque = motion.channel("torque") if motion.segments else np.full((1, 1), np.nan)
+    return Imitation(
+        robot=robot.name,
+        motion=motion,
+        stop=walk.stop,
+        feasible=not reasons,
+        reasons=tuple(reasons),
+        cost_of_transport=cost_of_transport(motion),
+        cone_margin=cone_margin(motion),
+        largest_torque=float(np.max(np.abs(torque))),
+        gap=gap,
+    )
+
+
+def thinned(motion: Motion, samples: int) -> Motion:
+    """Return a motion with about as many samples per step, the ends of its segments among them."""
+    step = motion.period / max(len(motion.jumps), 1) / samples
+    return replace(motion, segments=tuple(_thinned(segment, step) for segment in motion.segments))
+
+
+def _thinned(segment: Segment, step: float) -> Segment:
+    count = max(round(segment.duration / step), 8)
+    wanted = np.linspace(segment.time[0], segment.time[-1], count + 1)
+    after = np.clip(np.searchsorted(segment.time, wanted), 1, segment.time.size - 1)
+    nearer = after - (wanted - segment.time[after - 1] < segment.time[after] - wanted)
+    keep = np.unique(np.concatenate([[0], nearer, [segment.time.size - 1]]))
+    series = ("time", "q", "v", "torque", "force", "power", "work", "friction_work", "kinetic", "potential", "points")
+    return replace(segment, **{name: getattr(segment, name)[..., keep] for name in series})
+
+
+def _problem(imitation: Imitation) -> dict[str, Any]:
+    return {
+        "name": "imitation of a passive gait",
+        "objective": "none (imitation)",
+        "word": str(imitation.word),
+        **imitation.motion.parameters,
+        "torque_limit": imitation.largest_torque,
+    }

@@ -1,0 +1,71 @@
+"""What a tuned law makes small."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import solve_discrete_lyapunov
+
+from gaitopt.motion.motion import Array
+
+
+class TuningObjective(Protocol):
+    """A number that tells how well a gait is held, from the derivative of its return map; small is good."""
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        ...
+
+    def __call__(self, derivative: Array, scale: Array) -> float:
+        """Return the number.
+
+        Parameters
+        ----------
+        derivative : (n_z, n_z) array
+            Of the return map.
+        scale : (n_z,) array
+            Sizes of the coordinates that weigh alike.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class SpectralRadius:
+    """The largest modulus of a multiplier: how fast small deviations fade in the end.
+
+    Examples
+    --------
+    >>> SpectralRadius()(np.diag([0.5, -0.7]), np.ones(2))
+    0.7
+    """
+
+    name: str = "spectral radius"
+
+    def __call__(self, derivative: Array, scale: Array) -> float:
+        """See :class:`TuningObjective`."""
+        return float(np.max(np.abs(np.linalg.eigvals(derivative)), initial=0.0))
+
+
+@dataclass(frozen=True)
+class SensitivityNorm:
+    """How large deviations grow, added up over all steps after a push: the gait sensitivity norm.
+
+    The root of the sum over steps k >= 1 of the squared Frobenius norms of the derivative's k-th power, coordinates
+    measured in their sizes (Hobbelen & Wisse 2007, with pushes and deviations of the state after touchdown); inf for an
+    unstable gait.
+
+    Examples
+    --------
+    >>> round(SensitivityNorm()(np.diag([0.5]), np.ones(1)) ** 2, 6)  # 1/4 + 1/16 + ...
+    0.333333
+    """
+
+    name: str = "gait sensitivity norm"
+
+    def __call__(self, derivative: Array, scale: Array) -> float:
+        """See :class:`TuningObjective`."""
+        matrix = derivative * scale / scale[:, None]
+        if np.max(np.abs(np.linalg.eigvals(matrix)), initial=0.0) >= 1:
+            return float("inf")
+        return float(np.sqrt(max(np.trace(solve_discrete_lyapunov(matrix, matrix @ matrix.T)), 0.0)))
