@@ -70,6 +70,7 @@ _PUBLIC = {
     "gaitopt.tuning.tune": ("Search", "Trial", "Tuning", "tune_feedback"),
     "gaitopt.study.basin": ("basin", "basin_edges"),
     "gaitopt.study.basin_file": ("Basin", "load_basin", "save_basin"),
+    "gaitopt.study.disturbance": ("Endurance", "Walking", "endurance"),
     "gaitopt.study.imitation": ("Imitation", "imitate"),
     "gaitopt.study.reproduction": ("Number", "Study"),
     "gaitopt.study.sweep": ("sweep",),

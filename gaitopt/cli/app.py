@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt import __version__
-from gaitopt.cli import beginning, commands, studies, walking
+from gaitopt.cli import beginning, commands, feedback, studies, walking
 from gaitopt.cli.output import err, print_json
 from gaitopt.errors import GaitoptError
 
@@ -38,6 +38,8 @@ for command in (
     commands.problems,
     walking.simulate,
     walking.stability,
+    feedback.tune,
+    feedback.push,
     walking.basin,
     walking.run,
     studies.sweep,

@@ -1,19 +1,21 @@
 """What a command on walks works on: a walking problem script or a saved gait."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gaitopt.cli.law import read_pairs
 from gaitopt.cli.script import call_script
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
 from gaitopt.motion.archive import load
+from gaitopt.motion.gait import Gait
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.engines import engine_named
 from gaitopt.stability.assessment import assess_stability
@@ -34,20 +36,31 @@ class Subject:
     gaits: tuple[Cycle, ...]
 
 
-def read_subject(source: Path, settings: list[str], engine: str, starts: int, *, first: bool = False) -> Subject:
+def read_subject(
+    source: Path,
+    settings: list[str],
+    engine: str,
+    starts: int,
+    *,
+    first: bool = False,
+    feedback: Callable[[Gait, Robot], Law] | None = None,
+) -> Subject:
     """Return what a script or a saved gait describes, with its gaits if `starts` > 0: all, or the first one found.
 
-    `engine` names the engine to walk with, as :func:`gaitopt.simulation.engines.engine_named` takes it.
+    `engine` names the engine to walk with, as :func:`gaitopt.simulation.engines.engine_named` takes it.  `feedback`
+    makes the law of a saved gait, whose torques are played back without it.
     """
     if source.suffix != ".py":
         if settings:
             raise InputError("--set changes parameters of a script; a saved gait has none to change.")
         gait = load(source)
         robot = robot_named(gait.robot)
-        law = feedforward(robot, gait.motion)
+        law = feedforward(robot, gait.motion) if feedback is None else feedback(gait, robot)
         chosen = engine_named(engine, law)
         cycle = assess_stability(gait, law, engine=chosen)
         return Subject(robot, gait.motion.parameters, law, chosen, (cycle,))
+    if feedback is not None:
+        raise InputError("--law is for a saved gait; the law of a walking problem is named in its script.")
     problem = call_script(source, settings)
     if not isinstance(problem, WalkProblem):
         kind = type(problem).__name__
@@ -82,15 +95,3 @@ def read_start(subject: Subject, p: np.ndarray, settings: list[str]) -> np.ndarr
     if missing:
         raise InputError(f"No gait was found to start from; give the start with --state {missing[0]}=VALUE and so on.")
     return np.array([values[name] for name in names])
-
-
-def read_pairs(settings: list[str] | None) -> dict[str, float]:
-    """Return NAME=NUMBER settings as a mapping."""
-    values = {}
-    for text in settings or []:
-        name, _, value = text.partition("=")
-        try:
-            values[name.strip()] = float(value)
-        except ValueError:
-            raise InputError(f"--state needs NAME=NUMBER, got {text!r}.") from None
-    return values

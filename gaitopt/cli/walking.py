@@ -1,6 +1,7 @@
 """Commands on walks: simulate, stability, basin, run."""
 
 import dataclasses
+import functools
 import time
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from gaitopt.cli.commands import Json, Quiet
+from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, TorqueLimit, law_for
 from gaitopt.cli.output import err, out, print_json, print_written
 from gaitopt.cli.script import call_script
 from gaitopt.errors import InputError
@@ -28,9 +30,14 @@ def stability(
     setting: Setting = None,
     starts: Starts = 300,
     engine: EngineName = "auto",
+    law: LawName = OPEN_LOOP,
+    gain: GainValues = None,
+    torque_limit: TorqueLimit = None,
     json: Json = False,
 ) -> None:
-    """Find the periodic gaits of a walker, or take a saved gait in open loop, and give their exact multipliers.
+    """Find the periodic gaits of a walker, or take a saved gait, and give their exact multipliers.
+
+    A saved gait is taken in open loop, its torques played back, or under the feedback law named.
 
     Exit status 0 if a gait was found (stable or not), 1 if none was.
 
@@ -40,7 +47,9 @@ def stability(
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.summary import summarise_cycle
 
-    subject = read_subject(source, setting or [], engine, starts)
+    open_loop = law == OPEN_LOOP and not gain
+    closed = None if open_loop else functools.partial(law_for, name=law, gains=gain, torque_limit=torque_limit)
+    subject = read_subject(source, setting or [], engine, starts, feedback=closed)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
@@ -119,7 +128,8 @@ def basin(
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.h5
     """
-    from gaitopt.cli.subject import coordinates_missing, read_pairs, read_start, read_subject
+    from gaitopt.cli.law import read_pairs
+    from gaitopt.cli.subject import coordinates_missing, read_start, read_subject
     from gaitopt.stability.section import Section
     from gaitopt.study.basin import basin as find_basin
     from gaitopt.study.basin import grid

@@ -83,7 +83,6 @@ class Imitation:
             motion=thinned(self.motion, samples),
             problem=_problem(self),
             solver=report,
-            decision=np.zeros(0),
             versions={"gaitopt": __version__},
         )
 

@@ -1,0 +1,64 @@
+"""Which law a command walks under."""
+
+import math
+from typing import Annotated
+
+import typer
+
+from gaitopt.control.law import Law, feedforward
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.robot import Robot
+from gaitopt.motion.gait import Gait
+
+OPEN_LOOP = "feedforward"
+RESERVE = 1.2
+"""Torque limit of a law relative to the one the gait was planned with."""
+
+LawName = Annotated[str, typer.Option("--law", help="pd, computed-torque, lqr or step-to-step.")]
+TorqueLimit = Annotated[
+    float | None,
+    typer.Option("--torque-limit", help="Of each actuator under feedback [N m]; 1.2 times the plan's by default."),
+]
+GainValues = Annotated[
+    list[str] | None, typer.Option("--gain", metavar="NAME=VALUE", help="A gain; the others take their start values.")
+]
+
+
+def law_for(gait: Gait, robot: Robot, name: str, gains: list[str] | None, torque_limit: float | None) -> Law:
+    """Return a law for a gait by name, its gains at their starts but for those given as NAME=VALUE."""
+    from gaitopt.tuning.design import design_named
+
+    if name == OPEN_LOOP:
+        if gains:
+            raise InputError("The torques of a gait, played back, have no gains; name a feedback law with --law.")
+        return feedforward(robot, gait.motion)
+    design = design_named(name, robot, gait.motion, torque_limit=limit_for(gait, torque_limit))
+    values = {each.name: each.start for each in design.gains}
+    for gain, value in read_pairs(gains, "--gain").items():
+        if gain not in values:
+            raise InputError(f"The law {name!r} has no gain {gain!r}. {suggest(gain, values)}")
+        values[gain] = value
+    return design.law(values)
+
+
+def limit_for(gait: Gait, given: float | None) -> float:
+    """Return the torque limit of a law: the one given, or somewhat more than the plan's."""
+    if given is not None:
+        if not given > 0:
+            raise InputError(f"--torque-limit must be positive, got {given:g}.")
+        return given
+    planned = gait.problem.get("torque_limit", math.inf)
+    values = planned.values() if isinstance(planned, dict) else [planned]
+    return RESERVE * min(float(value) for value in values)
+
+
+def read_pairs(settings: list[str] | None, option: str = "--state") -> dict[str, float]:
+    """Return NAME=NUMBER settings as a mapping."""
+    values = {}
+    for text in settings or []:
+        name, _, value = text.partition("=")
+        try:
+            values[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"{option} needs NAME=NUMBER, got {text!r}.") from None
+    return values

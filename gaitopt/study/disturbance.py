@@ -1,0 +1,216 @@
+"""How much a controlled gait takes: the largest disturbance of each kind it survives, by bisection."""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.control.law import Law
+from gaitopt.control.limits import limited
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.recovery import PushTest, largest_recovery
+
+
+@dataclass(frozen=True)
+class Endurance:
+    """The largest disturbance of one kind that is survived.
+
+    Attributes
+    ----------
+    kind : str
+    survived : float
+        The largest found to be survived, all smaller ones tried too; 0 where none is.
+    failed : float or None
+        The smallest found not to be; None where the largest tried is survived.
+    unit : str
+    """
+
+    kind: str
+    survived: float
+    failed: float | None
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walking:
+    """How long a disturbed walker must walk, and how closely limits are located.
+
+    Attributes
+    ----------
+    steps : int
+    patch : int
+        Steps on a patch of other friction.
+    seed : int
+        Of noise.
+    resolution : float
+        Relative width to which the largest disturbance is located.
+
+    Examples
+    --------
+    >>> Walking().steps
+    50
+    """
+
+    steps: int = 50
+    patch: int = 5
+    seed: int = 0
+    resolution: float = 0.05
+
+
+def endurance(
+    robot: Robot,
+    law: Law,
+    cycle: Cycle,
+    *,
+    walking: Walking | None = None,
+    test: PushTest | None = None,
+    engine: Engine | None = None,
+) -> tuple[Endurance, ...]:
+    """Return the largest disturbances a controlled gait survives, one kind at a time.
+
+    Push: a change of the state after touchdown, from which all seeded starts return to the gait (:class:`Recovery`).
+    Slope: walked on for all steps, uphill and downhill.  Friction patch: the drop of friction over some steps in the
+    middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the period and
+    added before the torque limits.  In all but the push, surviving means to walk all steps.
+
+    Parameters
+    ----------
+    robot : Robot
+    law : Law
+    cycle : Cycle
+        Its gait of one step.
+    walking : Walking, optional
+    test : PushTest, optional
+    engine : Engine, optional
+
+    Examples
+    --------
+    >>> from gaitopt import PushTest, assess_stability, compass_biped, computed_torque, load
+    >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
+    >>> law = computed_torque(robot, gait.motion, stiffness=25, damping=10, torque_limit=8)
+    >>> quick = Walking(steps=3, resolution=0.5)
+    >>> cycle, push = assess_stability(gait, law), PushTest(starts=1, resolution=0.5)
+    >>> [each.kind for each in endurance(robot, law, cycle, walking=quick, test=push)]
+    ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise']
+    """
+    walking, engine = walking or Walking(), engine or default_engine(law)
+    setting = _Setting(robot, law, cycle, engine, walking)
+    push = largest_recovery(setting.walker({}), cycle, test)
+    most = (test or PushTest()).largest
+    friction = cycle.parameters["friction"]
+    found = [Endurance("push", push.radius, None if push.radius >= most else push.radius, "rad/s")]
+    for name, sign in (("downhill slope", 1), ("uphill slope", -1)):
+        found.append(setting.largest(name, functools.partial(setting.on_slope, sign), 0.2, "rad"))
+    if math.isfinite(friction):
+        found.append(setting.largest("friction patch", setting.on_patch, friction, "1"))
+    if robot.n_u:
+        found.append(setting.largest("torque noise", setting.with_noise, 10.0, "N m"))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """A controlled gait about to be disturbed."""
+
+    robot: Robot
+    law: Law
+    cycle: Cycle
+    engine: Engine
+    walking: Walking
+
+    def walker(self, changes: dict[str, float], law: Law | None = None) -> Walker:
+        p = self.robot.vector({**self.cycle.parameters, **changes})
+        return Walker(self.robot, law or self.law, p, self.engine, step_time_limit=3 * self.cycle.period)
+
+    def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> Endurance:
+        """Bisect the size of a disturbance between 0 and the largest tried."""
+        if survives(most):
+            return Endurance(kind, most, None, unit)
+        lower, upper = 0.0, most
+        while upper - lower > self.walking.resolution * upper and upper > 1e-6 * most:
+            middle = (lower + upper) / 2
+            lower, upper = (middle, upper) if survives(middle) else (lower, middle)
+        return Endurance(kind, lower, upper, unit)
+
+    def on_slope(self, sign: int, change: float) -> bool:
+        tilted = self.walker({"slope": self.cycle.parameters["slope"] + sign * change})
+        return _walks(tilted, self.start, self.walking.steps) is not None
+
+    def on_patch(self, drop: float) -> bool:
+        """Walk onto ground with less friction, off it again, and on."""
+        usual, slippery = self.walker({}), self.walker({"friction": self.cycle.parameters["friction"] - drop})
+        state = _walks(slippery, self.start, self.walking.patch)
+        rest = self.walking.steps - self.walking.patch
+        return state is not None and _walks(usual, state, rest) is not None
+
+    def with_noise(self, deviation: float) -> bool:
+        rng, state = np.random.default_rng(self.walking.seed), self.start
+        for _ in range(self.walking.steps):
+            noise = deviation * rng.normal(size=(self.robot.n_u, 10))
+            following = self.walker({}, noisy(self.law, noise, self.cycle.period)).stride(state).following
+            if following is None:
+                return False
+            state = following
+        return True
+
+    @property
+    def start(self) -> Array:
+        return self.cycle.section.embed(self.cycle.z)
+
+
+def _walks(walker: Walker, state: Array, steps: int) -> Array | None:
+    """Return the state after some steps, or None if the walk ends before."""
+    for _ in range(steps):
+        following = walker.stride(state).following
+        if following is None:
+            return None
+        state = following
+    return state
+
+
+def noisy(law: Law, noise: Array, period: float) -> Law:
+    """Return a law with torques added that are constant over equal parts of a period, before its limits.
+
+    Parameters
+    ----------
+    law : Law
+    noise : (n_u, n_parts) array [N m]
+        The last part never ends.
+    period : float [s]
+    """
+    n_u, parts = noise.shape
+    demand, limits = law.demand or law.torque, law.table[law.table.shape[0] - n_u :, 0]
+    rows = law.table.shape[0] - (n_u if law.demand is not None else 0)
+    inputs, added = demand.sx_in(), ca.SX.sym("noise", n_u)
+    inner = inputs[3] if law.demand is None else inputs[3][:rows]
+    whole = inner if law.demand is None else ca.vertcat(inner, limits)
+    torque = demand.call([*inputs[:3], whole, *inputs[4:]])[0] + added
+    times = np.union1d(law.breakpoints, np.arange(parts) * period / parts)
+    now = np.minimum((times / period * parts + 1e-9).astype(int), parts - 1)
+    columns = [law.piece(time) for time in times]
+    changed = dataclasses.replace(
+        law,
+        torque=ca.Function("torque", [*inputs[:3], ca.vertcat(inner, added), *inputs[4:]], [torque]),
+        breakpoints=times,
+        table=np.vstack([law.table[:rows, columns], noise[:, now]]),
+        demand=None,
+        hold=law.hold and _shorter(law.hold, rows, n_u, limits),
+    )
+    return limited(changed, limits) if law.demand is not None else changed
+
+
+def _shorter(hold: ca.Function, rows: int, n_u: int, limits: Array) -> ca.Function:
+    """Return what a law holds as a Function of its own rows and the noise's, which do not matter."""
+    q, v, _ = hold.sx_in()
+    data, added = ca.SX.sym("data", rows), ca.SX.sym("noise", n_u)
+    whole = ca.vertcat(data, limits)[: hold.size1_in(2)]
+    return ca.Function("hold", [q, v, ca.vertcat(data, added)], [hold(q, v, whole)])

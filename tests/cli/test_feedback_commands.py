@@ -1,0 +1,60 @@
+"""tune, push and stability --law on the command line."""
+
+import json
+
+import pytest
+
+from gaitopt.cli.app import main
+
+GAIT = "docs/examples/compass_slip.h5"
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    return end.value.code, capsys.readouterr()
+
+
+def test_stability_under_a_law(capsys):
+    code, text = run(capsys, "stability", GAIT, "--law", "computed-torque", "--gain", "damping=12", "--json")
+    assert code == 0
+    (gait,) = json.loads(text.out)["gaits"]
+    assert gait["stable"]
+    assert gait["radius"] < 0.3
+
+
+def test_tune_prints_what_was_found(capsys):
+    arguments = ("tune", GAIT, "--law", "computed-torque", "--torque-limit", "8", "--starts", "2", "--json")
+    code, text = run(capsys, *arguments)
+    facts = json.loads(text.out)
+    assert code == 0
+    assert facts["law"] == "computed-torque"
+    assert set(facts["gains"]) == {"stiffness", "damping"}
+    assert facts["radius_after"] < 0.1 < facts["radius_before"]
+    assert len(facts["multipliers"]) == 4
+    assert facts["verified"]["returned"] == facts["verified"]["starts"] == 2
+    assert facts["verified"]["push_radius"] > 0
+    assert {"fixed_point_shift", "evaluations", "seconds"} <= set(facts)
+
+
+def test_push_prints_a_table(capsys):
+    code, text = run(capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1")
+    assert code == 0
+    assert "friction patch" in text.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("tune", GAIT, "--law", "pid"), "no feedback law 'pid'"),
+        (("tune", GAIT, "--torque-limit", "-1"), "--torque-limit must be positive"),
+        (("stability", GAIT, "--law", "pd", "--gain", "knee=1"), "no gain 'knee'"),
+        (("stability", GAIT, "--gain", "knee=1"), "have no gains"),
+        (("push", GAIT, "--gain", "a=b", "--law", "pd"), "--gain needs NAME=NUMBER"),
+        (("stability", "problems/compass_passive.py", "--law", "pd"), "--law is for a saved gait"),
+    ],
+)
+def test_mistakes_are_explained(capsys, arguments, message):
+    code, text = run(capsys, *arguments)
+    assert code == 2
+    assert message in text.err.replace("\n", " ")

@@ -1,0 +1,55 @@
+"""Recovery from seeded pushes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from gaitopt import InputError, PushTest, assess_stability, compass_biped, default_engine, feedforward, load
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.recovery import largest_recovery, recovery
+
+TEST = PushTest(starts=12, steps=30, resolution=0.2)
+
+
+@pytest.fixture(scope="module")
+def open_loop():
+    gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
+    law = feedforward(robot, gait.motion)
+    walker = Walker(robot, law, robot.vector(gait.motion.parameters), default_engine(law), step_time_limit=3)
+    return walker, assess_stability(gait, law)
+
+
+def test_small_pushes_are_recovered_from_at_the_rate_of_the_multipliers(open_loop):
+    walker, cycle = open_loop
+    found = recovery(walker, cycle, 5e-4, TEST)
+    assert found.complete
+    # A deviation of at most 1e-3 falls below 1e-4 in about log(0.1) / log(radius) steps, more for oblique ones.
+    assert max(found.settling) <= np.log(0.1) / np.log(cycle.radius) + 10
+
+
+def test_the_largest_radius_is_where_returning_ends(open_loop):
+    walker, cycle = open_loop
+    found = largest_recovery(walker, cycle, TEST)
+    assert found.complete
+    assert recovery(walker, cycle, found.radius, TEST).complete
+    assert not recovery(walker, cycle, 1.3 * found.radius, TEST).complete
+
+
+def test_pushes_are_seeded(open_loop):
+    walker, cycle = open_loop
+    one, two = (recovery(walker, cycle, 1e-3, TEST).settling for _ in range(2))
+    assert one == two
+    other = recovery(walker, cycle, 1e-3, dataclasses.replace(TEST, seed=1))
+    assert other.settling != one
+
+
+def test_an_unstable_gait_is_returned_to_from_nowhere(open_loop):
+    walker, cycle = open_loop
+    unstable = dataclasses.replace(cycle, multipliers=2 * np.ones(4, complex))
+    assert largest_recovery(walker, unstable, TEST).radius == 0
+
+
+def test_mistakes_are_explained():
+    with pytest.raises(InputError, match="push test"):
+        PushTest(starts=0)

@@ -1,0 +1,105 @@
+"""Tuning: what is found, reported and verified."""
+
+import numpy as np
+import pytest
+
+from gaitopt import (
+    Design,
+    Gain,
+    InputError,
+    PushTest,
+    Search,
+    SensitivityNorm,
+    SpectralRadius,
+    assess_stability,
+    compass_biped,
+    design_named,
+    tune_feedback,
+)
+
+QUICK = Search(samples=3, starts=1, evaluations=15)
+
+
+@pytest.fixture(scope="module")
+def design(slipping):
+    whole = design_named("pd", compass_biped(), slipping.motion, torque_limit=8)
+    return whole.bounded({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
+
+
+@pytest.fixture(scope="module")
+def tuned(slipping, design):
+    seen = []
+    found = tune_feedback(
+        slipping, design, search=QUICK, test=PushTest(starts=10, resolution=0.3), observer=seen.append
+    )
+    assert [step.number for step in seen] == list(range(1, found.evaluations + 1))
+    return found
+
+
+def test_the_best_trial_is_returned(slipping, tuned):
+    best = min(tuned.trials, key=lambda trial: trial.objective)
+    assert tuned.gains == best.gains
+    assert set(tuned.gains) == {"hip_stiffness", "hip_damping"}
+    assert tuned.radius_after == pytest.approx(best.objective, abs=1e-5)
+    assert tuned.radius_after == assess_stability(slipping, tuned.law).radius
+    assert tuned.radius_after < tuned.radius_before
+    assert tuned.stable
+    assert tuned.fixed_point_shift < 1e-6
+
+
+def test_the_verified_radius_is_one_from_which_all_return(tuned):
+    assert tuned.verified.complete
+    assert tuned.verified.radius > 0.01
+
+
+def test_same_seed_same_gains(slipping, design, tuned):
+    again = tune_feedback(slipping, design, search=QUICK, test=PushTest(starts=1, resolution=0.9))
+    assert again.gains == tuned.gains
+
+
+def test_worst_friction_counts(slipping, design):
+    search, test = Search(samples=1, starts=1, evaluations=1), PushTest(starts=1, resolution=0.9)
+    own, wide = (tune_feedback(slipping, design, frictions=more, search=search, test=test) for more in ((), (0.13,)))
+    pairs = zip(own.trials, wide.trials, strict=True)
+    assert all(alone.objective <= worst.objective + 1e-9 for alone, worst in pairs)
+    assert any(alone.objective < worst.objective - 1e-3 for alone, worst in zip(own.trials, wide.trials, strict=True))
+
+
+def test_what_cannot_be_held_is_reported_with_the_best_radius(slipping, design):
+    # Gains that pull the wrong way.
+    wrong = Design(
+        "wrong",
+        (Gain("push", 30.0, 20.0, 40.0),),
+        lambda g: design.law({"hip_stiffness": -g["push"], "hip_damping": 0}),
+    )
+    found = tune_feedback(
+        slipping, wrong, search=Search(samples=2, starts=1, evaluations=4), test=PushTest(starts=1, resolution=0.9)
+    )
+    assert not found.stable
+    assert found.radius_after > 1
+    assert found.radius_after == pytest.approx(min(trial.objective for trial in found.trials), abs=1e-5)
+    assert (found.verified.radius, found.verified.returned) == (0.0, 0)
+
+
+def test_mistakes_are_explained(slipping, design):
+    with pytest.raises(InputError, match="no feedback law 'pid'"):
+        design_named("pid", compass_biped(), slipping.motion)
+    with pytest.raises(InputError, match="no gain 'knee'"):
+        design.bounded({"knee": (0, 1)})
+    with pytest.raises(InputError, match="bounds around its start"):
+        Gain("a", 3.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_gains_lie_where_their_share_says(share):
+    for gain in (Gain("a", 2.0, 1.0, 9.0), Gain("a", 2.0, 1.0, 9.0, logarithmic=True)):
+        assert Gain("a", gain.at(share), 1.0, 9.0, gain.logarithmic).share == pytest.approx(share)
+
+
+def test_sensitivity_norm_adds_up_what_becomes_of_pushes():
+    matrix, scale = np.array([[0.3, 1.0], [-0.2, 0.5]]), np.array([0.1, 2.0])
+    scaled = np.diag(1 / scale) @ matrix @ np.diag(scale)
+    powers = [np.linalg.matrix_power(scaled, k) for k in range(1, 200)]
+    assert SensitivityNorm()(matrix, scale) == pytest.approx(np.sqrt(sum(np.sum(p**2) for p in powers)))
+    assert SensitivityNorm()(2 * np.eye(2), scale) == np.inf
+    assert SpectralRadius()(matrix, scale) == pytest.approx(max(abs(np.linalg.eigvals(matrix))))
