@@ -35,6 +35,11 @@ class Recovery:
         Largest difference of the state after touchdown that counts as back.
     settling : tuple of int
         Steps each start that returned took until it stayed within the tolerance.
+
+    Examples
+    --------
+    >>> Recovery(radius=0.1, starts=20, returned=20, steps=30, tolerance=1e-4).complete
+    True
     """
 
     radius: float
@@ -92,6 +97,17 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     cycle : Cycle
     radius : float [rad/s]
     test : PushTest, optional
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import default_engine, find_cycles, passive, rimless_wheel
+    >>> from gaitopt.simulation.walker import Walker
+    >>> wheel = rimless_wheel()
+    >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
+    >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
+    >>> recovery(walker, gait, 0.01, PushTest(starts=5)).returned
+    5
     """
     test = test or PushTest()
     settling = [_settling(walker, cycle, radius * push, test) for push in _pushes(walker, cycle, test)]
@@ -110,6 +126,17 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
     cycle : Cycle
         An unstable gait is returned to from nowhere.
     test : PushTest, optional
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import default_engine, find_cycles, passive, rimless_wheel
+    >>> from gaitopt.simulation.walker import Walker
+    >>> wheel = rimless_wheel()
+    >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
+    >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
+    >>> largest_recovery(walker, gait, PushTest(starts=3, resolution=0.5)).radius > 0.1
+    True
     """
     test = test or PushTest()
     best = _answer(test, 0.0, 0, ())

@@ -32,6 +32,11 @@ class Endurance:
     failed : float or None
         The smallest found not to be; None where the largest tried is survived.
     unit : str
+
+    Examples
+    --------
+    >>> Endurance("friction patch", 0.05, 0.06, "1").survived
+    0.05
     """
 
     kind: str

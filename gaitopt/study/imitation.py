@@ -43,6 +43,13 @@ class Imitation:
     largest_torque : float [N m]
     gap : float
         Largest difference between the state after the step and that at its start.
+
+    Examples
+    --------
+    Made by :func:`gaitopt.imitate`, turned into a gait by its method:
+
+    >>> Imitation.gait.__name__
+    'gait'
     """
 
     robot: str

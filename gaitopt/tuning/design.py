@@ -122,6 +122,13 @@ def design_named(name: str, robot: Robot, motion: Motion, *, torque_limit: Torqu
     ------
     InputError
         If there is no design of this name.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, load
+    >>> design = design_named("lqr", compass_biped(), load("docs/examples/compass_slip.h5").motion, torque_limit=8)
+    >>> [gain.name for gain in design.gains]
+    ['torque', 'rate']
     """
     if name not in DESIGNS:
         raise InputError(f"There is no feedback law {name!r}. {suggest(name, DESIGNS)}")

@@ -42,6 +42,11 @@ class Trial:
     gains : dict of str to float
     objective : float
         At the worst friction.
+
+    Examples
+    --------
+    >>> Trial({"hip_stiffness": 20.0}, 0.4).objective
+    0.4
     """
 
     gains: dict[str, float]
@@ -73,6 +78,13 @@ class Tuning:
     evaluations : int
     seconds : float
         Of the search.
+
+    Examples
+    --------
+    Made by :func:`gaitopt.tune_feedback`:
+
+    >>> "radius_after" in Tuning.__dataclass_fields__
+    True
     """
 
     law: Law
