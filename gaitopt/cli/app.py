@@ -42,6 +42,7 @@ for command in (
     feedback.push,
     walking.basin,
     walking.run,
+    studies.search,
     studies.sweep,
     beginning.doctor,
 ):

@@ -1,4 +1,4 @@
-"""Commands on many gaits: sweep."""
+"""Commands on many gaits: search, sweep, compare."""
 
 import functools
 import os
@@ -22,6 +22,48 @@ Workers = Annotated[
 Starts = Annotated[int, typer.Option(min=1, max=100, help="Starts tried where there is no neighbour to start from.")]
 
 INTERRUPTED = 130
+
+
+def search(
+    script: Script,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Keeps a gait for each word; run again to go on.")
+    ],
+    max_phases: Annotated[int, typer.Option(min=1, max=6, help="Phases of the longest words.")] = 3,
+    starts: Annotated[int, typer.Option(min=1, max=100, help="Starts of its own each word has.")] = 4,
+    setting: Setting = None,
+    workers: Workers = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find out which sequence of stick and slip walks cheapest: try every word, replay each gait, and rank them.
+
+    Interrupt it at any time; the same command goes on.  Exit status 0 if a word has a gait, 1 if none has.
+
+    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o words
+    """
+    from gaitopt.cli.script import build_problem, load_script
+    from gaitopt.cli.study_output import counting, print_ranking
+    from gaitopt.study.search import search as search_words
+
+    began, problem = time.perf_counter(), build_problem(script, setting or [])
+    with counting("words", hidden=json or quiet) as observer:
+        ranking = search_words(
+            problem,
+            max_phases=max_phases,
+            starts=starts,
+            workers=workers or os.cpu_count() or 1,
+            prepare=functools.partial(load_script, script),
+            directory=output,
+            observer=observer,
+        )
+    if json:
+        seconds = time.perf_counter() - began
+        print_json({"ranked": ranking.records(), "complete": ranking.complete, "seconds": seconds})
+    elif not quiet:
+        print_ranking(ranking)
+        print_written(output)
+    _leave(ranking.complete, ranking.findings[0].ranked)
 
 
 def sweep(
@@ -83,6 +125,11 @@ def sweep(
     elif not quiet:
         print_sweep(found)
         print_written(output)
+    _leave(complete, any_gait)
+
+
+def _leave(complete: bool, any_gait: bool) -> None:
+    """End with the exit status of a study."""
     if not complete:
         err.print("Not complete: the same command goes on.")
         raise typer.Exit(INTERRUPTED)

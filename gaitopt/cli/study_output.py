@@ -12,6 +12,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import err, out
 from gaitopt.motion.summary import plain
+from gaitopt.study.ranking import Ranking
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +25,29 @@ def counting(what: str, *, hidden: bool) -> Iterator[Callable[[int, int], None]]
     with Progress(*columns, TimeElapsedColumn(), console=err, transient=True, disable=hidden) as progress:
         task = progress.add_task(what, total=1)
         yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+def print_ranking(ranking: Ranking) -> None:
+    """Print ranked words as a table, and the others with the reason why they are not ranked."""
+    shown = Table(box=box.SIMPLE, pad_edge=False)
+    for column in ("word", "cost of transport", "dearer by", "phases [ms]", "replay"):
+        shown.add_column(column, no_wrap=True)
+    ranked = [finding.gait for finding in ranking.findings if finding.ranked and finding.gait is not None]
+    for gait in ranked:
+        dearer = gait.solver.objective / ranked[0].solver.objective - 1
+        phases = ", ".join(f"{part.mode.value} {1e3 * part.duration:.1f}" for part in gait.motion.segments)
+        error = "" if gait.verification is None else f"state within {gait.verification.state_error:.0e}"
+        shown.add_row(str(gait.word), f"{gait.cost_of_transport:.6f}", f"{100 * dearer:.2f} %", phases, error)
+    if ranked:
+        out.print(shown)
+    others = Table(box=box.SIMPLE, pad_edge=False)
+    for column in ("not ranked", "status", "reason"):
+        others.add_column(column, no_wrap=column != "reason")
+    for finding in ranking.findings:
+        if not finding.ranked:
+            others.add_row(str(finding.word), finding.status, escape(finding.reason))
+    if others.row_count:
+        out.print(others)
 
 
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:

@@ -1,31 +1,35 @@
 """One word at one place of a study: solved from several starts, on a coarse grid first, and replayed."""
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Motion
 from gaitopt.ocp.attempt import attempt as solve_from
-from gaitopt.ocp.guess import Continued, Guess, Line
+from gaitopt.ocp.guess import Continued, Guess, Line, Previous, Scattered
 from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.passive import passive_cycle
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.progress import silent
 from gaitopt.simulation.verification import verify
 from gaitopt.status import Status
-from gaitopt.study.swing import Swing
-
-COARSENING, COARSEST = 3, 5
-"""Intervals of the coarse grid: a third of the problem's, but so many in each phase."""
 
 SCOUT = Ipopt(max_iterations=100)
 """On the coarse grid; most words that can be walked are found within half of that."""
 
 FINISH = Ipopt(max_iterations=300)
 
-HOPELESS = 1e-3
-"""A start that still violates the constraints by so much after `SCOUT` has led nowhere; two of them are enough."""
+HOPELESS, PATIENCE = 1e-3, 2
+"""A start that still violates the constraints by so much after `SCOUT` has led nowhere; so many of them are enough."""
+
+GENTLE = math.radians(1)
+"""Slope whose passive cycle serves as a start on level ground."""
 
 WORTH, ALIKE, FINISHED = 0.02, 1e-4, 2
 """Coarse solutions are finished if dearer than the cheapest by at most `WORTH`, not `ALIKE`, and at most so many."""
@@ -47,18 +51,26 @@ def attempt(problem: GaitProblem, start: Gait | Guess, solver: Ipopt = FINISH) -
 
 
 def own_starts(problem: GaitProblem, count: int) -> list[Guess]:
-    """Return the first `count` starts of a problem: its own guess or a straight line, then swings."""
-    return [problem.guess or Line(), *(Swing(seed) for seed in range(1, count))]
+    """Return the first `count` starts of a problem: its own guess or a line, a passive cycle if one exists, waves."""
+    parameters = {**problem.parameters, "slope": abs(problem.values["slope"]) or GENTLE}
+    cycle = _passive(problem.robot, tuple(parameters.items())) if count > 1 else None
+    first = [problem.guess or Line(), *([] if cycle is None else [Previous(cycle, "a passive cycle")])]
+    return [*first, *(Scattered(seed) for seed in range(1, count))][:count]
 
 
-def scouted(problem: GaitProblem, starts: Sequence[Gait | Guess], count: int) -> list[Gait]:
+@functools.lru_cache(maxsize=16)
+def _passive(robot: Robot, parameters: tuple[tuple[str, float], ...]) -> Motion | None:
+    given = dict(parameters)
+    try:
+        return passive_cycle(robot, given.pop("slope"), given)
+    except InputError:
+        return None
+
+
+def scouted(problem: GaitProblem, starts: Sequence[Gait | Guess]) -> list[Gait]:
     """Return what is found on a coarse grid from each start: solutions, cheapest first, or else the best failure.
 
-    Parameters
-    ----------
-    starts : sequence of Gait or Guess
-    count : int
-        Starts tried when none leads anywhere; one success and all are.
+    Starts are tried in turn; when the first `PATIENCE` lead nowhere, the others are spared.
     """
     coarse = _coarsened(problem)
     found: list[Gait] = []
@@ -66,16 +78,19 @@ def scouted(problem: GaitProblem, starts: Sequence[Gait | Guess], count: int) ->
     for start in starts:
         gait = attempt(coarse, start, SCOUT)
         (found if gait.status.ok else failed).append(gait)
-        if not found and sum(other.solver.constraint_violation > HOPELESS for other in failed) >= count:
+        if not found and sum(other.solver.constraint_violation > HOPELESS for other in failed) >= PATIENCE:
             break
-    if found:
-        return sorted(found, key=objective)
-    return [min(failed, key=lambda gait: gait.solver.constraint_violation)]
+    return sorted(found, key=objective) if found else [best(failed)]
 
 
 def objective(gait: Gait) -> float:
     """Return what a gait was optimised for; infinite unless it is a solution."""
     return gait.solver.objective if gait.status.ok else math.inf
+
+
+def found_cold(problem: GaitProblem, starts: int) -> Gait:
+    """Return the best gait from starts of the problem's own."""
+    return finished(problem, scouted(problem, own_starts(problem, starts)))
 
 
 def finished(problem: GaitProblem, coarse: Sequence[Gait]) -> Gait:
@@ -113,7 +128,6 @@ def _alike(one: Gait, other: Gait) -> bool:
 
 
 def _coarsened(problem: GaitProblem) -> GaitProblem:
-    """Return the problem on a grid just fine enough to find a gait, and to tell it from others."""
-    counts = problem.transcription.intervals_for(problem.word)
-    coarse = tuple(max(COARSEST, count // COARSENING) for count in counts)
-    return problem.replace(transcription=replace(problem.transcription, intervals=coarse, tolerance=math.inf))
+    """Return the problem on the first grid of its method's approach, however rough the integration there."""
+    first = problem.transcription.approach(problem.word)[0]
+    return problem.replace(transcription=replace(first, tolerance=math.inf))

@@ -1,7 +1,7 @@
 """A folder that keeps the gaits of a study while it runs, one file each, so that it can go on after any end."""
 
 import json
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterable, Iterator, MutableMapping
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +78,11 @@ class GaitFolder(MutableMapping[str, Gait]):
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
+
+    def keep_only(self, keys: Iterable[str]) -> None:
+        """Delete all gaits but some."""
+        for key in set(self) - set(keys):
+            del self[key]
 
 
 def check_same_question(held: Any, asked: dict[str, Any], path: Path) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
 
 
@@ -56,6 +57,24 @@ def peak_torques(gait: Gait) -> dict[str, float]:
     return dict(zip(gait.motion.actuators, peaks.tolist(), strict=True))
 
 
+def braking_work(gait: Gait) -> float:
+    """Return the work the actuators take out of the motion in a step, as a positive number [J].
+
+    Absolute work = impact loss + friction loss - gravity's work + 2 braking work: who never brakes pays for what is
+    lost and for nothing else.
+
+    Examples
+    --------
+    >>> from gaitopt import absolute_work, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> energy = gait.energy
+    >>> lost = energy.impact_loss + energy.friction_loss - energy.gravity
+    >>> abs(absolute_work(gait.motion) - lost - 2 * braking_work(gait)) < 1e-5
+    True
+    """
+    return positive_work(gait.motion) - gait.energy.actuator
+
+
 MEASURES = (
     Measure("cost_of_transport", "1", "absolute joint work over weight and travel", lambda g: g.cost_of_transport),
     Measure("objective", "", "what was minimised, in a unit of its own", lambda gait: gait.solver.objective),
@@ -66,6 +85,7 @@ MEASURES = (
     Measure("force_ratio", "1", "largest tangential over normal contact force", force_ratio),
     Measure("impulse_ratio", "1", "tangential over normal impulse at touchdown", lambda g: g.motion.jumps[0].ratio),
     Measure("actuator_work", "J", "work of the actuators in a step, signed", lambda gait: gait.energy.actuator),
+    Measure("braking_work", "J", "work the actuators take out of the motion in a step", braking_work),
     Measure("gravity_work", "J", "work of gravity in a step", lambda gait: gait.energy.gravity),
     Measure("impact_loss", "J", "energy lost at touchdown", lambda gait: gait.energy.impact_loss),
     Measure("friction_loss", "J", "energy lost by sliding in a step", lambda gait: gait.energy.friction_loss),

@@ -13,13 +13,14 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
 from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.study.attempt import attempt, best, finished, objective, own_starts, proven, scouted
+from gaitopt.study.attempt import attempt, best, found_cold, objective, proven
 from gaitopt.study.crew import Prepare
 from gaitopt.study.gait_folder import GaitFolder
 from gaitopt.study.grid import Duty, Grid, Point, axis_values, tasks
 from gaitopt.study.question import question
 from gaitopt.study.runner import run_tasks
-from gaitopt.study.sweep_file import IMPOSSIBLE, LOST, PENDING, Findings, held_sweep, to_dataset, write_sweep
+from gaitopt.study.sweep_file import Findings, held_sweep, to_dataset, write_sweep
+from gaitopt.study.verdict import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,7 +147,7 @@ def _found(
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():
         if point not in missing and f"point-{point.name}" not in kept:
-            missing[point] = (LOST, lost[point]) if point in lost else (PENDING, "the sweep was interrupted")
+            missing[point] = (LOST, lost[point]) if point in lost else (PENDING, UNFINISHED)
     return Findings(grid, kept, missing, asked)
 
 
@@ -156,15 +157,11 @@ def solve_task(grid: Grid, duty: Duty, *found: Gait | None) -> Gait:
     gaits = [gait for gait in found if gait is not None]
     if duty.kind == "point" and gaits:
         solved = any(gait.status.ok for gait in gaits)
-        return proven(problem, gaits if solved else [*gaits, _cold(grid, problem)])
+        return proven(problem, gaits if solved else [*gaits, found_cold(problem, grid.starts)])
     if duty.kind == "cold" or not gaits:
-        return _cold(grid, problem)
+        return found_cold(problem, grid.starts)
     own = [gait for gait in found[-1:] if duty.own and gait is not None]
     return _continued(problem, own, [gait for gait in gaits if gait not in own])
-
-
-def _cold(grid: Grid, problem: GaitProblem) -> Gait:
-    return finished(problem, scouted(problem, own_starts(problem, grid.starts), grid.starts))
 
 
 def _continued(problem: GaitProblem, own: list[Gait], neighbours: list[Gait]) -> Gait:

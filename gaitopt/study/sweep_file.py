@@ -19,14 +19,12 @@ from gaitopt.motion.versions import versions
 from gaitopt.study.gait_folder import check_same_question
 from gaitopt.study.grid import Grid, Point
 from gaitopt.study.measure import MEASURES, peak_torques
+from gaitopt.study.verdict import IMPOSSIBLE, why_not
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT, VERSION, GAITS = "gaitopt sweep", 1, "gaits"
-
-IMPOSSIBLE, LOST, PENDING = "impossible", "lost", "pending"
-"""Status of a point that cannot be posed, whose process died, or that is not computed yet; others have their gait's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,16 +104,6 @@ def _attributes(findings: Findings) -> dict[str, Any]:
         "question": json.dumps(plain(findings.question)),
         "versions": json.dumps(versions()),
     }
-
-
-def why_not(gait: Gait) -> str:
-    """Return why a gait is no solution, in a sentence; empty for one that is."""
-    if gait.status.ok:
-        return ""
-    if gait.verification is not None and not gait.verification.passed:
-        return "replay: " + "; ".join(gait.verification.reasons)
-    worst = str(gait.solver.violations[0]) if gait.solver.violations else gait.solver.message
-    return f"{gait.status.key}: {worst}"
 
 
 def write_sweep(findings: Findings, path: Path) -> None:

@@ -40,6 +40,8 @@ class Done:
 class Agenda:
     """Which tasks may run now, which wait for others, and the results that are still needed.
 
+    Tasks that only serve others, all of whose results are known, are left out.
+
     Parameters
     ----------
     tasks : sequence of Task
@@ -65,7 +67,7 @@ class Agenda:
 
     def __init__(self, tasks: Sequence[Task], known: Mapping[str, Any]) -> None:
         _check_order(tasks)
-        self._tasks = [task for task in tasks if task.key not in known]
+        self._tasks = _wanted(tasks, known)
         self._waiting: dict[str, list[int]] = {}  # places of the tasks that wait for a key
         self._uses = Counter(need for task in self._tasks for need in task.needs)
         self._open = [len(task.needs) for task in self._tasks]
@@ -104,6 +106,18 @@ class Agenda:
             self._open[number] -= 1
             if not self._open[number]:
                 heapq.heappush(self._ready, number)
+
+
+def _wanted(tasks: Sequence[Task], known: Mapping[str, Any]) -> list[Task]:
+    """Return the tasks to run: unknown, and either of use by themselves or for another one that is to run."""
+    serving = {need for task in tasks for need in task.needs}
+    wanted: list[Task] = []
+    used: set[str] = set()
+    for task in reversed(tasks):
+        if task.key not in known and (task.key not in serving or task.key in used):
+            wanted.append(task)
+            used.update(task.needs)
+    return wanted[::-1]
 
 
 def _check_order(tasks: Sequence[Task]) -> None:

@@ -1,0 +1,129 @@
+"""Gaits side by side."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gaitopt.errors import InputError
+from gaitopt.motion.energy import absolute_work
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.summary import plain
+from gaitopt.stability.assessment import assess_stability
+from gaitopt.study.measure import braking_work, force_ratio, peak_torques
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Gaits by label, and the multipliers of those that were assessed.
+
+    Attributes
+    ----------
+    gaits : dict of str to Gait
+    multipliers : dict of str to tuple of complex
+        Of the torques played back in open loop; empty if not asked for.
+    """
+
+    gaits: dict[str, Gait]
+    multipliers: dict[str, tuple[complex, ...]]
+
+    def records(self) -> list[dict[str, Any]]:
+        """Return a record for each gait, as plain data in SI units.
+
+        The terms of `energy_per_distance` [J/m] add up to ``absolute_work``: what is lost at impact and by friction,
+        less what gravity gives, and twice what the actuators take out of the motion only to put it back.
+        """
+        return [plain(self._record(label, gait)) for label, gait in self.gaits.items()]
+
+    def _record(self, label: str, gait: Gait) -> dict[str, Any]:
+        verdict = gait.verification
+        record: dict[str, Any] = {
+            "label": label,
+            "word": str(gait.word),
+            "status": gait.status.key,
+            "verified": None if verdict is None else verdict.passed,
+            "friction": gait.motion.parameters["friction"],
+            "cost_of_transport": gait.cost_of_transport,
+            "speed": gait.speed,
+            "step_length": gait.step_length,
+            "period": gait.period,
+            "foot_slide": gait.motion.foot_slide,
+            "peak_torque": peak_torques(gait),
+            "force_ratio": force_ratio(gait),
+            "impulse_ratio": gait.motion.jumps[0].ratio,
+            "energy_per_distance": energy_per_distance(gait),
+        }
+        if label in self.multipliers:
+            values = self.multipliers[label]
+            record["multipliers"] = [[value.real, value.imag] for value in values]
+            record["largest_multiplier"] = max(map(abs, values))
+        return record
+
+
+def energy_per_distance(gait: Gait) -> dict[str, float]:
+    """Return the absolute work of a gait per distance and the terms it is made of [J/m].
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> terms = energy_per_distance(load("docs/examples/compass_slip.h5"))
+    >>> total = terms.pop("absolute_work")
+    >>> abs(total - sum(terms.values())) < 1e-4
+    True
+    """
+    energy, travel = gait.energy, gait.step_length
+    terms = {
+        "absolute_work": absolute_work(gait.motion),
+        "impact_loss": energy.impact_loss,
+        "friction_loss": energy.friction_loss,
+        "gravity": -energy.gravity,
+        "twice_braking": 2 * braking_work(gait),
+    }
+    return {name: value / travel for name, value in terms.items()}
+
+
+def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False) -> Comparison:
+    """Set gaits side by side.
+
+    Parameters
+    ----------
+    gaits : mapping of str to Gait, or sequence of Gait
+        With labels, or labelled by their words and frictions.
+    multipliers : bool
+        Whether to compute those of the torques played back in open loop.
+
+    Returns
+    -------
+    Comparison
+        ``records()`` is its table, :func:`gaitopt.plot_comparison` its figure.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to compare, or multipliers are wanted of a gait that is no solution.
+
+    Examples
+    --------
+    >>> from gaitopt import compare, load
+    >>> found = compare({"slip": load("docs/examples/compass_slip.h5")})
+    >>> [(record["label"], record["word"]) for record in found.records()]
+    [('slip', 'slip+ stick | slip+')]
+    """
+    labelled = dict(gaits) if isinstance(gaits, Mapping) else _labelled(gaits)
+    if not labelled:
+        raise InputError("There is nothing to compare: give at least one gait.")
+    found = {label: assess_stability(gait).multipliers for label, gait in labelled.items()} if multipliers else {}
+    return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in found.items()})
+
+
+def _labelled(gaits: Sequence[Gait]) -> dict[str, Gait]:
+    """Return gaits by word, with the friction where words repeat, numbered where that does not help."""
+    words = [str(gait.word) for gait in gaits]
+    labels = [
+        word if words.count(word) == 1 else f"{word}, friction {gait.motion.parameters['friction']:g}"
+        for word, gait in zip(words, gaits, strict=True)
+    ]
+    numbered = [
+        label if labels.count(label) == 1 else f"{label} ({1 + labels[:number].count(label)})"
+        for number, label in enumerate(labels)
+    ]
+    return dict(zip(numbered, gaits, strict=True))

@@ -1,0 +1,132 @@
+"""Rankings of words by the cost of their gaits."""
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gaitopt.errors import InputError
+from gaitopt.motion.atomic import replacing
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.summary import plain
+from gaitopt.motion.word import Word
+from gaitopt.study.attempt import objective
+from gaitopt.study.verdict import MERGED, why_not
+from gaitopt.study.vocabulary import disguised
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Finding:
+    """What became of a word.
+
+    Attributes
+    ----------
+    word : Word
+    status : str
+        That of its gait; ``"merged"`` for a gait that is a shorter word in disguise, ``"impossible"``, ``"lost"`` when
+        its process died, ``"pending"`` when the search was interrupted before.
+    reason : str
+        Why it is not ranked; empty when it is.
+    gait : Gait or None
+    merged_into : Word or None
+    file : Path or None
+        Where the gait is kept.
+    """
+
+    word: Word
+    status: str
+    reason: str = ""
+    gait: Gait | None = None
+    merged_into: Word | None = None
+    file: Path | None = None
+
+    @property
+    def ranked(self) -> bool:
+        """Whether its gait is solved, has passed its replay, and is no other word in disguise."""
+        return self.status == "solved"
+
+    def record(self) -> dict[str, Any]:
+        """Return the finding as plain data."""
+        gait = self.gait if self.gait is not None and (self.ranked or self.status == MERGED) else None
+        verdict = None if self.gait is None else self.gait.verification
+        return plain(
+            {
+                "word": str(self.word),
+                "status": self.status,
+                "cost_of_transport": None if gait is None else gait.cost_of_transport,
+                "objective": None if gait is None else gait.solver.objective,
+                "phases": [] if gait is None else [[p.mode.value, p.duration] for p in gait.motion.segments],
+                "verification": None if verdict is None else dataclasses.asdict(verdict),
+                "merged_into": None if self.merged_into is None else str(self.merged_into),
+                "file": None if self.file is None else str(self.file),
+                "reason": self.reason,
+            }
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """Words, ranked ones first and the cheapest before all.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+    complete : bool
+        False if the search was interrupted.
+    """
+
+    findings: tuple[Finding, ...]
+    complete: bool
+
+    @property
+    def best(self) -> Gait:
+        """The cheapest gait.
+
+        Raises
+        ------
+        InputError
+            If no word has one.
+        """
+        first = self.findings[0]
+        if not first.ranked or first.gait is None:
+            raise InputError(f"No word has a gait; '{first.word}', for one: {first.reason}.")
+        return first.gait
+
+    def records(self) -> list[dict[str, Any]]:
+        """Return the findings as plain data, in order."""
+        return [finding.record() for finding in self.findings]
+
+
+def judge(gait: Gait, shortest_phase: float, file: Path | None) -> Finding:
+    """Return what a gait makes of its word.
+
+    Parameters
+    ----------
+    shortest_phase : float
+        The bound of the problem [s].
+    """
+    other = disguised(gait, shortest_phase) if gait.status.ok else None
+    if other is None:
+        return Finding(word=gait.word, status=gait.status.key, reason=why_not(gait), gait=gait, file=file)
+    reason = f"a phase rests at its shortest duration: the gait is '{other}' in disguise"
+    return Finding(word=gait.word, status=MERGED, reason=reason, gait=gait, merged_into=other, file=file)
+
+
+def rank(findings: list[Finding], complete: bool) -> Ranking:
+    """Return findings in order: ranked, merged, then the others."""
+    order = {"solved": 0, MERGED: 1}
+
+    def place(finding: Finding) -> tuple[int, float]:
+        cost = float("inf") if finding.gait is None else objective(finding.gait)
+        return order.get(finding.status, 2), cost
+
+    return Ranking(tuple(sorted(findings, key=place)), complete)
+
+
+def save_ranking(ranking: Ranking, path: Path) -> None:
+    """Write a ranking as JSON, whole or not at all."""
+    with replacing(path) as temporary:
+        content: Mapping[str, Any] = {"ranked": ranking.records(), "complete": ranking.complete}
+        temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")
