@@ -44,6 +44,7 @@ for command in (
     walking.run,
     studies.search,
     studies.sweep,
+    studies.compare,
     beginning.doctor,
 ):
     app.command()(command)

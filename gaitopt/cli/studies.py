@@ -128,6 +128,40 @@ def sweep(
     _leave(complete, any_gait)
 
 
+def compare(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gaits that solve or search wrote.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="Where to draw. [comparison.png]")
+    ] = None,
+    multipliers: Annotated[
+        bool, typer.Option("--multipliers", help="Also those of the torques played back in open loop.")
+    ] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Set gaits side by side, in a table and drawn over each other.
+
+    Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
+    """
+    from gaitopt.cli.study_output import print_comparison
+    from gaitopt.motion.archive import load
+    from gaitopt.plot.comparison_figure import plot_comparison
+    from gaitopt.plot.saving import save_figure
+    from gaitopt.study.comparison import compare as compare_gaits
+
+    stems = [file.stem for file in files]
+    labels = [file.stem if stems.count(file.stem) == 1 else str(file) for file in files]
+    found = compare_gaits(
+        {label: load(file) for label, file in zip(labels, files, strict=True)}, multipliers=multipliers
+    )
+    written = save_figure(plot_comparison(found), output or Path("comparison.png"))
+    if json:
+        print_json({"gaits": found.records(), "figure": str(written)})
+    elif not quiet:
+        print_comparison(found)
+        print_written(written)
+
+
 def _leave(complete: bool, any_gait: bool) -> None:
     """End with the exit status of a study."""
     if not complete:

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import err, out
 from gaitopt.motion.summary import plain
+from gaitopt.study.comparison import Comparison
 from gaitopt.study.ranking import Ranking
 
 if TYPE_CHECKING:
@@ -48,6 +49,43 @@ def print_ranking(ranking: Ranking) -> None:
             others.add_row(str(finding.word), finding.status, escape(finding.reason))
     if others.row_count:
         out.print(others)
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Print gaits as a table, one column each."""
+    records = comparison.records()
+    shown = Table(box=box.SIMPLE, pad_edge=False)
+    shown.add_column("")
+    for record in records:
+        shown.add_column(escape(record["label"]), no_wrap=True)
+    rows: list[tuple[str, list[str]]] = [
+        ("word", [record["word"] for record in records]),
+        ("status", [record["status"] for record in records]),
+    ]
+    for name, form, label in (
+        ("friction", "g", "friction"),
+        ("cost_of_transport", ".6f", "cost of transport"),
+        ("speed", ".6g", "speed [m/s]"),
+        ("step_length", ".6g", "step length [m]"),
+        ("period", ".6g", "period [s]"),
+        ("force_ratio", ".4f", "largest force ratio"),
+        ("impulse_ratio", "+.4f", "impulse ratio"),
+        ("largest_multiplier", ".4g", "largest multiplier"),
+    ):
+        if name in records[0]:
+            rows.append((label, [_number(record[name], form) for record in records]))
+    for name in records[0]["peak_torque"]:
+        rows.append((f"peak {name} torque [N m]", [_number(r["peak_torque"].get(name), ".4g") for r in records]))
+    for name in records[0]["energy_per_distance"]:
+        label = f"{name.replace('_', ' ')} [J/m]"
+        rows.append((label, [_number(record["energy_per_distance"][name], ".5f") for record in records]))
+    for label, cells in rows:
+        shown.add_row(label, *map(escape, cells))
+    out.print(shown)
+
+
+def _number(value: float | str | None, form: str) -> str:
+    return format(value, form) if isinstance(value, float) else str(value)
 
 
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:

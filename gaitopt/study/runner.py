@@ -1,12 +1,16 @@
 """The one way to run many: tasks go to a crew, and their results come back as they are finished."""
 
+import contextlib
 from collections import Counter, deque
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, MutableMapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from typing import Any
 
 from gaitopt.study.crew import Crew, Foreign, Prepare, Processes, Work
 from gaitopt.study.task import Agenda, Done, Task
+
+Observer = Callable[[int, int], None]
+"""Called with (tasks done, tasks in all)."""
 
 MOST_DEATHS = 3
 """A task that has cost so many workers their lives, alone, is given up."""
@@ -68,6 +72,38 @@ def run_tasks(
     crew: Crew = Foreign(executor, workers, work, shared) if executor else Processes(workers, work, shared, prepare)
     with crew:
         yield from _led(crew, agenda)
+
+
+def collect_tasks(
+    running: Generator[Done, None, None],
+    kept: MutableMapping[str, Any],
+    planned: Sequence[Task],
+    observer: Observer | None,
+) -> dict[str, str]:
+    """Keep the results of tasks by key as they come, until all have or an interrupt; return those lost, with reasons.
+
+    Parameters
+    ----------
+    running : generator
+        From :func:`run_tasks`.
+    kept : mutable mapping
+        What is there already counts as done.
+    planned : sequence of Task
+    observer : callable, optional
+        Called with (tasks done, tasks in all).
+    """
+    lost: dict[str, str] = {}
+    count = sum(task.key in kept for task in planned)
+    with contextlib.closing(running), contextlib.suppress(KeyboardInterrupt):
+        for done in running:
+            if done.failure:
+                lost[done.task.key] = done.failure
+            else:
+                kept[done.task.key] = done.result
+            count += 1
+            if observer is not None:
+                observer(count, len(planned))
+    return lost
 
 
 def _led(crew: Crew, agenda: Agenda) -> Iterator[Done]:

@@ -1,7 +1,6 @@
 """Search: which word walks cheapest."""
 
-import contextlib
-from collections.abc import Callable, Generator, Iterable, Mapping, MutableMapping, Sequence
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
@@ -13,12 +12,10 @@ from gaitopt.study.crew import Prepare
 from gaitopt.study.gait_folder import GaitFolder
 from gaitopt.study.question import question
 from gaitopt.study.ranking import Finding, Ranking, judge, rank, save_ranking
-from gaitopt.study.runner import run_tasks
-from gaitopt.study.task import Done, Task
+from gaitopt.study.runner import Observer, collect_tasks, run_tasks
+from gaitopt.study.task import Task
 from gaitopt.study.verdict import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.vocabulary import neighbours, why_impossible, words_up_to
-
-Observer = Callable[[int, int], None]
 
 RANKING = "ranking.json"
 
@@ -97,7 +94,7 @@ def search(
     impossible = {word: reason for word in tried if (reason := why_impossible(word, problem))}
     planned = tasks([word for word in tried if word not in impossible], starts)
     running = run_tasks(solve_word, planned, problem, known=kept, workers=workers, executor=executor, prepare=prepare)
-    lost = _collect(running, kept, len(planned), observer)
+    lost = collect_tasks(running, kept, planned, observer)
     found = [Finding(word=word, status=IMPOSSIBLE, reason=reason) for word, reason in impossible.items()]
     found += [_finding(word, problem, kept, lost) for word in tried if word not in impossible]
     ranking = rank(found, all(finding.status not in (LOST, PENDING) for finding in found))
@@ -129,24 +126,6 @@ def spelled(word: Word) -> str:
 
 def _first(word: Word) -> str:
     return f"{spelled(word)}.first"
-
-
-def _collect(
-    running: Generator[Done, None, None], kept: MutableMapping[str, Gait], total: int, observer: Observer | None
-) -> dict[str, str]:
-    """Keep what comes in, until an interrupt; return the tasks that were lost, with reasons."""
-    lost: dict[str, str] = {}
-    count = 0
-    with contextlib.closing(running), contextlib.suppress(KeyboardInterrupt):
-        for done in running:
-            if done.failure:
-                lost[done.task.key] = done.failure
-            else:
-                kept[done.task.key] = done.result
-            count += 1
-            if observer is not None:
-                observer(count, total)
-    return lost
 
 
 def solve_word(problem: GaitProblem, duty: tuple[Word, int], *found: Gait | None) -> Gait:

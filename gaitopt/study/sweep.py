@@ -1,8 +1,7 @@
 """Sweeps: optimal gaits of several words over ranges of friction, speed, step or anything else."""
 
-import contextlib
 import shutil
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,9 +15,9 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.study.attempt import attempt, best, found_cold, objective, proven
 from gaitopt.study.crew import Prepare
 from gaitopt.study.gait_folder import GaitFolder
-from gaitopt.study.grid import Duty, Grid, Point, axis_values, tasks
+from gaitopt.study.grid import Duty, Grid, axis_values, tasks
 from gaitopt.study.question import question
-from gaitopt.study.runner import run_tasks
+from gaitopt.study.runner import Observer, collect_tasks, run_tasks
 from gaitopt.study.sweep_file import Findings, held_sweep, to_dataset, write_sweep
 from gaitopt.study.verdict import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
 
 CONTINUED = Ipopt(max_iterations=150)
 """From a neighbour."""
-
-Observer = Callable[[int, int], None]
 
 
 def sweep(
@@ -132,22 +129,13 @@ def _found(
 ) -> Findings:
     """Compute what is not kept yet and keep it; an interrupt ends this early."""
     planned = tasks(grid)
-    count = sum(task.key in kept for task in planned)
-    lost: dict[Point, str] = {}
     running = run_tasks(solve_task, planned, grid, known=kept, workers=workers, executor=executor, prepare=prepare)
-    with contextlib.closing(running), contextlib.suppress(KeyboardInterrupt):
-        for done in running:
-            if done.failure:
-                lost[done.task.argument.point] = done.failure
-            else:
-                kept[done.task.key] = done.result
-            count += 1
-            if observer is not None:
-                observer(count, len(planned))
+    lost = collect_tasks(running, kept, planned, observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():
-        if point not in missing and f"point-{point.name}" not in kept:
-            missing[point] = (LOST, lost[point]) if point in lost else (PENDING, UNFINISHED)
+        key = f"point-{point.name}"
+        if point not in missing and key not in kept:
+            missing[point] = (LOST, lost[key]) if key in lost else (PENDING, UNFINISHED)
     return Findings(grid, kept, missing, asked)
 
 

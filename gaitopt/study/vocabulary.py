@@ -82,6 +82,7 @@ def _edited(phases: tuple[Mode, ...]) -> Iterator[tuple[Mode, ...]]:
             yield _joined(phases[:i] + phases[i + 1 :])
     for i, mode in itertools.product(range(len(phases) + 1), _MODES):
         yield (*phases[:i], mode, *phases[i:])
+        yield (*phases[: i + 1], mode, *phases[i:])  # in the middle of a phase
 
 
 def _joined(phases: tuple[Mode, ...]) -> tuple[Mode, ...]:

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from gaitopt import load_sweep
+from gaitopt import load, load_sweep
 
 QUICK = """\
 from gaitopt import GaitProblem, Limits, MultipleShooting, TorqueSquared, compass_biped
@@ -90,3 +90,34 @@ def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
     assert "Traceback" not in err
     assert "the same command goes on" in err
     assert not load_sweep(folder / "f.nc").attrs["complete"]
+
+
+def test_search_ranks_prints_and_goes_on(command, quick, folder):
+    arguments = ("search", quick, "--max-phases", "1", "--starts", "1", "--workers", "1", "-o", "words")
+    ran = command(*arguments)
+    assert ran.status == 0, ran.err
+    assert "slips forward" in ran.out
+    found = command(*arguments, "--json").json
+    assert found["complete"]
+    assert found["seconds"] < 30
+    first, *others = found["ranked"]
+    assert (first["word"], first["status"], first["reason"]) == ("stick | stick", "solved", "")
+    assert first["verification"]["passed"]
+    assert load(folder / first["file"]).cost_of_transport == first["cost_of_transport"]
+    assert {other["word"] for other in others} == {"slip+ | stick", "slip+ | slip+", "slip- | stick", "slip- | slip-"}
+    assert all(other["status"] != "solved" and other["reason"] for other in others)
+    assert command(*arguments, "--set", "intervals=12").status == 2
+
+
+def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
+    other = folder / "other.h5"
+    other.write_bytes(slip_file.read_bytes())
+    ran = command("compare", slip_file, other, "-o", "both.pdf")
+    assert ran.status == 0, ran.err
+    assert "impact loss [J/m]" in ran.out
+    assert (folder / "both.pdf").stat().st_size > 1000
+    found = command("compare", slip_file, other, "--multipliers", "--json").json
+    assert [gait["label"] for gait in found["gaits"]] == ["compass_slip", "other"]
+    assert found["gaits"][0]["largest_multiplier"] < 1
+    assert found["figure"] == "comparison.png"
+    assert command("compare", "none.h5").status == 2

@@ -14,9 +14,9 @@ from gaitopt.study.gait_folder import GaitFolder
 from gaitopt.study.grid import Grid, tasks
 from tests.study.conftest import quick_problem
 
-FRICTION = [0.13, 0.16, 0.19]
+FRICTION = [0.14, 0.18]
 WORDS = ["stick | stick", "slip+ stick | slip+"]
-TASKS = 12
+TASKS = 8
 """Of the sweep below: at each point a cold gait, one from either side, and the proven best."""
 
 
@@ -84,7 +84,7 @@ KILLED = """
 def test_a_killed_sweep_goes_on_and_ends_with_the_same(whole, tmp_path):
     script, path = tmp_path / "killed.py", tmp_path / "frontier.nc"
     script.write_text(textwrap.dedent(KILLED).format(friction=FRICTION))
-    for kill in (3, 7):
+    for kill in (2, 5):
         done = subprocess.run([sys.executable, script, path, str(kill)], timeout=120, check=False)
         assert done.returncode == -signal.SIGKILL
         assert not path.exists()
@@ -92,7 +92,7 @@ def test_a_killed_sweep_goes_on_and_ends_with_the_same(whole, tmp_path):
         assert len(list(kept.glob("[!.]*.h5"))) == kill
     calls = []
     assert run(path, observer=lambda done, total: calls.append(done)).identical(whole)
-    assert calls == list(range(8, TASKS + 1))
+    assert calls == list(range(6, TASKS + 1))
     assert not kept.exists()
     calls.clear()
     assert run(path, observer=lambda done, total: calls.append(done)).identical(whole)
@@ -104,12 +104,12 @@ def test_an_interrupted_sweep_keeps_what_is_done(whole, tmp_path):
 
     def stop(done, total):
         assert total == TASKS
-        if done == total - 2:
+        if done == total - 1:
             raise KeyboardInterrupt
 
     part = run(path, observer=stop)
     assert not part.attrs["complete"]
-    assert (part.status == "pending").sum() == 2
+    assert (part.status == "pending").sum() == 1
     assert load_sweep(path).identical(part)
     computed = part.status == "solved"
     assert np.array_equal(part.cost_of_transport.values[computed], whole.cost_of_transport.values[computed])

@@ -1,0 +1,49 @@
+"""Gaits side by side."""
+
+import pytest
+
+from gaitopt import InputError, absolute_work, compare, plot_comparison
+from tests.study.test_sweep import WORDS
+
+
+@pytest.fixture(scope="module")
+def pair():
+    from gaitopt import solve
+    from tests.study.conftest import quick_problem
+
+    return [solve(quick_problem(word=word)) for word in WORDS]
+
+
+def test_the_terms_add_up_to_the_cost(pair):
+    for record, gait in zip(compare(pair).records(), pair, strict=True):
+        terms = dict(record["energy_per_distance"])
+        total = terms.pop("absolute_work")
+        weight = gait.motion.total_mass * gait.motion.parameters["gravity"]
+        assert total == pytest.approx(absolute_work(gait.motion) / gait.step_length)
+        assert total / weight == pytest.approx(record["cost_of_transport"])
+        assert sum(terms.values()) == pytest.approx(total, rel=1e-6)
+
+
+def test_labels_tell_gaits_apart(pair, slip_gait):
+    assert list(compare(pair).gaits) == WORDS
+    assert list(compare([pair[1], slip_gait]).gaits) == [f"{WORDS[1]}, friction 0.14{n}" for n in (" (1)", " (2)")]
+    assert list(compare({"a": pair[0]}).gaits) == ["a"]
+    with pytest.raises(InputError, match="nothing to compare"):
+        compare([])
+
+
+def test_multipliers_if_asked_for(slip_gait):
+    (record,) = compare([slip_gait], multipliers=True).records()
+    assert record["largest_multiplier"] == pytest.approx(max(abs(complex(*pair)) for pair in record["multipliers"]))
+
+
+def test_the_figure_overlays_all_gaits(pair):
+    figure = plot_comparison(compare(pair))
+    *lines, bars = figure.axes
+    assert len(lines) == 6
+    for axes in lines:
+        assert axes.get_ylabel()
+        assert len(axes.lines) == 2
+    assert [label.get_text() for label in bars.get_xticklabels()] == ["stick\n| stick", "slip+ stick\n| slip+"]
+    tops = [bar.get_y() + bar.get_height() for bar in bars.patches]
+    assert max(tops) == pytest.approx(max(r["energy_per_distance"]["absolute_work"] for r in compare(pair).records()))

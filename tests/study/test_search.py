@@ -1,0 +1,81 @@
+"""The search for the cheapest word."""
+
+import json
+
+import pytest
+
+from gaitopt import InputError, load, search
+from gaitopt.study.search import tasks
+from gaitopt.study.vocabulary import words_up_to
+from tests.study.conftest import quick_problem
+
+WORDS = ["stick | stick", "slip+ stick | slip+", "slip+ stick | stick", "slip+ | slip+"]
+
+
+def run(**options):
+    return search(quick_problem(objective="cost_of_transport", friction=0.13), words=WORDS, starts=1, **options)
+
+
+@pytest.fixture(scope="module")
+def ranking():
+    return run()
+
+
+def found(ranking):
+    return [(str(finding.word), finding.status) for finding in ranking.findings]
+
+
+def test_words_are_ranked_with_reasons(ranking):
+    assert ranking.complete
+    assert found(ranking) == [
+        ("slip+ stick | slip+", "solved"),
+        ("stick | stick", "solved"),
+        ("slip+ stick | stick", "merged"),
+        ("slip+ | slip+", "impossible"),
+    ]
+    first, second, merged, impossible = ranking.findings
+    assert ranking.best is first.gait
+    assert first.gait.solver.objective < second.gait.solver.objective
+    assert all(finding.gait.verification.passed for finding in (first, second))
+    assert str(merged.merged_into) == "stick | stick"
+    assert "in disguise" in merged.reason
+    assert "slips forward" in impossible.reason
+
+
+def test_a_search_is_kept_gone_on_with_and_the_same_with_two_workers(ranking, tmp_path):
+    def stop(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    folder = tmp_path / "words"
+    part = run(directory=folder, observer=stop)
+    assert not part.complete
+    assert {status for _, status in found(part)} == {"pending", "impossible"}
+    calls = []
+    whole = run(directory=folder, workers=2, observer=lambda done, total: calls.append((done, total)))
+    assert calls[0] == (4, 6)
+    assert whole.records()[0] | {"file": None} == ranking.records()[0]
+    assert found(whole) == found(ranking)
+    assert json.loads((folder / "ranking.json").read_text())["ranked"] == whole.records()
+    assert load(whole.findings[0].file).word == ranking.best.word
+    assert len(list(folder.glob("*.h5"))) == 3
+    calls.clear()
+    assert found(run(directory=folder, observer=lambda done, total: calls.append(done))) == found(ranking)
+    assert not calls
+    with pytest.raises(InputError, match="another problem"):
+        search(quick_problem(), words=WORDS, starts=1, directory=folder)
+
+
+def test_a_search_without_any_gait_says_why():
+    nothing = search(quick_problem(friction=0.02, speed=1.5), words=["stick | stick"], starts=1)
+    with pytest.raises(InputError, match=r"No word has a gait; 'stick \| stick'"):
+        _ = nothing.best
+    assert "violated by" in nothing.findings[0].reason
+
+
+def test_longer_words_start_from_shorter_ones_and_all_get_a_second_look():
+    needs = {task.key: task.needs for task in tasks(words_up_to(3), 4)}
+    assert "slip+_stick__slip+.first" in needs["slip+_stick_slip-__slip+.first"]
+    assert needs["stick__stick.first"] == ()
+    assert "slip+_stick__slip+.first" in needs["stick__stick"]
+    assert len(needs) == 2 * 35
