@@ -21,6 +21,13 @@ class Comparison:
     gaits : dict of str to Gait
     multipliers : dict of str to tuple of complex
         Of the torques played back in open loop; empty if not asked for.
+
+    Examples
+    --------
+    >>> from gaitopt import compare, load
+    >>> found = compare([load("docs/examples/compass_slip.h5")], multipliers=True)
+    >>> found.records()[0]["largest_multiplier"] < 1
+    True
     """
 
     gaits: dict[str, Gait]

@@ -33,6 +33,11 @@ class Finding:
     merged_into : Word or None
     file : Path or None
         Where the gait is kept.
+
+    Examples
+    --------
+    >>> Finding(word=Word.parse("slip+ | slip+"), status="impossible", reason="it gains speed").ranked
+    False
     """
 
     word: Word
@@ -75,6 +80,14 @@ class Ranking:
     findings : tuple of Finding
     complete : bool
         False if the search was interrupted.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> ranking = rank([judge(gait, 5e-3, None)], complete=True)
+    >>> ranking.best is gait, ranking.records()[0]["status"]
+    (True, 'solved')
     """
 
     findings: tuple[Finding, ...]
