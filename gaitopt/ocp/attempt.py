@@ -17,9 +17,10 @@ from gaitopt.ocp.diagnosis import ROUNDING, violations, warnings
 from gaitopt.ocp.guess import Continued, Guess
 from gaitopt.ocp.ipopt import STOPPED, Ipopt, Outcome
 from gaitopt.ocp.method import Method
+from gaitopt.ocp.presolve import moved_inside, poorly_scaled
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.readout import Between, between_nodes, found_values, read_motion
-from gaitopt.ocp.start import start
+from gaitopt.ocp.start import guessed, start
 from gaitopt.ocp.transcription import Transcription, transcribe
 from gaitopt.progress import Observer
 
@@ -84,6 +85,14 @@ class Attempt:
         counts = list(step.transcription.structure.counts)
         return {"guess": self.guess.describe(), "transcription": step.method.name, "intervals": counts}
 
+    def remarks(self) -> tuple[str, ...]:
+        """Return what is odd about the user's own guess."""
+        problem = self.problem
+        if problem.guess is None or isinstance(self.guess, Continued):
+            return ()
+        transcription = transcribe(structure(problem, problem.transcription))
+        return moved_inside(transcription, bounds(transcription, problem), guessed(transcription, problem, self.guess))
+
     def run(self, method: Method, before: Solution | None, barrier: float) -> Step:
         """Solve on one grid, from a solution or else from the guess."""
         problem = self.problem
@@ -112,6 +121,11 @@ def attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observe
     began, own = time.perf_counter(), Attempt(problem, guess, solver, observer)
     step, between, error = _refined(own, _approached(own))
     transcription, outcome = step.transcription, step.outcome
+    remarks = own.remarks()
+    if outcome.status.ok:
+        remarks += warnings(transcription, problem, outcome.x, error, between.outside)
+    else:
+        remarks += poorly_scaled(transcription, start(transcription, problem, guess), data_vector(problem))
     unmet = violations(transcription, bounds(transcription, problem), outcome.x, outcome.g)
     return Gait(
         robot=problem.robot.name,
@@ -128,7 +142,7 @@ def attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observe
             solve_seconds=time.perf_counter() - began - own.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=warnings(transcription, problem, outcome.x, error, between.outside) if outcome.status.ok else (),
+            warnings=remarks,
         ),
         versions=versions(),
         solution=solution_of(transcription, outcome),

@@ -28,6 +28,12 @@ def _typical(lower: float, upper: float, usual: float) -> float:
 
 def start(transcription: Transcription, problem: GaitProblem, guess: Guess) -> Array:
     """Return the starting point of a solve, shape (n_variables,), inside the bounds of the variables."""
+    limits = bounds(transcription, problem)
+    return np.clip(guessed(transcription, problem, guess), limits.x_lower, limits.x_upper)
+
+
+def guessed(transcription: Transcription, problem: GaitProblem, guess: Guess) -> Array:
+    """Return a guess as it is, shape (n_variables,)."""
     layout, aim = transcription.variables, setting(problem)
     durations = guess.durations(aim)
     ends = np.concatenate([[0.0], np.cumsum(durations)])
@@ -50,8 +56,7 @@ def start(transcription: Transcription, problem: GaitProblem, guess: Guess) -> A
     data = data_vector(problem)
     _fill_accelerations(transcription, x, data)
     _fill_powers(transcription, x, data)
-    limits = bounds(transcription, problem)
-    return np.clip(x, limits.x_lower, limits.x_upper)
+    return x
 
 
 def _fill_accelerations(transcription: Transcription, x: Array, data: Array) -> None:
