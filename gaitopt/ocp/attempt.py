@@ -1,5 +1,6 @@
 """One attempt at a gait: from one start through coarse grids to a plan that is accurate between its nodes."""
 
+import functools
 import math
 import time
 from dataclasses import dataclass, replace
@@ -37,11 +38,13 @@ class Step:
 
     Attributes
     ----------
+    problem : GaitProblem
     method : Method
     transcription : Transcription
     outcome : Outcome
     """
 
+    problem: GaitProblem
     method: Method
     transcription: Transcription
     outcome: Outcome
@@ -51,13 +54,15 @@ class Step:
         """Decision vector, finite whatever the solver left, shape (n_variables,)."""
         return np.nan_to_num(self.outcome.x, nan=0.0, posinf=0.0, neginf=0.0)
 
-    def values(self, problem: GaitProblem) -> dict[str, float]:
-        """Return every parameter by name."""
-        return found_values(self.transcription, problem, self.x)
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter by name."""
+        return found_values(self.transcription, self.problem, self.x)
 
-    def motion(self, problem: GaitProblem) -> Motion:
-        """Return the planned step."""
-        return read_motion(self.transcription, self.values(problem), self.x)
+    @functools.cached_property
+    def motion(self) -> Motion:
+        """The planned step."""
+        return read_motion(self.transcription, self.values, self.x)
 
     def stopped(self, later: Outcome) -> "Step":
         """Return the step with the status of a later one that was stopped before it got anywhere."""
@@ -113,7 +118,7 @@ class Attempt:
             barrier,
         )
         self.iterations += outcome.iterations
-        return Step(method, transcription, outcome)
+        return Step(problem, method, transcription, outcome)
 
 
 def attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observer) -> Gait:
@@ -131,7 +136,7 @@ def attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observe
         robot=problem.robot.name,
         word=problem.word,
         status=outcome.status,
-        motion=step.motion(problem),
+        motion=step.motion,
         problem=problem.describe() | own.found(step),
         solver=SolverReport(
             iterations=own.iterations,
@@ -178,8 +183,8 @@ def _refined(own: Attempt, step: Step) -> tuple[Step, Between, float]:
     """
     problem, between, error, doublings = own.problem, Between(math.inf, math.inf), math.inf, 0
     while step.outcome.status.ok:
-        between = between_nodes(step.transcription, step.values(problem), step.x)
-        error = max(between.drift, ledger(step.motion(problem)).relative_residual)
+        between = between_nodes(step.transcription, step.values, step.x)
+        error = max(between.drift, ledger(step.motion).relative_residual)
         finer = None
         if error > problem.transcription.tolerance:
             finer = step.method.finer()

@@ -108,7 +108,7 @@ def between_nodes(transcription: Transcription, values: dict[str, float], x: Arr
         step = x[transcription.variables["duration"][0, phase.number]] / (phase.count * parts)
         begun = np.append(states[:, 0], np.zeros(robot.n_u + 1))
         fine = _subdivided(torque, parts)
-        follow = _follower(stance, parts * phase.count)
+        follow = _follower(stance, parts * phase.count, 1)
         ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))[: stance.n_x]
         drift = max(drift, float(np.max(np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))))
         outside = max(outside, _outside(stance, ends[:, :-1], fine[:, 1:-1], p, values["friction"]))
@@ -147,14 +147,11 @@ def _halves(stance: Stance, begun: Array, fine: Array, length: float, p: Array) 
 
     `fine` are the torques at the ends of all Runge-Kutta steps, `length` is that of an interval [s].
     """
-    n, count = begun.shape
+    count = begun.shape[1]
     parts = (fine.shape[1] - 1) // count
-    before, after = (part.reshape(-1, count, parts) for part in (fine[:, :-1], fine[:, 1:]))
-    follow, at, ends = _follower(stance, 1), begun, []
-    for k in range(parts):
-        at = np.asarray(follow(at, before[:, :, k], after[:, :, k], length / parts, p)).reshape(n, count)
-        ends.append(at)
-    return ends[parts // 2 - 1], ends[-1]
+    follow = _follower(stance, parts, count)
+    ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], length / parts, p))
+    return ends[:, parts // 2 - 1 :: parts], ends[:, parts - 1 :: parts]
 
 
 def _subdivided(torque: Array, parts: int) -> Array:
@@ -165,15 +162,19 @@ def _subdivided(torque: Array, parts: int) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def _follower(stance: Stance, steps: int) -> ca.Function:
-    """Return (state and works, torques, torques after, step, p) -> the same after each of some Runge-Kutta steps."""
+def _follower(stance: Stance, steps: int, count: int) -> ca.Function:
+    """Return (states and works, torques, torques after, step, p) -> the same after each of some Runge-Kutta steps.
+
+    The steps follow each other from each of `count` states, whose torques and ends lie side by side.
+    """
     state, step = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("step")
     torque, after = ca.SX.sym("torque", stance.robot.n_u), ca.SX.sym("after", stance.robot.n_u)
     p = ca.SX.sym("p", len(stance.robot.parameters))
     torques = (torque, (torque + after) / 2, after)
     end = rk4(lambda at, u: stance.flow_and_energy(at, u, p), state, torques, step)
     function = ca.Function("step", [state, torque, after, step, p], ca.cse([end]))
-    return function if steps == 1 else function.mapaccum("follow", steps)
+    chain = function.mapaccum("chain", steps)
+    return chain if count == 1 else chain.map("follow", "serial", count, [3, 4], [])
 
 
 def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:
