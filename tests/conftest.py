@@ -5,10 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from gaitopt import Word, compass_biped, load, rimless_wheel
 from gaitopt.model.modes import Mode
 from gaitopt.status import Status
+
+# The same examples at every run, however slow the machine.
+settings.register_profile("fixed", derandomize=True, deadline=None)
+settings.load_profile("fixed")
 
 ROOT = Path(__file__).resolve().parents[1]
 

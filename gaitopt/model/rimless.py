@@ -13,7 +13,7 @@ PARAMETERS = (
     Parameter("spokes", 10.0, "1", "number of spokes", lower=3.0, whole=True),
     Parameter("leg_length", 1.0, "m", "length of a spoke", lower=0.0, lower_open=True),
     Parameter("mass", 1.0, "kg", "mass of the wheel", lower=0.0, lower_open=True),
-    Parameter("inertia_ratio", 1 / 3, "1", "I_c / (m l^2)", lower=0.0),
+    Parameter("inertia_ratio", 1 / 3, "1", "I_c / (m l^2)", lower=0.0, lower_open=True),
     Parameter("gravity", 9.8, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
 )
 
@@ -23,6 +23,7 @@ def rimless_wheel() -> Robot:
     """Return the rimless wheel of McGeer, with the parameters of Gamus & Or.
 
     The centre is at foot + l (sin theta, cos theta); theta runs from -pi/n to +pi/n, where the next spoke lands.
+    A point mass on massless spokes is a limit, as a foot without inertia cannot slide; inertia_ratio 1e-6 comes near.
     Parameters: spokes n, leg_length l [m], mass [kg], inertia_ratio I_c/(m l^2), gravity [m/s^2]; ground: slope
     [rad], friction [1].  There are no actuators.
 

@@ -33,7 +33,7 @@ def residuals(robot, q, v, p, impact, friction):
     return np.max(np.abs(momentum)) / scale, worst / scale**2
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=300, suppress_health_check=[HealthCheck.filter_too_much])
 @given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), RATE, RATE, RATE, FRICTION)
 @example(*OUTCOMES[0][0])
 @example(*OUTCOMES[1][0])
@@ -65,7 +65,7 @@ def test_every_outcome_is_reached(state, mode):
     assert solve_impact(COMPASS, np.array([0, 0, th1, th2]), np.array([slide, 0, w1, w2]), p).mode is mode
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.floats(0.1, 10), RATE, FRICTION, st.integers(4, 30), st.floats(0.01, 2))
 def test_wheel_impact_satisfies_every_complementarity_pair(rate, slide, friction, spokes, kappa):
     p = WHEEL.vector(WHEEL.resolve({"friction": friction, "spokes": spokes, "inertia_ratio": kappa}))
@@ -80,7 +80,7 @@ def test_wheel_impact_satisfies_every_complementarity_pair(rate, slide, friction
     assert impact.energy_lost >= -1e-12
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.floats(0.02, 0.8), RATE, RATE)
 def test_there_is_an_outcome_exactly_at_the_friction_where_stick_turns_into_slip(th, w1, w2):
     q, v = np.array([0, 0, th, th]), np.array([0.0, 0.0, w1, w2])
