@@ -28,6 +28,9 @@ ZERO = 1e-9
 """A guard this little below zero at the start was put there by rounding; whether it falls decides."""
 TOUCHING = 1e-13
 """A touchdown guard this near zero at the start means that both feet are on the ground."""
+AT_LIMIT = 1e-7
+"""A torque this near [N m] to where it meets or leaves its limit is there: it is known to about 1e-9 only, since the
+integrator's expressions are other sums than the law's."""
 MOST_SWITCHES = 20
 """How often the torque may meet or leave its limits at one instant."""
 PATIENCE = 10_000
@@ -68,6 +71,7 @@ class Phase:
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
         self._breaks = law.breakpoints.tolist()
+        self._near = ZERO if law.demand is None else AT_LIMIT
         self._demand = None if law.demand is None else Buffered(demand_of(law.demand, mode))
         self._sides: tuple[float, ...] = ()
         self._switched, self._repeats = np.nan, 0
@@ -92,22 +96,19 @@ class Phase:
     def switch(self, event: str | None) -> bool:
         """Change the side of an actuator if that is what an event asks for, and return whether it was.
 
-        Raises
-        ------
-        ArithmeticError
-            If the sides change again and again at one instant.
+        Sides that change again and again at one instant are not changed further.
         """
         if event is None or not event.startswith(SWITCH):
+            return False
+        self._repeats = self._repeats + 1 if self.here[0] == self._switched else 0
+        self._switched = self.here[0]
+        if self._repeats > MOST_SWITCHES:
             return False
         sides = list(self._sides)
         number = int(event.removeprefix(SWITCH))
         actuator, beyond = number % len(sides), number < len(sides)
         sides[actuator] = 0.0 if sides[actuator] else 1.0 if beyond else -1.0
         self._sides = tuple(sides)
-        self._repeats = self._repeats + 1 if self.here[0] == self._switched else 0
-        self._switched = self.here[0]
-        if self._repeats > MOST_SWITCHES:
-            raise ArithmeticError("The torque meets its limit again and again at one instant.")
         return True
 
     def stretches(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float]]:
@@ -148,7 +149,7 @@ class Phase:
                 if limited:
                     self.take_sides(piece)
             elif not (limited and self.switch(event)):
-                return event
+                return "singular" if event.startswith(SWITCH) else event
         return None
 
     def run(self, piece: int, end: float, *, first: bool) -> tuple[str | None, int]:
@@ -171,7 +172,7 @@ class Phase:
         watch, row = self._ready.get((piece, self._sides)) or self._prepare(piece)
         *values, armed = watch.here().tolist()
         program.numbers[:] = self._row(piece) if row is None else row
-        if not min(values) > ZERO:
+        if not min(values) > self._near:
             event = self._start(values, armed > 0, first)
             if event is not None:
                 return event, 0
@@ -198,9 +199,12 @@ class Phase:
     def _start(self, values: list[float], armed: bool, first: bool) -> str | None:
         """Shift guards that start at zero to the side where they do not count, or return one that is negative."""
         for i, value in enumerate(values):
+            name = self._names[i]
+            if abs(value) < AT_LIMIT and name.startswith(SWITCH):
+                self._shifts[i] = AT_LIMIT / 10 - min(value, 0)
+                continue
             if value > ZERO:
                 continue
-            name = self._names[i]
             if name == "painleve" and value <= 0:
                 return name
             if first and name == "touchdown":

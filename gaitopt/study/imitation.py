@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from gaitopt import __version__
-from gaitopt.control.law import passive
+from gaitopt.control.law import Law, passive
 from gaitopt.control.prescribed_angles import prescribed_angles
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -18,6 +17,7 @@ from gaitopt.motion.word import Word
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.simulator import record_walk
 from gaitopt.simulation.walker import Walker
+from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.status import Status, Stop
 
@@ -82,16 +82,7 @@ class Imitation:
         """
         if not self.feasible or self.word is None:
             raise InputError(f"This imitation cannot be walked: {' '.join(self.reasons)}")
-        report = SolverReport(0, self.cost_of_transport, self.gap, float("nan"), 0.0, 0.0, "imitation")
-        return Gait(
-            robot=self.robot,
-            word=self.word,
-            status=Status.SOLVED,
-            motion=thinned(self.motion, samples),
-            problem=_problem(self),
-            solver=report,
-            versions={"gaitopt": __version__},
-        )
+        return _as_gait(self.robot, self.word, thinned(self.motion, samples), self.gap, "imitation of a passive gait")
 
 
 def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tolerance: float = 1e-3) -> Imitation:
@@ -162,6 +153,37 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     )
 
 
+def controlled_gait(robot: Robot, gait: Gait, law: Law, *, samples: int = 100) -> Gait:
+    """Return the periodic gait of a walker under a law as a gait of its own: a plan that keeps the law's torque limits.
+
+    Parameters
+    ----------
+    robot : Robot
+    gait : Gait
+        A periodic gait is looked for near this one, which itself may ask for more torque than there is.
+    law : Law
+    samples : int
+        About how many samples its torques, linear in between, are kept at.
+
+    Raises
+    ------
+    InputError
+        If there is no periodic gait near it.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, controlled_gait, joint_pd, load
+    >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
+    >>> walked = controlled_gait(robot, gait, joint_pd(robot, gait.motion, damping=2, torque_limit=8))
+    >>> str(walked.word), abs(walked.cost_of_transport - gait.cost_of_transport) < 1e-5
+    ('slip+ stick | slip+', True)
+    """
+    cycle = assess_stability(gait, law, robot=robot)
+    walker = Walker(robot, law, robot.vector(cycle.parameters), default_engine(law), step_time_limit=3 * gait.period)
+    motion = record_walk(walker, cycle.section.embed(cycle.z), 1).motion
+    return _as_gait(robot.name, cycle.words[0], thinned(motion, samples), cycle.residual, f"walked under {law.name}")
+
+
 def thinned(motion: Motion, samples: int) -> Motion:
     """Return a motion with about as many samples per step, the ends of its segments among them."""
     step = motion.period / max(len(motion.jumps), 1) / samples
@@ -178,11 +200,21 @@ def _thinned(segment: Segment, step: float) -> Segment:
     return replace(segment, **{name: getattr(segment, name)[..., keep] for name in series})
 
 
-def _problem(imitation: Imitation) -> dict[str, Any]:
-    return {
-        "name": "imitation of a passive gait",
-        "objective": "none (imitation)",
-        "word": str(imitation.word),
-        **imitation.motion.parameters,
-        "torque_limit": imitation.largest_torque,
-    }
+def _as_gait(robot: str, word: Word, motion: Motion, gap: float, name: str) -> Gait:
+    largest = float(np.max(np.abs(motion.channel("torque"))))
+    cost = cost_of_transport(motion)
+    return Gait(
+        robot=robot,
+        word=word,
+        status=Status.SOLVED,
+        motion=motion,
+        problem={
+            "name": name,
+            "objective": "none",
+            "word": str(word),
+            **motion.parameters,
+            "torque_limit": dict.fromkeys(motion.actuators, largest),
+        },
+        solver=SolverReport(0, cost, gap, float("nan"), 0.0, 0.0, name),
+        versions={"gaitopt": __version__},
+    )

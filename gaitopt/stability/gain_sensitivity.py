@@ -1,0 +1,151 @@
+"""How the gains of a law move its periodic gait and its multipliers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.control.law import Law, held_size
+from gaitopt.errors import InputError
+from gaitopt.model.catalogue import robot_named
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.linearisation import Linearisation
+from gaitopt.stability.newton import FixedPoint, find_fixed_point
+from gaitopt.stability.return_map import ReturnMap
+
+STEP = 1e-3
+"""Change of a gain, relative to it or to one, for differences of the return map's derivative."""
+
+
+@dataclass(frozen=True, eq=False)
+class GainSensitivity:
+    """Derivatives of a periodic gait by the gains of its law.
+
+    Attributes
+    ----------
+    gains : tuple of str
+    return_map : (n_z, n_gains) array
+        Of the return map at the gait, exact: gains are varied along with the state.
+    state : (n_z, n_gains) array
+        Of the gait's state, exact.
+    multipliers : (n_z, n_gains) complex array
+        Of the multipliers in the order of ``Cycle.multipliers``, which must differ from each other; by central
+        differences of the return map's exact derivative at the periodic gaits of neighbouring gains.
+    radius : (n_gains,) array
+        Of the spectral radius.
+
+    Examples
+    --------
+    >>> GainSensitivity(("a",), np.ones((1, 1)), np.ones((1, 1)), np.ones((1, 1), complex), np.ones(1)).gains
+    ('a',)
+    """
+
+    gains: tuple[str, ...]
+    return_map: Array
+    state: Array
+    multipliers: NDArray[np.complex128]
+    radius: Array
+
+
+def gain_sensitivity(
+    cycle: Cycle,
+    law: Law,
+    *,
+    gains: Sequence[str] | None = None,
+    robot: Robot | None = None,
+    engine: Engine | None = None,
+) -> GainSensitivity:
+    """Return how the gains of a law move its periodic gait of one step and its multipliers.
+
+    Parameters
+    ----------
+    cycle : Cycle
+        As ``assess_stability(gait, law)`` returns it.
+    law : Law
+    gains : sequence of str, optional
+        All of the law's by default.
+    robot : Robot, optional
+        Needed for a robot that is not in gaitopt's catalogue.
+    engine : Engine, optional
+
+    Raises
+    ------
+    InputError
+        If the law has no such gain, or no periodic gait is found for a neighbouring one.
+
+    Examples
+    --------
+    >>> from gaitopt import assess_stability, compass_biped, gain_sensitivity, joint_pd, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> law = joint_pd(compass_biped(), gait.motion, stiffness=20, damping=2)
+    >>> found = gain_sensitivity(assess_stability(gait, law), law, gains=["hip_damping"])
+    >>> found.multipliers.shape, bool(abs(found.state).max() < 1e-6)  # the plan stays the gait whatever the gains
+    ((4, 1), True)
+    """
+    robot, names = robot or robot_named(cycle.robot), tuple(gains if gains is not None else law.gains)
+    for name in names:
+        law.with_gains({name: law.gain_values.get(name, 0.0)})  # says which gains there are
+    _, point = _at(cycle, law, robot, engine)
+    lifted = returning_with(cycle, as_held(law, names), robot, engine)
+    passage = lifted(point.z)
+    effect = Linearisation(lifted.walker).effect_of_held(passage.states[0], passage.strides[0])
+    by_gain = effect[cycle.section.places][:, -len(names) :]
+    state: Array = np.asarray(np.linalg.solve(np.eye(point.z.size) - point.derivative, by_gain), dtype=float)
+    values, vectors = np.linalg.eig(point.derivative.astype(complex))
+    order = np.argsort(-np.abs(values))
+    values, vectors = values[order], vectors[:, order]
+    left = np.linalg.inv(vectors)
+    columns = []
+    for name in names:
+        gain = law.gain_values[name]
+        step = STEP * max(abs(gain), 1.0)
+        sides = [_at(cycle, law.with_gains({name: gain + sign * step}), robot, engine)[1] for sign in (1, -1)]
+        slope = (sides[0].derivative - sides[1].derivative) / (2 * step)
+        columns.append(np.einsum("ij,jk,ki->i", left, slope, vectors))
+    moved = np.array(columns).T
+    largest = values[0]
+    radius = (np.conj(largest) * moved[0]).real / max(abs(largest), 1e-300)
+    return GainSensitivity(names, by_gain, state, moved, radius)
+
+
+def as_held(law: Law, names: Sequence[str]) -> Law:
+    """Return the same law with some gains among the values it holds over a step, last, so that they can be varied."""
+    rows = [law.gains[name] for name in names]
+    held, slide = ca.SX.sym("held", held_size(law.torque) + len(rows)), ca.SX.sym("slide")
+
+    def varied(function: ca.Function) -> ca.Function:
+        clock, q, v, data = function.sx_in()[:4]
+        entries = ca.vertsplit(data)
+        for k, row in enumerate(rows):
+            entries[row] = held[held_size(law.torque) + k]
+        more = [held[: held_size(law.torque)], slide] if function.n_in() > 4 else []
+        outputs = function.call([clock, q, v, ca.vertcat(*entries), *more])
+        return ca.Function(function.name(), [clock, q, v, data, held, slide], outputs)
+
+    n_q = law.torque.size1_in(1)
+    q, v, data = ca.SX.sym("q", n_q), ca.SX.sym("v", n_q), ca.SX.sym("data", law.table.shape[0])
+    own = ca.SX(0, 1) if law.hold is None else law.hold(q, v, data)
+    hold = ca.Function("hold", [q, v, data], [ca.vertcat(own, data[rows])])
+    return replace(law, torque=varied(law.torque), hold=hold, demand=law.demand and varied(law.demand))
+
+
+def returning_with(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> ReturnMap:
+    """Return the return map of a cycle's section under another law."""
+    p = robot.vector(cycle.parameters)
+    walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=3 * cycle.period)
+    return ReturnMap(walker, cycle.section)
+
+
+def _at(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> tuple[ReturnMap, FixedPoint]:
+    returning = returning_with(cycle, law, robot, engine)
+    point = find_fixed_point(returning, cycle.z)
+    if point is None:
+        raise InputError("No periodic gait was found for gains next to these.")
+    return returning, point
