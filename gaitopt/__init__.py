@@ -10,7 +10,8 @@ from typing import Any
 __version__ = metadata.version("gaitopt")
 
 _PUBLIC = {
-    "gaitopt.continuation.branch": ("Branch", "trace_branch"),
+    "gaitopt.continuation.branch": ("Branch", "SpecialPoint"),
+    "gaitopt.continuation.tracing": ("trace_branch",),
     "gaitopt.control.computed_torque": ("computed_torque",),
     "gaitopt.control.joint_pd": ("joint_pd",),
     "gaitopt.control.law": ("Law", "feedforward", "passive"),

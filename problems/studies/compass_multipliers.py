@@ -3,12 +3,10 @@
 import math
 
 import numpy as np
-from branch_ends import follow
 from compass_setup import FRICTION, gait
 from drawing import GAIT_STYLE, STYLE
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 from published import published
-from scipy.optimize import brentq
 
 from gaitopt import Number, Study, compass_biped, trace_branch
 
@@ -32,46 +30,36 @@ def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # po
 
 def _lines(cycles, upward, downward):
     """Return frictions and largest moduli of each gait, and what is seen where branches end."""
-    robot, critical = compass_biped(), cycles["A"].critical_friction.friction
-    first = follow(robot, cycles["B"], "friction", upward, 1e-5)
+    critical = cycles["A"].critical_friction.friction
     # Between its two critical frictions Gait A's successor slips after the touchdown only; followed whatever its word.
-    between = np.linspace(first.end, critical, 4)
-    above = trace_branch(robot, first.cycles[-1].parameters, first.cycles[-1], "friction", between)
-    below = follow(robot, cycles["B"], "friction", downward, 1e-5)
-    c_above, c_below = (follow(robot, cycles["C"], "friction", values, 1e-5) for values in (upward, downward))
+    above = _followed(cycles["B"], np.linspace(upward[0], critical, len(upward)), same_word=False)
+    below = _followed(cycles["B"], downward)
+    c_above, c_below = (_followed(cycles["C"], values) for values in (upward, downward))
     lines = {
         "A": (np.array([critical, upward[-1]]), np.full(2, cycles["A"].radius)),
-        "B": _joined(first, above, below),
+        "B": _joined(above, below),
         "C": _joined(c_above, c_below),
     }
+    once = above.changes("word")[0]
     remarks = [
-        f"Between mu = {first.end:.4f} and {critical:.4f} Gait B slips only just after the touchdown "
-        f"({above.cycles[-2].word}).",
+        f"Between mu = {once.value:.4f} and {critical:.4f} Gait B slips only just after the touchdown ({once.after}).",
     ]
-    if not below.cycles[-1].stable:
-        remarks.append(f"Gait B is stable above mu = {_stability_limit(below):.4f}.")
-    if below.end > downward[-1]:
-        remarks.append(f"Gait B ends at mu = {below.end:.4f}, where its impact begins to slip.")
-    if c_above.end < upward[-1]:
-        remarks.append(f"Gait C joins the second, unstable sticking gait at mu = {c_above.end:.4f}.")
+    remarks += [f"Gait B is stable above mu = {point.value:.4f}." for point in below.changes("stability")]
+    if below.values[-1] > downward[-1]:
+        remarks.append(f"Gait B ends at mu = {below.values[-1]:.4f}, where its impact begins to slip.")
+    if c_above.values[-1] < upward[-1]:
+        remarks.append(f"Gait C joins the second, unstable sticking gait at mu = {c_above.values[-1]:.4f}.")
     return lines, tuple(remarks)
 
 
-def _joined(*stretches):
-    """Return frictions and largest moduli along stretches of a branch, in order of friction."""
-    rows = [(mu, cycle.radius) for part in stretches for mu, cycle in zip(part.values, part.cycles, strict=True)]
+def _followed(start, frictions, same_word=True):
+    return trace_branch(compass_biped(), start.parameters, start, "friction", frictions, same_word=same_word)
+
+
+def _joined(*branches):
+    """Return frictions and largest moduli along parts of a branch, in order of friction."""
+    rows = [(mu, cycle.radius) for part in branches for mu, cycle in zip(part.values, part.cycles, strict=True)]
     return np.array(sorted(rows)).T
-
-
-def _stability_limit(stretch):
-    """Return the friction at which a gait that is stable at the start of a stretch loses its stability."""
-    robot, last = compass_biped(), next(k for k, cycle in enumerate(stretch.cycles) if not cycle.stable)
-    start = stretch.cycles[last - 1]
-
-    def excess(friction):
-        return trace_branch(robot, start.parameters, start, "friction", [friction]).cycles[-1].radius - 1
-
-    return brentq(excess, stretch.values[last], stretch.values[last - 1], xtol=1e-6)
 
 
 def _numbers(cycles):

@@ -6,7 +6,6 @@ D+ and D- name the sign of the change of the foot speed per step.
 import math
 
 import numpy as np
-from branch_ends import follow
 from drawing import GAIT_STYLE, STYLE
 from published import OWN, published
 from rimless_setup import RATE, SLOPE, gait, speed_of
@@ -15,15 +14,15 @@ from scipy.optimize import brentq
 from gaitopt import Study, rimless_wheel, trace_branch
 
 STRETCHES = {
-    "B": ("B", 0.3, 1.0, 1e-5),
-    "B, towards C": ("B", 0.3, 0.2, 1e-5),
-    "B, slip first": ("B", 0.26, 0.22, 1e-6),
-    "C, towards B": ("C", 0.24, 0.26, 1e-6),
-    "C": ("C", 0.24, 0.22, 1e-6),
-    "D": ("D", 0.3, 0.4, 1e-4),
-    "D, less friction": ("D", 0.3, 0.04, 1e-4),
+    "B": ("B", 0.3, 1.0),
+    "B, towards C": ("B", 0.3, 0.2),
+    "B, slip first": ("B", 0.26, 0.22),
+    "C, towards B": ("C", 0.24, 0.26),
+    "C": ("C", 0.24, 0.22),
+    "D": ("D", 0.3, 0.4),
+    "D, less friction": ("D", 0.3, 0.04),
 }
-"""Type, first and last friction, and the tolerance to which an end in between is located."""
+"""Type, first and last friction; each stretch is followed as far as its word goes."""
 
 REMARKS = (
     "Types B and C meet at mu = 0.245052, found from both sides; the reference 0.2450 is cut off, not rounded.",
@@ -39,8 +38,8 @@ REMARKS = (
 def study(points=13, most_friction=1.0):  # points per stretch of a branch
     """Return the study."""
     found = {
-        name: follow(rimless_wheel(), gait(kind, first), "friction", np.linspace(first, last, points), tolerance)
-        for name, (kind, first, last, tolerance) in STRETCHES.items()
+        name: _followed(gait(kind, first), np.linspace(first, last, points))
+        for name, (kind, first, last) in STRETCHES.items()
     }
     lines = _lines(found, most_friction)
     with STYLE.figure(4.8) as figure:
@@ -57,17 +56,17 @@ def _numbers(found):
     sticks, slips = "Type B, stick slip+ | stick", "Type B, slip+ stick slip+ | stick"
     still = brentq(lambda friction: _complete_slip(found, friction).drift, 0.2, 0.28, xtol=1e-9)
     return (
-        published(f"{sticks}: least friction", found["B, towards C"].end, "0.2676", source=OWN),
-        published(f"{sticks}: greatest friction", found["B"].end, "0.9141", source=OWN),
-        published(f"{slips}: least friction", found["B, slip first"].end, "0.2450", source=OWN),
-        published("Type B: least friction, rounded", found["B, slip first"].end, "0.25"),
-        published("Type B: greatest friction, rounded", found["B"].end, "0.91"),
-        published("Type C: least friction (tan alpha)", found["C"].end, "0.23087", source=OWN),
-        published("Type C: greatest friction", found["C, towards B"].end, "0.2450", source=OWN),
-        published("Type C: least friction, rounded", found["C"].end, "0.24"),
-        published("Type C: greatest friction, rounded", found["C, towards B"].end, "0.25"),
-        published("Type D: least friction", found["D, less friction"].end, "0.10"),
-        published("Type D: greatest friction (lifts off)", found["D"].end, "0.32"),
+        published(f"{sticks}: least friction", _end(found["B, towards C"]), "0.2676", source=OWN),
+        published(f"{sticks}: greatest friction", _end(found["B"]), "0.9141", source=OWN),
+        published(f"{slips}: least friction", _end(found["B, slip first"]), "0.2450", source=OWN),
+        published("Type B: least friction, rounded", _end(found["B, slip first"]), "0.25"),
+        published("Type B: greatest friction, rounded", _end(found["B"]), "0.91"),
+        published("Type C: least friction (tan alpha)", _end(found["C"]), "0.23087", source=OWN),
+        published("Type C: greatest friction", _end(found["C, towards B"]), "0.2450", source=OWN),
+        published("Type C: least friction, rounded", _end(found["C"]), "0.24"),
+        published("Type C: greatest friction, rounded", _end(found["C, towards B"]), "0.25"),
+        published("Type D: least friction", _end(found["D, less friction"]), "0.10"),
+        published("Type D: greatest friction (lifts off)", _end(found["D"]), "0.32"),
         published("Type D: friction at which xd stays (tan alpha)", still, "0.23087"),
     )
 
@@ -75,7 +74,16 @@ def _numbers(found):
 def _complete_slip(found, friction):
     """Return the gait of Type D at a friction."""
     start = found["D"].cycles[0]
-    return trace_branch(rimless_wheel(), start.parameters, start, "friction", [friction]).cycles[-1]
+    return _followed(start, [friction]).cycles[-1]
+
+
+def _followed(start, frictions):
+    return trace_branch(rimless_wheel(), start.parameters, start, "friction", frictions, same_word=True)
+
+
+def _end(branch):
+    """Return where a stretch, or its word, ends."""
+    return branch.special[-1].value
 
 
 def _lines(found, most_friction):

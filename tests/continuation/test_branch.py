@@ -1,11 +1,21 @@
+"""Branches followed over a parameter, and their special points located."""
+
 import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from gaitopt import InputError, find_cycles, rimless_wheel, trace_branch
+from gaitopt import InputError, compass_biped, default_engine, find_cycles, passive, rimless_wheel, trace_branch
+from gaitopt.simulation.walker import Walker
+from gaitopt.stability.search import cycle_from
 
 SLOPE = math.radians(13)
+
+
+def cycle_of(robot, parameters, z):
+    walker = Walker(robot, passive(robot), robot.vector(robot.resolve(parameters)), default_engine())
+    return cycle_from(walker, np.array(z, dtype=float))
 
 
 @pytest.fixture(scope="module")
@@ -27,17 +37,71 @@ def test_branch_follows_the_closed_form(sticking):
 
 
 def test_branch_ends_where_the_gait_does(sticking):
-    # The wheel no longer rolls over below 1.40 deg (Gamus & Or 2015, existence of Type A).
-    branch = trace_branch(rimless_wheel(), {"friction": 1.0}, sticking, "slope", np.radians(np.linspace(13, 1, 13)))
-    assert math.degrees(branch.values[-1]) == pytest.approx(1.40, abs=5e-3)
-    assert branch.ended.startswith("no gait found beyond slope")
+    # Below this slope the wheel no longer rolls over: thd* = 2 sin((pi/n - alpha) / 2) in natural units (1.40 deg in
+    # Gamus & Or 2015), with thd* in closed form as above.
+    beta = (math.cos(math.pi / 5) + 1 / 3) / (4 / 3)
+    least = brentq(
+        lambda a: (
+            beta * math.sqrt(4 * math.sin(a) * math.sin(math.pi / 10) / (1 - beta**2))
+            - 2 * math.sin((math.pi / 10 - a) / 2)
+        ),
+        0.01,
+        0.1,
+    )
+    assert math.degrees(least) == pytest.approx(1.40, abs=5e-3)
+    branch = trace_branch(
+        rimless_wheel(), {"friction": math.inf}, sticking, "slope", np.radians(np.linspace(13, 1, 5)), tolerance=1e-8
+    )
+    (end,) = branch.special
+    assert (end.kind, end.before, end.after) == ("end", "stick | stick", "fell")
+    assert end.width <= 1e-8
+    assert abs(end.value - least) <= end.width
+    assert branch.values[-1] - least == pytest.approx(0, abs=1e-8)
+    assert branch.ended == f"no gait found beyond slope = {end.value:.6g}"
+
+
+def test_changes_of_word_are_located(sticking):
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.6, 0.25])
+    one, two = branch.changes("word")
+    assert branch.special == (one, two)
+    assert (one.before, one.after) == ("stick | stick", "stick slip+ | stick")
+    assert (two.before, two.after) == ("stick slip+ | stick", "slip+ stick slip+ | stick")
+    # Where the sticking gait's force meets its cone; and 0.2676 in an independent computation, digits as printed.
+    assert abs(one.value - sticking.critical_friction.friction) <= one.width <= 1e-6
+    assert two.value == pytest.approx(0.2676, abs=5e-5)
+    # The gaits on both sides are among those of the branch, which stays in order.
+    assert np.all(np.diff(branch.values) < 0)
+    for point in branch.special:
+        above, below = np.flatnonzero(np.abs(branch.values - point.value) <= point.width)
+        assert [branch.cycles[k].word for k in (above, below)] == [point.before, point.after]
+
+
+def test_two_changes_between_neighbours_are_both_located(sticking):
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.26], tolerance=1e-3)
+    assert [point.before for point in branch.special] == ["stick | stick", "stick slip+ | stick"]
+    assert branch.special[-1].after == branch.cycles[-1].word == "slip+ stick slip+ | stick"
 
 
 def test_branch_can_stop_at_a_change_of_word(sticking):
-    values = np.linspace(1.0, 0.8, 5)
-    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", values, same_word=True)
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.8], same_word=True)
     assert branch.ended == "the word changes to 'stick slip+ | stick'"
-    assert branch.values[-1] > 0.9141 - 0.05
+    assert {cycle.word for cycle in branch.cycles} == {"stick | stick"}
+    assert branch.values[-1] == pytest.approx(branch.special[-1].value, abs=1e-6)
+
+
+def test_loss_of_stability_is_located():
+    robot, given = compass_biped(), {"slope": math.radians(1), "friction": 0.14}
+    start = cycle_of(robot, given, [-0.1408, 0.7102, -0.5168, 0])
+    branch = trace_branch(robot, given, start, "friction", [0.14, 0.115, 0.108])
+    (point,) = branch.special
+    assert point.kind == "stability"
+    assert (point.before, point.after) == (f"{start.word}, stable", f"{start.word}, unstable")
+    # A multiplier passes through the unit circle there, at a finite rate.
+    for shift, stable in ((1e-5, True), (-1e-5, False)):
+        near = branch.cycles[int(np.argmin(np.abs(branch.values - point.value)))]
+        gait = cycle_of(robot, {**given, "friction": point.value + shift}, [*near.z, 0])
+        assert (gait.radius < 1) is stable
+        assert gait.radius == pytest.approx(1, abs=2e-3)
 
 
 def test_unknown_parameter_is_named(sticking):
