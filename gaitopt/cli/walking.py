@@ -130,6 +130,7 @@ def basin(
     """
     from gaitopt.cli.law import read_pairs
     from gaitopt.cli.subject import coordinates_missing, read_start, read_subject
+    from gaitopt.simulation.engines import faster_walks
     from gaitopt.stability.section import Section
     from gaitopt.study.basin import basin as find_basin
     from gaitopt.study.basin import grid
@@ -140,6 +141,9 @@ def basin(
     if len(axes) < len(over):
         raise InputError("--over names the same axis twice.")
     subject = read_subject(source, setting or [], engine, 300 if coordinates_missing(state, axes) else 0, first=True)
+    advice = faster_walks(subject.engine)
+    if advice and not (json or quiet):
+        err.print(escape(advice), soft_wrap=True)
     p = subject.robot.vector(subject.parameters)
     names = Section(subject.robot, p, sliding=True).names
     base = (
@@ -181,6 +185,7 @@ def basin(
     elif not quiet:
         for label, share in found.fractions().items():
             out.print(f"{100 * share:6.2f} %  {escape(label)}")
+        out.print(f"engine {subject.engine.name}")
         if output is not None:
             print_written(output)
 

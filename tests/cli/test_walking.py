@@ -6,6 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app, main
+from gaitopt.simulation import engines
 
 PASSIVE, WHEEL, SLIP = "problems/compass_passive.py", "problems/rimless_wheel.py", "docs/examples/compass_slip.h5"
 
@@ -70,6 +71,17 @@ def test_basin_on_the_command_line(tmp_path):
     assert data["endings"] == ["fell", "stick | stick", "stick | stick", "lift_off"]
     assert data["fractions"]["stick | stick"] == pytest.approx(0.5)
     assert file.exists()
+
+
+def test_basin_names_its_engine_and_where_a_faster_one_is_had(monkeypatch):
+    arguments = ["basin", WHEEL, "--set", "friction=inf", "--over", "theta_rate=0.01,0.02"]
+    result = run(*arguments)
+    assert result.stdout.splitlines() == ["100.00 %  fell", f"engine {engines.default_engine().name}"]
+    monkeypatch.setattr(engines, "find_spec", lambda name: None)
+    result = run(*arguments)
+    assert result.stdout.splitlines() == ["100.00 %  fell", "engine scipy"]
+    assert "pip install 'gaitopt[fast]'" in result.stderr
+    assert run(*arguments, "--quiet").stderr == ""
 
 
 def test_run_a_study(tmp_path):
