@@ -170,6 +170,11 @@ class Previous(Guess):
     motion: Motion = field(repr=False)
     label: str = "a previous motion"
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.motion, Motion):
+            hint = " Use Continued(gait) to go on from a gait." if isinstance(self.motion, Gait) else ""
+            raise InputError(f"Previous needs a Motion, got {type(self.motion).__name__}.{hint}")
+
     def durations(self, setting: Setting) -> Array:
         """Return the motion's own durations if its word has the same phases, else typical ones."""
         segments = self._segments()
@@ -227,6 +232,11 @@ class Continued(Guess):
 
     gait: Gait = field(repr=False)
     label: str = "a gait solved before"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.gait, Gait):
+            hint = " Use Previous(motion) to start from a motion." if isinstance(self.gait, Motion) else ""
+            raise InputError(f"Continued needs a Gait, got {type(self.gait).__name__}.{hint}")
 
     def durations(self, setting: Setting) -> Array:
         """Return the gait's own durations if its word has the same phases, else typical ones."""

@@ -3,7 +3,18 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Keyframes, Line, Previous, Word, compass_biped, load, rimless_wheel
+from gaitopt import (
+    Continued,
+    InputError,
+    Keyframes,
+    Line,
+    Previous,
+    Scattered,
+    Word,
+    compass_biped,
+    load,
+    rimless_wheel,
+)
 from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.guess import Setting
 from gaitopt.ocp.reach import longest_reach, touchdown_pose
@@ -143,3 +154,24 @@ def test_a_step_beyond_reach_has_no_touchdown_pose():
     robot = compass_biped()
     with pytest.raises(InputError, match="no touchdown pose with a step of 4 m"):
         touchdown_pose(robot, robot.resolve({}), 4.0)
+
+
+def test_a_gait_for_a_motion_and_a_motion_for_a_gait_are_told_apart(solved):
+    gait = solved(word="slip+ stick | slip+")
+    with pytest.raises(InputError, match=r"Previous needs a Motion, got Gait\. Use Continued\(gait\)"):
+        Previous(gait)
+    with pytest.raises(InputError, match=r"Continued needs a Gait, got Motion\. Use Previous\(motion\)"):
+        Continued(gait.motion)
+    with pytest.raises(InputError, match="Previous needs a Motion, got str"):
+        Previous("gait.h5")
+
+
+def test_scattered_starts_differ_by_seed_and_meet_the_poses_at_both_ends(reference_problem):
+    aim = setting(reference_problem())
+    time = np.linspace(0, aim.period, 50)
+    line, one, again, other = (guess.sample(aim, time) for guess in (Line(), Scattered(1), Scattered(1), Scattered(2)))
+    assert np.array_equal(one.angles, again.angles)
+    assert np.max(np.abs(one.angles - other.angles)) > 1e-2
+    assert one.angles[:, [0, -1]] == pytest.approx(line.angles[:, [0, -1]], abs=1e-12)
+    slopes = np.gradient(one.angles, time, axis=1)
+    assert one.rates[:, 1:-1] == pytest.approx(slopes[:, 1:-1], abs=0.05)
