@@ -1,7 +1,8 @@
 """Progress of long work, as data handed to an observer.
 
 The library never prints.  A function that takes long accepts ``observer``, a callable that receives one
-:class:`Iteration` at a time; the default looks away.
+:class:`Iteration` at a time, and for a word left open one :class:`HomotopyStep` after each of its relaxed problems; the
+default looks away.
 """
 
 from collections.abc import Callable
@@ -32,8 +33,41 @@ class Iteration:
     infeasibility: float
 
 
+@dataclass(frozen=True)
+class HomotopyStep:
+    """One relaxed problem of a homotopy.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    relaxation : float
+        The relaxation's parameter t.
+    objective : float
+        Objective in its own unit, without what a penalty adds.
+    complementarity : float
+        Residual of the unrelaxed complementarity pairs, see :class:`gaitopt.Proposal`.
+    iterations : int
+    status : str
+        How the relaxed solve ended.
+
+    Examples
+    --------
+    >>> HomotopyStep(1, 0.1, 0.016, 2e-3, 25, "solved").status
+    'solved'
+    """
+
+    number: int
+    relaxation: float
+    objective: float
+    complementarity: float
+    iterations: int
+    status: str
+
+
 Observer = Callable[[Iteration], None]
+SolveObserver = Callable[[Iteration | HomotopyStep], None]
 
 
-def silent(iteration: Iteration) -> None:
+def silent(step: Iteration | HomotopyStep) -> None:
     """Observe nothing; the default observer."""

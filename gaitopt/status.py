@@ -20,6 +20,10 @@ class Status(Enum):
         "The optimiser converged but its torques, replayed in the event-driven simulator, do not give the planned "
         "gait; use more intervals or larger cone margins, or another word."
     )
+    UNCONFIRMED = (
+        "The word proposed for an open one was solved, but at another cost than the open problem's: take another "
+        "relaxation or more starts, or solve the proposed word by itself."
+    )
     INFEASIBLE = (
         "No gait with this word meets the constraints near the starting guess; see the worst constraints, relax one "
         "of them, or try another word or guess."

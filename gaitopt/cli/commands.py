@@ -6,9 +6,9 @@ from typing import Annotated, Any
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gaitopt.cli.output import err, out, print_gait, print_json, print_written
+from gaitopt.cli.output import err, homotopy_lines, out, print_gait, print_json, print_written
 from gaitopt.errors import InputError
-from gaitopt.progress import Iteration
+from gaitopt.progress import HomotopyStep, Iteration
 
 GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A gait written by 'gaitopt solve'.")]
 RobotScript = Annotated[
@@ -55,7 +55,11 @@ def solve(
     with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
         task = progress.add_task(f"{escape(problem.name)}: building")
 
-        def observe(step: Iteration) -> None:
+        def observe(step: Iteration | HomotopyStep) -> None:
+            if isinstance(step, HomotopyStep):
+                lines = homotopy_lines(step, problem.objective.name) if verbose or not (json or quiet) else []
+                err.print(*lines, sep="\n", markup=False, end="\n" if lines else "")
+                return
             text = (
                 f"iteration {step.number:3d}   {problem.objective.name} {step.objective:.6f}   "
                 f"infeasibility {step.infeasibility:.1e}"

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from gaitopt.motion.facts import describe_gait
 from gaitopt.motion.gait import Gait
+from gaitopt.progress import HomotopyStep
 
 # A file or a pipe has no width of its own: numbers must not be cut there to fit a terminal.
 out = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
@@ -26,6 +27,16 @@ def print_json(data: dict[str, Any]) -> None:
 def print_written(path: Path) -> None:
     """Print which file was written, on one line however long."""
     out.print(f"wrote {escape(str(path))}", soft_wrap=True)
+
+
+def homotopy_lines(step: HomotopyStep, objective: str) -> list[str]:
+    """Return a homotopy's table as it grows: the line of a step, before the first one the names of the columns."""
+    head = f"{'step':>4}  {'relaxation':>10}  {objective:>17}  {'complementarity':>15}  {'iterations':>10}  status"
+    line = (
+        f"{step.number:4d}  {step.relaxation:10.0e}  {step.objective:17.6g}  {step.complementarity:15.1e}  "
+        f"{step.iterations:10d}  {step.status}"
+    )
+    return [head, line] if step.number == 1 else [line]
 
 
 def print_gait(gait: Gait) -> None:

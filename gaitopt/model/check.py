@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.impact import Impact, complementarity_pairs, solve_impact
-from gaitopt.model.modes import Mode
+from gaitopt.model.modes import PHYSICAL, Mode
 from gaitopt.model.robot import Robot
 
 _STEP = 1e-6
@@ -122,7 +122,7 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
     names = [parameter.name for parameter in robot.parameters]
     slope, friction, gravity = (p[names.index(name)] for name in ("slope", "friction", "gravity"))
     worst = np.zeros(3)
-    for mode in Mode:
+    for mode in PHYSICAL:
         speed = v + np.eye(robot.n_q)[0] * mode.sign
         a, f = (np.asarray(part).ravel() for part in robot.acceleration[mode](q, speed, u, p))
         # Short against the time scales of the motion, which a light leg makes fast.

@@ -13,6 +13,7 @@ class Mode(Enum):
     slip+     v_n = 0, v_t > 0 (forward, downhill)                   f_t = -mu f_n
     slip-     v_n = 0, v_t < 0 (backward, uphill)                    f_t = +mu f_n
     free      above the ground                                       f = 0
+    any       not a mode but one left open, in a word to be found
     ========  =====================================================  ===================
 
     Attributes
@@ -32,6 +33,7 @@ class Mode(Enum):
     SLIP_FORWARD = "slip+"
     SLIP_BACKWARD = "slip-"
     FREE = "free"
+    ANY = "any"
 
     def __init__(self, spelling: str) -> None:
         self.sign = {"slip+": 1, "slip-": -1}.get(spelling, 0)
@@ -48,3 +50,7 @@ class Mode(Enum):
     def slipping(sign: float) -> "Mode":
         """Return the slip mode whose foot velocity has this sign."""
         return Mode.SLIP_FORWARD if sign > 0 else Mode.SLIP_BACKWARD
+
+
+PHYSICAL = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.FREE)
+"""The modes a foot can be in."""

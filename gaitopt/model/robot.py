@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model import contact
 from gaitopt.model.mechanics import Body, derive
-from gaitopt.model.modes import Mode
+from gaitopt.model.modes import PHYSICAL, Mode
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 GROUND = (
@@ -243,7 +243,7 @@ def assemble(
     spread = contact.solve_symmetric(parts.mass_matrix, landing_jacobian.T)
     residual = parts.mass_matrix @ (w - v) - landing_jacobian.T @ impulse
     acceleration = {}
-    for mode in Mode:
+    for mode in PHYSICAL:
         a, f = contact.accelerations(mode, parts.mass_matrix, drive, friction)
         label = "acceleration_" + mode.name.lower()
         acceleration[mode] = function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})

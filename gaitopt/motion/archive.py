@@ -17,9 +17,11 @@ from gaitopt.model.modes import Mode
 from gaitopt.motion.atomic import replacing
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
+from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution, Table
 from gaitopt.motion.summary import plain
 from gaitopt.motion.word import Word
+from gaitopt.progress import HomotopyStep
 from gaitopt.status import Status
 
 FORMAT = "gaitopt gait"
@@ -95,6 +97,8 @@ def write_gait(group: h5py.Group, gait: Gait) -> None:
     _write_record(group.create_group("solver"), gait.solver)
     if gait.verification is not None:
         _write_record(group.create_group("verification"), gait.verification)
+    if gait.proposal is not None:
+        _write_record(group.create_group("proposal"), gait.proposal)
     if gait.solution is not None:
         _write_solution(group.create_group("solution"), gait.solution)
     _write_motion(group.create_group("motion"), gait.motion)
@@ -175,7 +179,7 @@ def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, st
         dataset.attrs["unit"] = unit
 
 
-def _write_record(group: h5py.Group, record: SolverReport | Verification) -> None:
+def _write_record(group: h5py.Group, record: SolverReport | Verification | Proposal) -> None:
     """Write a flat record as attributes: numbers and text as they are, lists as JSON."""
     for name, value in dataclasses.asdict(record).items():
         group.attrs[name] = json.dumps(plain(value)) if isinstance(value, list | tuple) else value
@@ -204,7 +208,14 @@ def read_gait(file: h5py.Group) -> Gait:
         versions={name: str(value) for name, value in file["versions"].attrs.items()},
         solution=_read_solution(file["solution"]) if "solution" in file else None,
         verification=verification,
+        proposal=_read_proposal(file["proposal"]) if "proposal" in file else None,
     )
+
+
+def _read_proposal(group: h5py.Group) -> Proposal:
+    fields = _read_record(group)
+    steps = tuple(HomotopyStep(**step) for step in _numbers(json.loads(fields["steps"])))
+    return Proposal(**{**fields, "words": tuple(json.loads(fields["words"])), "steps": steps})
 
 
 def _write_solution(group: h5py.Group, solution: Solution) -> None:

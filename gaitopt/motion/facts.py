@@ -24,6 +24,7 @@ def describe_gait(gait: Gait) -> Facts:
     facts = [
         ("status", f"{gait.status.key}: {gait.status.hint}"),
         ("word", str(gait.word)),
+        *_origin(gait),
         ("robot", f"{gait.robot}, friction {friction:g}, objective {gait.problem['objective']}"),
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED):
@@ -54,6 +55,19 @@ def _numbers(gait: Gait) -> Facts:
         ),
         ("replay", _replay(gait)),
     ]
+
+
+def _origin(gait: Gait) -> Facts:
+    """Return how the word was found, where it was left open."""
+    proposal = gait.proposal
+    if proposal is None:
+        return []
+    found = (
+        f"for '{proposal.word}' by {proposal.relaxation}, {len(proposal.steps)} steps, complementarity residual "
+        f"{proposal.complementarity:.1e}; cost {proposal.cost_before:.6g}, closed {proposal.cost_after:.6g}"
+    )
+    facts = [("found", found), ("stationarity", proposal.stationarity)]
+    return [*facts, ("doubt", proposal.reason)] if proposal.reason else facts
 
 
 def _replay(gait: Gait) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution
 from gaitopt.motion.word import Word
 from gaitopt.status import Status
@@ -145,6 +146,8 @@ class Gait:
     versions : dict of str to str
     verification : Verification or None
         None until :func:`gaitopt.verify` has replayed it.
+    proposal : Proposal or None
+        How the word was found, for a problem whose word was left open.
 
     Examples
     --------
@@ -163,6 +166,7 @@ class Gait:
     versions: dict[str, str]
     solution: Solution | None = field(default=None, repr=False)
     verification: Verification | None = None
+    proposal: Proposal | None = None
 
     @property
     def cost_of_transport(self) -> float:

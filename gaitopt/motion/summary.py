@@ -46,6 +46,7 @@ def summarise(gait: Gait) -> dict[str, Any]:
         "impact": {"mode": jump.mode.value, "ratio": jump.ratio},
         "energy": ledger_facts(energy),
         "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
+        "proposal": None if gait.proposal is None else dataclasses.asdict(gait.proposal),
         "solver": solver,
         "violations": violations,
         "warnings": list(warnings),

@@ -1,7 +1,8 @@
 """Words: a gait named by the contact phases of one step and the outcome of its impact.
 
 ``"slip+ stick | slip+"`` reads: after the impact the foot slips forward, then sticks, until a touchdown whose
-impact makes the landing foot slip forward.
+impact makes the landing foot slip forward.  ``any`` in the place of a phase or of the impact leaves it open:
+``"slip+ stick | any"`` asks :func:`gaitopt.solve` to find what the impact does, ``"any | any"`` to find all of it.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 from gaitopt.errors import WordError, suggest
 from gaitopt.model.modes import Mode
 
-_PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)}
+_PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.ANY)}
 _EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+".'
 
 
@@ -20,9 +21,9 @@ class Word:
     Attributes
     ----------
     phases : tuple of Mode
-        Contact modes of the stance foot in order.
+        Contact modes of the stance foot in order; ``Mode.ANY`` stands for one phase or several still to be found.
     impact : Mode
-        What the landing foot does at touchdown.
+        What the landing foot does at touchdown; ``Mode.ANY`` where it is still to be found.
 
     Raises
     ------
@@ -34,6 +35,8 @@ class Word:
     >>> word = Word.parse("slip+ stick | slip+")
     >>> str(word), len(word.phases)
     ('slip+ stick | slip+', 2)
+    >>> Word.parse("slip+ stick | any").is_open
+    True
     """
 
     phases: tuple[Mode, ...]
@@ -50,6 +53,44 @@ class Word:
         for first, second in zip(self.phases, self.phases[1:], strict=False):
             if first is second:
                 raise WordError(f"The word {str(self)!r} repeats {first.value!r}; two equal phases in a row are one.")
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a phase or the impact is still to be found."""
+        return Mode.ANY in (*self.phases, self.impact)
+
+    @property
+    def has_open_phases(self) -> bool:
+        """Whether a phase is still to be found."""
+        return Mode.ANY in self.phases
+
+    def require_closed(self, purpose: str) -> "Word":
+        """Return the word itself if nothing in it is left open.
+
+        Parameters
+        ----------
+        purpose : str
+            What needs a closed word, as the subject of the error message.
+
+        Raises
+        ------
+        WordError
+            If a phase or the impact is open.
+
+        Examples
+        --------
+        >>> Word.parse("any | stick").require_closed("A walk")
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.WordError: A walk needs a closed word, but 'any | stick' leaves something open; solve() closes \
+it: use the word of the gait it returns.
+        """
+        if self.is_open:
+            raise WordError(
+                f"{purpose} needs a closed word, but {str(self)!r} leaves something open; solve() closes it: use the "
+                "word of the gait it returns."
+            )
+        return self
 
     def check_periodic(self) -> "Word":
         """Return the word itself if a periodic gait can have it: what follows the impact must begin the step.
@@ -69,7 +110,7 @@ class Word:
         gaitopt.errors.WordError: The word 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the foot \
 sliding, so the step must begin with 'slip+', not 'stick'.
         """
-        if self.impact.slips and self.phases[0] is not self.impact:
+        if self.impact.slips and self.phases[0] not in (self.impact, Mode.ANY):
             raise WordError(
                 f"The word {str(self)!r} cannot be: an impact that ends in {self.impact.value!r} leaves the foot "
                 f"sliding, so the step must begin with {self.impact.value!r}, not {self.phases[0].value!r}."
@@ -91,7 +132,7 @@ sliding, so the step must begin with 'slip+', not 'stick'.
         Traceback (most recent call last):
         ...
         gaitopt.errors.WordError: The word 'slip | stick' has an unknown mode 'slip'. Did you mean 'slip-'? Known: \
-stick, slip+, slip-.
+stick, slip+, slip-, any.
         """
         if isinstance(text, Word):
             return text

@@ -93,7 +93,7 @@ class Attempt:
     def remarks(self) -> tuple[str, ...]:
         """Return what is odd about the user's own guess."""
         problem = self.problem
-        if problem.guess is None or isinstance(self.guess, Continued):
+        if self.guess is not problem.guess or isinstance(self.guess, Continued):
             return ()
         transcription = transcribe(structure(problem, problem.transcription))
         return moved_inside(transcription, bounds(transcription, problem), guessed(transcription, problem, self.guess))
@@ -158,7 +158,7 @@ def _approached(own: Attempt) -> Step:
     """Return the solution on the problem's own grid, found through coarser ones."""
     problem, guess = own.problem, own.guess
     path, before, barrier = problem.transcription.approach(problem.word), None, SAME
-    known = guess.solution_for(problem.word) if isinstance(guess, Continued) else None
+    known = guess.solution_for(problem.word)
     if known is not None:
         path, before, barrier = path[-1:], known, NEAR
     step = None

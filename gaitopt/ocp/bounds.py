@@ -9,7 +9,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.frame import MARGINS
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.method import Method
+from gaitopt.ocp.open_touchdown import OPEN_IMPACT
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.relaxation import Relaxation
 from gaitopt.ocp.transcription import Structure, Transcription
 
 
@@ -29,8 +31,10 @@ class Bounds:
     g_upper: Array
 
 
-def structure(problem: GaitProblem, method: Method) -> Structure:
-    """Return what decides the equations of a problem's programme."""
+def structure(problem: GaitProblem, method: Method, relaxation: Relaxation | None = None) -> Structure:
+    """Return what decides the equations of a problem's programme; an open word needs a relaxation."""
+    if relaxation is None:
+        problem.word.require_closed("A smooth programme")
     robot, limits = problem.robot, problem.limits
     torques = limits.torques(robot.actuators)
     return Structure(
@@ -42,6 +46,7 @@ def structure(problem: GaitProblem, method: Method) -> Structure:
         powered=tuple(name for name, limit in zip(robot.actuators, torques, strict=True) if limit > 0),
         free_slope=len(set(problem.slope_range)) > 1,
         rate_limited=any(map(math.isfinite, limits.torque_rates(robot.actuators))),
+        relaxation=relaxation,
     )
 
 
@@ -66,7 +71,7 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     if "slope" in layout:
         lower[layout["slope"]], upper[layout["slope"]] = problem.slope_range
     for name in layout.tables:
-        if "power" in name:
+        if "power" in name or name == OPEN_IMPACT:
             lower[layout[name]] = 0.0
     for phase in transcription.phases:
         if phase.mode.slips:
@@ -95,7 +100,7 @@ def _speed_bounds(phase: Phase, margin: float) -> tuple[Array, Array]:
     """Return bounds of the foot speed at the phase's nodes, fading to zero towards an end at rest."""
     part = np.linspace(0, 1, phase.count + 1)
     least = np.full(part.size, margin)
-    if phase.starts_at_rest:
+    if phase.starts_at_rest or phase.starts_open:
         least *= np.minimum(1, 2 * part) ** 2  # a slide that starts on the cone starts with zero acceleration
     if phase.ends_at_rest:
         least *= np.minimum(1, 2 * (1 - part))

@@ -10,7 +10,9 @@ from gaitopt.model.robot import Robot
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.layout import Index, Layout, Rows
 from gaitopt.ocp.objective import Objective
+from gaitopt.ocp.relaxation import Pair, Relaxation, relax
 from gaitopt.ocp.scheme import Scheme
+from gaitopt.ocp.stance import Row
 
 MARGINS = ("cone", "impact_cone")
 """Margins that enter the constraints as data, after the robot's parameters."""
@@ -34,7 +36,9 @@ class Frame:
     rows : Rows
         The constraint rows so far; every block appends its own.
     data : SX
-        Robot parameters, then the margins.
+        Robot parameters, then the margins, then the relaxation's parameter where there is one.
+    relaxation : Relaxation or None
+        Of the complementarity pairs of an open word.
     """
 
     robot: Robot
@@ -45,10 +49,17 @@ class Frame:
     variables: Layout
     rows: Rows
     data: ca.SX
+    relaxation: Relaxation | None = None
 
     def names(self) -> list[str]:
         """Return the names of the robot's parameters."""
         return [parameter.name for parameter in self.robot.parameters]
+
+    def relax(self, pairs: list[Pair]) -> tuple[list[Row], ca.SX, ca.SX]:
+        """Return rows, values and cost that stand for complementarity pairs."""
+        if self.relaxation is None:
+            raise ValueError("complementarity pairs need a relaxation")
+        return relax(self.relaxation, pairs, self.data[-1], self.objective.typical)
 
     def integral_row(self) -> int:
         """Return the row that sums the integral of the objective."""

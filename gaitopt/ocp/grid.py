@@ -24,6 +24,8 @@ class Phase:
         Whether the foot starts to slide from rest without a sticking phase before.
     onset : Mode or None
         The slip mode that begins where this sticking phase ends.
+    starts_open : bool
+        Whether it is open if a sliding foot has zero speed at the first node.
     """
 
     number: int
@@ -34,6 +36,12 @@ class Phase:
     ends_at_rest: bool
     breaks_away: bool
     onset: Mode | None
+    starts_open: bool = False
+
+    @property
+    def slides(self) -> bool:
+        """Whether the foot may move."""
+        return self.mode.slips or self.mode is Mode.ANY
 
     @property
     def nodes(self) -> range:
@@ -52,16 +60,18 @@ def divide(word: Word, counts: Sequence[int]) -> tuple[Phase, ...]:
     for i, (mode, count) in enumerate(zip(word.phases, counts, strict=True)):
         before = word.phases[i - 1] if i > 0 else word.impact
         following = word.phases[i + 1] if i + 1 < len(word.phases) else None
+        starts_open = i == 0 and word.impact is Mode.ANY
         phases.append(
             Phase(
                 number=i,
                 mode=mode,
                 first=first,
                 count=count,
-                starts_at_rest=mode.slips and (i > 0 or not before.slips),
+                starts_at_rest=mode.slips and (i > 0 or not before.slips) and not starts_open,
                 ends_at_rest=mode.slips and following is not None,
-                breaks_away=mode.slips and (before.slips if i > 0 else not before.slips),
+                breaks_away=mode.slips and (before.slips if i > 0 else not before.slips) and not starts_open,
                 onset=following if mode is Mode.STICK and following is not None else None,
+                starts_open=starts_open,
             )
         )
         first += count

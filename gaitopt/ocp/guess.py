@@ -61,6 +61,10 @@ class Guess(ABC):
     def describe(self) -> str:
         """Return the guess in words, for the record of the problem."""
 
+    def solution_for(self, word: Word) -> Solution | None:
+        """Return a solution to go on from with a word's unknowns and multipliers; None, as here, for a mere motion."""
+        return None
+
 
 def typical_durations(setting: Setting) -> Array:
     """Return a division of the period that gives each slip phase a sixth of it, shape (n_phases,) [s]."""

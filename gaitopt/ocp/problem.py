@@ -26,7 +26,7 @@ class GaitProblem:
     ----------
     robot : Robot
     word : Word or str
-        Phases and impact, such as ``"slip+ stick | slip+"``.
+        Phases and impact, such as ``"slip+ stick | slip+"``; ``any`` leaves a place open, see :func:`gaitopt.solve`.
     parameters : mapping of str to float
         Robot parameters (SI units); those not named keep their defaults.
     friction : float
@@ -178,6 +178,8 @@ class GaitProblem:
         self.transcription.intervals_for(self.word)
 
     def _check_friction(self) -> None:
+        if self.word.is_open and math.isinf(self.friction):
+            raise InputError(f"Without a friction limit nothing slips: the word '{self.word}' needs no open place.")
         slips = any(mode.slips for mode in (*self.word.phases, self.word.impact))
         if slips and math.isinf(self.friction):
             raise InputError(f"The word '{self.word}' slips, which needs a finite friction, got inf.")

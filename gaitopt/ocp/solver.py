@@ -1,26 +1,48 @@
 """solve: from a problem to a gait."""
 
+import functools
+
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.attempt import attempt
 from gaitopt.ocp.guess import Guess, Line, Scattered
+from gaitopt.ocp.homotopy import Homotopy
 from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.progress import Observer, silent
+from gaitopt.ocp.proposal import attempt_open
+from gaitopt.progress import SolveObserver, silent
 from gaitopt.status import Status
 
 RETRIES = 3
 """How many other starts are tried where none has led to a gait."""
 
-_HOPEFUL = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.ACCEPTABLE, Status.DIVERGING)
+_HOPEFUL = (
+    Status.INFEASIBLE,
+    Status.ITERATION_LIMIT,
+    Status.FAILED,
+    Status.ACCEPTABLE,
+    Status.DIVERGING,
+    Status.UNCONFIRMED,
+)
 """Endings after which another start may lead to a gait."""
 
 
-def solve(problem: GaitProblem, *, starts: int = 1, solver: Ipopt | None = None, observer: Observer = silent) -> Gait:
+def solve(
+    problem: GaitProblem,
+    *,
+    starts: int = 1,
+    solver: Ipopt | None = None,
+    homotopy: Homotopy | None = None,
+    observer: SolveObserver = silent,
+) -> Gait:
     """Find an energy-optimal gait.
 
     The problem is solved on a coarse grid first, then on its own, then with a finer integration until the plan is
     accurate between its nodes.  Where a start leads nowhere, up to three others are tried.
+
+    A word with an open place, such as ``"slip+ stick | any"``, is closed first: the contact laws of the open place
+    enter as complementarity pairs, relaxed and tightened step by step, and propose closed words, which are then solved.
+    The gait returned has the cheapest of them; ``gait.proposal`` says how it was found.
 
     Parameters
     ----------
@@ -29,8 +51,10 @@ def solve(problem: GaitProblem, *, starts: int = 1, solver: Ipopt | None = None,
         Number of starts; of several the cheapest gait found is returned.  The first is the problem's own guess, or a
         straight line; the others are seeded, so that a second call finds the same.
     solver : Ipopt, optional
-    observer : Observer
-        Receives an :class:`gaitopt.Iteration` per iteration.
+    homotopy : Homotopy, optional
+        How open places of the word are closed.
+    observer : SolveObserver
+        Receives an :class:`gaitopt.Iteration` per iteration, and a :class:`gaitopt.HomotopyStep` per relaxed problem.
 
     Returns
     -------
@@ -55,8 +79,9 @@ def solve(problem: GaitProblem, *, starts: int = 1, solver: Ipopt | None = None,
     """
     check_count("starts", starts, 1, 1000)
     gaits: list[Gait] = []
+    once = functools.partial(attempt_open, homotopy=homotopy or Homotopy()) if problem.word.is_open else attempt
     while True:
-        gaits.append(attempt(problem, _start(problem, len(gaits)), solver or Ipopt(), observer))
+        gaits.append(once(problem, _start(problem, len(gaits)), solver or Ipopt(), observer))
         solved = [gait for gait in gaits if gait.status.ok]
         last = gaits[-1].status
         if not last.ok and last not in _HOPEFUL:

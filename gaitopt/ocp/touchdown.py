@@ -5,11 +5,13 @@ import math
 import casadi as ca
 
 from gaitopt.model.impact import impulse_excess
+from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.word import Word
 from gaitopt.ocp.frame import Frame, Locals
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.nlp import Block
+from gaitopt.ocp.open_touchdown import OPEN_IMPACT, open_impact
 from gaitopt.ocp.stance import Row
 
 
@@ -22,7 +24,7 @@ def touchdown_block(frame: Frame, word: Word, phases: tuple[Phase, ...]) -> Bloc
     robot, variables, local = frame.robot, frame.variables, Locals(frame, 1)
     p, margin = local.parameters(), frame.data[len(robot.parameters) + 1]
     friction = p[frame.names().index("friction")]
-    slips = [phase for phase in phases if phase.mode.slips]
+    slides = [phase for phase in phases if phase.slides]
     final, first = phases[-1], phases[0]
 
     before, rates_before = (local.add(f"{part} before", variables[part][:, [-1]]) for part in ("angles", "rates"))
@@ -30,10 +32,10 @@ def touchdown_block(frame: Frame, word: Word, phases: tuple[Phase, ...]) -> Bloc
     impulse, travel = local.add("impulse", variables["impulse"]), local.add("travel", variables["travel"])
     durations = local.add("durations", variables["duration"].T)
     speed_before = speed_after = ca.SX(0)
-    slides = [local.add("slide", variables[f"slide {phase.number}"][:1, [-1]]) for phase in slips]
-    if final.mode.slips:
+    slid = [local.add("slide", variables[f"slide {phase.number}"][:1, [-1]]) for phase in slides]
+    if final.slides:
         speed_before = local.add("speed before", variables[f"slide {final.number}"][1:, [-1]])
-    if first.mode.slips:
+    if first.slides:
         speed_after = local.add("speed after", variables[f"slide {first.number}"][1:, [0]])
 
     zero = ca.SX(1, 1)
@@ -45,8 +47,14 @@ def touchdown_block(frame: Frame, word: Word, phases: tuple[Phase, ...]) -> Bloc
     guard, guard_rate, armed = robot.touchdown(q, v_minus, p)
     relabelled = robot.swap(q, v_minus, p)[0][2:]
     distance = robot.landing(q, v_minus, p)[0][0]
-    length = distance + sum(slides)
-    excess = impulse_excess(impulse, friction, word.impact, margin)
+    length = distance + sum(slid)
+    if OPEN_IMPACT in variables:
+        mass = robot.momentum(q, v_minus, p)[2]
+        law, excess, cost = open_impact(frame, local, impulse, speed_after, friction, mass)
+    else:
+        # An open impact before a sticking phase can only stick.
+        mode = Mode.STICK if word.impact is Mode.ANY else word.impact
+        law, excess, cost = _cone(mode), impulse_excess(impulse, friction, mode, margin), None
     period = ca.sum1(durations)
     constraints = ca.vertcat(
         after - relabelled,
@@ -63,19 +71,25 @@ def touchdown_block(frame: Frame, word: Word, phases: tuple[Phase, ...]) -> Bloc
     return Block(
         name="touchdown",
         variables=local.variables,
+        cost=cost,
         constraints=constraints,
         columns=local.columns,
-        rows=frame.rows.add("touchdown", _table(robot, word), ["touchdown"]),
+        rows=frame.rows.add("touchdown", _table(robot, law), ["touchdown"]),
     )
 
 
-def _table(robot: Robot, word: Word) -> list[Row]:
-    """Return name, lower and upper bound of each row of the touchdown, in order."""
-    cone = ["impact friction cone"] if word.impact.slips else ["forward impact cone", "backward impact cone"]
+def _cone(impact: Mode) -> list[Row]:
+    """Return the rows of an impact whose outcome is known."""
+    if impact.slips:
+        return [("impact friction cone", 0.0, 0.0)]
+    return [("forward impact cone", 0.0, math.inf), ("backward impact cone", 0.0, math.inf)]
 
+
+def _table(robot: Robot, law: list[Row]) -> list[Row]:
+    """Return name, lower and upper bound of each row of the touchdown, in order."""
     table = [(f"leg swap of {angle}", 0.0, 0.0) for angle in robot.angles]
     table += [(f"momentum balance {i + 1}", 0.0, 0.0) for i in range(robot.n_q)]
-    table += [(name, 0.0, 0.0 if word.impact.slips else math.inf) for name in cone]
+    table += law
     table += [
         ("touchdown", 0.0, 0.0),
         ("touchdown direction", -math.inf, -1e-3),

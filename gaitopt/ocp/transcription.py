@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.word import Word
 from gaitopt.ocp.frame import MARGINS, Frame
@@ -18,6 +19,8 @@ from gaitopt.ocp.grid import Phase, divide
 from gaitopt.ocp.layout import Layout, Rows
 from gaitopt.ocp.nlp import Block, Nlp, assemble_nlp
 from gaitopt.ocp.objective import Objective
+from gaitopt.ocp.open_touchdown import OPEN_IMPACT, UNKNOWNS
+from gaitopt.ocp.relaxation import Relaxation
 from gaitopt.ocp.scheme import Scheme, at_inner_point
 from gaitopt.ocp.span import end_block, interval_block, last_power_block, quotient_block, start_block
 from gaitopt.ocp.stance import Stance
@@ -45,6 +48,8 @@ class Structure:
         Whether the slope is an unknown.
     rate_limited : bool
         Whether torque rates are constrained.
+    relaxation : Relaxation or None
+        Of the complementarity pairs, for an open word.
     """
 
     robot: Robot
@@ -55,6 +60,7 @@ class Structure:
     powered: tuple[str, ...]
     free_slope: bool = False
     rate_limited: bool = False
+    relaxation: Relaxation | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -103,7 +109,8 @@ def transcribe(structure: Structure) -> Transcription:
         rate_limited=structure.rate_limited,
         variables=variables,
         rows=rows,
-        data=ca.SX.sym("z", len(robot.parameters) + len(MARGINS)),
+        data=ca.SX.sym("z", len(robot.parameters) + len(MARGINS) + (structure.relaxation is not None)),
+        relaxation=structure.relaxation,
     )
     blocks: list[Block] = []
     for phase, stance in zip(phases, stances, strict=True):
@@ -153,6 +160,8 @@ def _variables(structure: Structure, phases: tuple[Phase, ...], stances: tuple[S
     if works:
         layout.add("power", powers, nodes)
     layout.add("impulse", ["tangential impulse", "normal impulse"], ["touchdown"])
+    if structure.word.impact is Mode.ANY and phases[0].slides:
+        layout.add(OPEN_IMPACT, UNKNOWNS, ["touchdown"])
     layout.add("travel", ["step length"], ["step"])
     if structure.free_slope:
         layout.add("slope", ["slope"], ["ground"])

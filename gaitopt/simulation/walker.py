@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.control.law import Law
 from gaitopt.model.buffered import Buffered
 from gaitopt.model.impact import Impact, Touchdown
-from gaitopt.model.modes import Mode
+from gaitopt.model.modes import PHYSICAL, Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Arc, Engine
@@ -23,7 +23,7 @@ STOPS = {
     None: Stop.NO_TOUCHDOWN,
 }
 """Reasons for which an arc ends a walk."""
-SLIDES = {mode.value: mode for mode in Mode if mode.slips}
+SLIDES = {mode.value: mode for mode in PHYSICAL if mode.slips}
 
 
 class Stride(NamedTuple):
@@ -75,7 +75,7 @@ class Walker:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
         self.step_time_limit, self.most_events = step_time_limit, most_events
         self.contact = ContactChoice(robot, law, p)
-        self._torque: dict[Mode, Buffered] = {mode: Buffered(demand_of(law.torque, mode)) for mode in Mode}
+        self._torque: dict[Mode, Buffered] = {mode: Buffered(demand_of(law.torque, mode)) for mode in PHYSICAL}
         self._hold = None if law.hold is None else Buffered(law.hold, law.table[:, 0])
         self._landing = Touchdown(robot, p)
 

@@ -68,7 +68,7 @@ def find_cycles(
     >>> [(gait.word, round(gait.radius, 6)) for gait in gaits]
     [('stick | stick', 0.734042)]
     """
-    wanted = None if word is None else str(Word.parse(word))
+    wanted = None if word is None else str(Word.parse(word).require_closed("A search for cycles"))
     found = search_cycles(robot, parameters, law=law, steps=steps, starts=starts, seed=seed, engine=engine)
     return ranked(cycle for cycle in found if wanted is None or {str(each) for each in cycle.words} == {wanted})
 

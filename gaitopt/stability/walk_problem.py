@@ -48,4 +48,4 @@ class WalkProblem:
             raise InputError(f"robot must be a Robot such as rimless_wheel(), got {self.robot!r}.")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
         if self.word is not None:
-            object.__setattr__(self, "word", Word.parse(self.word).check_periodic())
+            object.__setattr__(self, "word", Word.parse(self.word).require_closed("A walking problem").check_periodic())

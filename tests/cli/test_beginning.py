@@ -67,6 +67,20 @@ def test_a_script_in_a_folder_that_is_not_there(command):
     assert "Cannot write nowhere/mine.py" in run.err
 
 
+def test_an_open_word_shows_its_homotopy(command, root):
+    settings = ("--set", "word=slip+ stick | any", "--set", "intervals=10")
+    run = command("solve", root / "problems/compass_slip.py", *settings)
+    head, *lines = run.err.split("\n\n")[0].strip().splitlines()
+    assert head.split() == ["step", "relaxation", "cost_of_transport", "complementarity", "iterations", "status"]
+    assert [line.split()[0] for line in lines] == [str(i + 1) for i in range(len(lines))]
+    assert lines[-1].split()[-1] == "solved"
+    assert float(lines[-1].split()[3]) < 1e-6
+    assert "for 'slip+ stick | any' by scholtes" in run.out
+    quiet = command("solve", root / "problems/compass_slip.py", *settings, "--json")
+    assert quiet.err == ""
+    assert quiet.json["proposal"]["word"] == "slip+ stick | any"
+
+
 def test_verbose_writes_iterations_to_standard_error(command, root):
     run = command("solve", root / "problems/compass_slip.py", "--verbose", "--json")
     assert run.status == 0

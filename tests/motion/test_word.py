@@ -72,3 +72,40 @@ def test_a_word_must_be_text(value):
 def test_a_word_error_is_an_input_error():
     assert issubclass(WordError, InputError)
     assert issubclass(WordError, ValueError)
+
+
+@st.composite
+def open_words(draw):
+    places = [*MODES, Mode.ANY]
+    phases = [draw(st.sampled_from(places))]
+    for _ in range(draw(st.integers(0, 4))):
+        phases.append(draw(st.sampled_from([mode for mode in places if mode is not phases[-1]])))
+    return Word(tuple(phases), draw(st.sampled_from(places)))
+
+
+@given(open_words())
+def test_open_words_are_read_back_and_told_from_closed_ones(word):
+    assert Word.parse(str(word)) == word
+    assert word.is_open == ("any" in str(word))
+    assert word.has_open_phases == ("any" in str(word).split("|")[0])
+    if word.is_open:
+        with pytest.raises(WordError, match="A replay needs a closed word"):
+            word.require_closed("A replay")
+    else:
+        assert word.require_closed("A replay") is word
+
+
+@pytest.mark.parametrize("text", ["slip+ stick | any", "any | slip-", "any | any", "stick any | stick", "stick | any"])
+def test_an_open_place_fits_what_is_beside_it(text):
+    word = Word.parse(text)
+    assert word.check_periodic() is word
+
+
+def test_a_closed_first_phase_still_has_to_follow_a_closed_impact():
+    with pytest.raises(WordError, match="must begin with 'slip\\+', not 'stick'"):
+        Word.parse("stick any | slip+").check_periodic()
+
+
+def test_two_open_phases_in_a_row_are_one():
+    with pytest.raises(WordError, match="repeats 'any'"):
+        Word.parse("any any | stick")

@@ -1,0 +1,108 @@
+"""Words whose impact alone is open: the closed programme with the impact law's pairs in it."""
+
+import numpy as np
+
+from gaitopt.model.modes import Mode
+from gaitopt.motion.motion import Array
+from gaitopt.motion.solution import Solution
+from gaitopt.motion.word import Word
+from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.candidates import Candidates, Relaxed, fitting
+from gaitopt.ocp.carrying import solution_of
+from gaitopt.ocp.guess import Guess, Sample
+from gaitopt.ocp.homotopy import Homotopy, follow
+from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.pairs import residual
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.readout import found_values, planned_states
+from gaitopt.ocp.start import start
+from gaitopt.ocp.transcription import Transcription, transcribe
+from gaitopt.progress import SolveObserver
+
+AGREEMENT = 1e-3
+"""Largest relative difference in cost of the closed word, on the same grid; margins make up for most of it."""
+
+
+def propose_impact(
+    problem: GaitProblem, guess: Guess, solver: Ipopt, observer: SolveObserver, homotopy: Homotopy
+) -> Candidates:
+    """Follow the homotopy of a word whose phases are known, on the coarsest grid of its transcription."""
+    method = problem.transcription.approach(problem.word)[0]
+    transcription = transcribe(structure(problem, method, homotopy.relaxation))
+    trail = follow(
+        homotopy,
+        transcription,
+        start(transcription, problem, guess),
+        data_vector(problem),
+        bounds(transcription, problem),
+        lambda x: impact_residual(transcription, problem, x),
+        solver,
+        observer,
+    )
+    x = np.nan_to_num(trail.outcome.x)
+    modes = outcomes_near(*landing(transcription, problem, x), problem)
+    words = fitting([Word(problem.word.phases, mode) for mode in modes])
+    if not words:  # an outcome that the first phase does not allow: the relaxed problem has not been solved
+        words = [Word(problem.word.phases, Mode.STICK)]
+    begun = _as_guess(transcription, problem, x, solution_of(transcription, trail.outcome))
+    return Candidates(
+        trail=trail,
+        words=tuple(words),
+        guesses=(begun,) * len(words),
+        method=method,
+        agreement=AGREEMENT,
+        biactive=len(modes) > 1,
+    )
+
+
+def landing(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[float, float, float]:
+    """Return the impulse per mass, tangential and normal, and the speed of the landing foot after it [m/s]."""
+    layout, robot, first = transcription.variables, transcription.structure.robot, transcription.phases[0]
+    zero, p = np.zeros(robot.n_q), robot.vector(found_values(transcription, problem, x))
+    tangential, normal = x[layout["impulse"][:, 0]] / float(robot.momentum(zero, zero, p)[2])
+    speed = x[layout[f"slide {first.number}"][1, 0]] if first.slides else 0.0
+    return float(tangential), float(normal), float(speed)
+
+
+def impact_residual(transcription: Transcription, problem: GaitProblem, x: Array) -> float:
+    """Return the complementarity residual of the impact in a solution [m/s]."""
+    return residual(*landing(transcription, problem, x), problem.friction)
+
+
+def outcomes_near(tangential: float, normal: float, speed: float, problem: GaitProblem) -> list[Mode]:
+    """Return the outcome of an impact, and where it rests on the edge of its cone both that meet there.
+
+    Nearer than the problem's margins to an edge, a relaxed problem cannot tell.
+
+    Parameters
+    ----------
+    tangential, normal : float
+        Impulse.
+    speed : float [m/s]
+        Of the landing foot after it.
+    problem : GaitProblem
+    """
+    if abs(speed) > problem.margins.slip_speed:
+        return [Mode.slipping(speed)]
+    inside = 1 - abs(tangential) / max(problem.friction * normal, 1e-12)
+    if inside > 2 * problem.margins.impact_cone:
+        return [Mode.STICK]
+    return [Mode.STICK, Mode.slipping(-tangential)]
+
+
+def _as_guess(transcription: Transcription, problem: GaitProblem, x: Array, solution: Solution) -> Relaxed:
+    layout = transcription.variables
+    durations = x[layout["duration"][0]]
+    ends = np.concatenate([[0.0], np.cumsum(durations)])
+    slide, speed = np.zeros((2, transcription.n_nodes))
+    time, place = np.zeros(transcription.n_nodes), 0.0
+    for phase in transcription.phases:
+        own = list(phase.nodes)
+        time[own] = np.linspace(ends[phase.number], ends[phase.number + 1], len(own))
+        slide[own] = place
+        if phase.slides:
+            states = planned_states(transcription, phase, x)[0]
+            slide[own], speed[own] = place + states[-2], states[-1]
+        place = slide[own[-1]]
+    found = Sample(x[layout["angles"]], x[layout["rates"]], x[layout["torque"]], slide, speed)
+    return Relaxed(durations, time, found, solution, f"what was found for '{problem.word}'")
