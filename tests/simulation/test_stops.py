@@ -99,6 +99,28 @@ def test_double_support(compass, engine):
     assert end.q[2, -1] == pytest.approx(end.q[3, -1], abs=1e-12)
 
 
+def test_chattering_ends_at_the_cap(compass_walk, gait_a):
+    """An ankle that shakes the foot loose forty times a second: the walk ends with its last event allowed."""
+    shaking = law_of(lambda t: ca.vertcat(40 * ca.sin(250 * t), 0))
+    walk = compass_walk(gait_a["z"], mu=0.2, law=shaking)
+    assert walk.stop is Stop.TOO_MANY_EVENTS
+    assert len(walk.motion.segments) == 50
+    assert walk.motion.period < gait_a["T"]
+    assert {segment.mode for segment in walk.motion.segments} >= {Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD}
+    assert ledger(walk.motion).relative_residual < 1e-8
+
+
+def test_a_landing_foot_that_would_have_to_be_pulled(compass, engine):
+    """Rocking backward from a wide stance: without slip only a pull would hold the landing foot where it is."""
+    hand = HandCompass(com=1.0, mass=5.8, hip=4.2, mu=np.inf)
+    walk = simulate(compass, [0, 0, 0.6, 0.601], [0, 0, -0.1, -1.2], hand.parameters, engine=engine)
+    assert walk.stop is Stop.DOUBLE_SUPPORT
+    assert walk.motion.jumps == ()
+    end = walk.motion.segments[-1]
+    _, impulse = hand.impact(end.q[2:, -1], end.v[:, -1], 0)
+    assert impulse[1] < 0
+
+
 def test_painleve_at_the_start(wheel, engine):
     """A spoke that leans back from its slip at a friction above Painleve's: nothing is walked, nothing raised."""
     hand = HandWheel(kappa=0.1, mu=3.0)
