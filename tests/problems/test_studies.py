@@ -1,11 +1,15 @@
 """Every study script runs, reproduces its numbers and draws a labelled figure; here on small grids."""
 
+import math
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from gaitopt import Study
+from gaitopt import Study, robot_named
+from gaitopt.stability import search
+from gaitopt.stability.cycle import make_cycle
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = ROOT / "problems" / "studies"
@@ -44,12 +48,25 @@ def neighbours(monkeypatch):
     monkeypatch.syspath_prepend(str(STUDIES))
 
 
+@pytest.fixture
+def gaits(monkeypatch):
+    """Collect every periodic gait that is found."""
+    found = []
+
+    def keep(*arguments):
+        found.append(make_cycle(*arguments))
+        return found[-1]
+
+    monkeypatch.setattr(search, "make_cycle", keep)
+    return found
+
+
 def run(name, **parameters):
     return runpy.run_path(str(STUDIES / f"{name}.py"))["study"](**parameters)
 
 
 @pytest.mark.parametrize("name", SMALL)
-def test_study_reproduces_its_numbers_in_a_labelled_figure(name):
+def test_study_reproduces_its_numbers_in_a_labelled_figure(name, gaits):
     study = run(name, **SMALL[name])
     assert isinstance(study, Study)
     assert {number.name for number in study.numbers if not number.agrees} == EXPLAINED.get(name, set())
@@ -58,6 +75,21 @@ def test_study_reproduces_its_numbers_in_a_labelled_figure(name):
     axes = study.figure.axes
     assert all(any(one.get_xlabel() for one in side) for side in _lowest(axes))
     assert any(one.get_ylabel() for one in axes)
+    for gait in gaits:
+        assert_lost_is_what_gravity_gives(gait)
+
+
+def assert_lost_is_what_gravity_gives(gait):
+    """A passive gait loses m g L sin(slope) to impacts and friction, L the travel with the foot's slide."""
+    robot, given = robot_named(gait.robot), gait.parameters
+    at_rest = np.zeros(robot.n_q)
+    mass = float(robot.momentum(at_rest, at_rest, robot.vector(given))[2])
+    given_by_gravity = mass * given["gravity"] * gait.travel * math.sin(given["slope"])
+    lost = gait.energy.impact_loss + gait.energy.friction_loss + gait.energy.kinetic_change
+    assert gait.energy.actuator == 0
+    assert lost == pytest.approx(given_by_gravity, rel=1e-9)
+    if not gait.drift:
+        assert gait.energy.kinetic_change == pytest.approx(0, abs=1e-9 * lost)
 
 
 def _lowest(axes):
