@@ -7,8 +7,10 @@ import pytest
 
 from gaitopt import compass_biped, rimless_wheel
 from gaitopt.control.law import passive
+from gaitopt.simulation.heyoka_engine import HeyokaEngine
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.walker import Walker
+from gaitopt.stability.search import cycle_from
 
 from .conftest import COMPASS, GAITS, NATURAL_TIME, WHEEL
 
@@ -32,6 +34,17 @@ def test_exact_derivative_agrees_with_finite_differences(study_gait):
     robot, parameters, gait = study_gait
     numerical = central_differences(robot, parameters, gait)
     assert np.max(np.abs(numerical - gait.derivative)) < 1e-6 * max(1, np.max(np.abs(numerical)))
+
+
+def test_both_engines_have_the_same_derivative(study_gait):
+    pytest.importorskip("heyoka")
+    robot, parameters, gait = study_gait
+    walker = Walker(robot, passive(robot), robot.vector(robot.resolve(parameters)), HeyokaEngine())
+    start = gait.z if gait.section.sliding else np.append(gait.z, gait.section.foot_speed)
+    fast = cycle_from(walker, start)
+    assert fast.word == gait.word
+    assert fast.z == pytest.approx(gait.z, abs=1e-9)
+    assert np.max(np.abs(fast.derivative - gait.derivative)) < 1e-8 * max(1, np.max(np.abs(gait.derivative)))
 
 
 def test_gaits_of_both_robots_have_no_to_three_events(cycle):
