@@ -5,6 +5,7 @@ impact makes the landing foot slip forward.  ``any`` in the place of a phase or 
 ``"slip+ stick | any"`` asks :func:`gaitopt.solve` to find what the impact does, ``"any | any"`` to find all of it.
 """
 
+import re
 from dataclasses import dataclass
 
 from gaitopt.errors import WordError, suggest
@@ -91,6 +92,20 @@ it: use the word of the gait it returns.
                 "word of the gait it returns."
             )
         return self
+
+    def admits(self, word: "Word") -> bool:
+        """Return whether a word can be read into this one's open places; an open phase takes any run of modes.
+
+        Examples
+        --------
+        >>> Word.parse("any stick | any").admits(Word.parse("slip+ stick | slip+"))
+        True
+        >>> Word.parse("any stick | any").admits(Word.parse("stick slip- | stick"))
+        False
+        """
+        phases = "".join("(?:\\S+ )*" if mode is Mode.ANY else re.escape(f"{mode.value} ") for mode in self.phases)
+        spelled = "".join(f"{mode.value} " for mode in word.phases)
+        return self.impact in (word.impact, Mode.ANY) and re.fullmatch(phases, spelled) is not None
 
     def check_periodic(self) -> "Word":
         """Return the word itself if a periodic gait can have it: what follows the impact must begin the step.

@@ -1,16 +1,17 @@
 """What a homotopy proposes: closed words, and the motion their solves start from."""
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from gaitopt.errors import WordError
+from gaitopt.model.modes import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution
 from gaitopt.motion.word import Word
 from gaitopt.ocp.guess import Guess, Sample, Setting
 from gaitopt.ocp.homotopy import Trail
-from gaitopt.ocp.method import Method
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,28 +67,37 @@ class Candidates:
         At least one.
     guesses : tuple of Relaxed
         One for each.
-    method : Method
-        The grid on which the words are compared with the relaxed problem.
     agreement : float
         Largest relative difference in cost at which they agree.
     biactive : bool
-        Whether both sides of a pair vanish, so that the relaxed problem does not decide the word.
+        Whether both sides of a pair of the impact vanish, so that the relaxed problem does not decide its outcome.
+    on_edge : int
+        Intervals of an open phase that stick on the edge of the cone, where both sides of a pair vanish too.
     """
 
     trail: Trail
     words: tuple[Word, ...]
     guesses: tuple[Relaxed, ...]
-    method: Method
     agreement: float
     biactive: bool
+    on_edge: int = 0
 
 
-def fitting(words: list[Word]) -> list[Word]:
-    """Return those of some words that a periodic gait can have."""
+def fitting(words: list[Word], asked: Word) -> list[Word]:
+    """Return those of some closed words that a periodic gait can have and the open word asked for admits."""
     found = []
     for word in words:
         try:
             found.append(word.check_periodic())
         except WordError:
             continue
-    return found
+    return [word for word in found if asked.admits(word)]
+
+
+def plainest(asked: Word) -> Word:
+    """Return a closed word that an open one admits, for when nothing better is known."""
+    impact = Mode.STICK if asked.impact is Mode.ANY else asked.impact
+    modes = [Mode.STICK if mode is Mode.ANY else mode for mode in asked.phases]
+    if impact.slips and asked.phases[0] is Mode.ANY:
+        modes.insert(0, impact)
+    return Word(tuple(mode for mode, _ in itertools.groupby(modes)), impact)

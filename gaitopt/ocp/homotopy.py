@@ -11,7 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.ipopt import Ipopt, Outcome
 from gaitopt.ocp.method import check_count
-from gaitopt.ocp.relaxation import Relaxation, Scholtes
+from gaitopt.ocp.relaxation import ExactPenalty, Relaxation
 from gaitopt.ocp.transcription import Transcription
 from gaitopt.parameters import Parameter
 from gaitopt.progress import HomotopyStep, SolveObserver
@@ -26,7 +26,7 @@ class Homotopy:
 
     Attributes
     ----------
-    relaxation : Scholtes, FischerBurmeister or ExactPenalty
+    relaxation : ExactPenalty, Scholtes or FischerBurmeister
     first : float
         The relaxation's parameter t to begin with.
     factor : float
@@ -46,10 +46,10 @@ class Homotopy:
     Examples
     --------
     >>> Homotopy(first=1e-2).relaxation
-    Scholtes()
+    ExactPenalty()
     """
 
-    relaxation: Relaxation = field(default_factory=Scholtes)
+    relaxation: Relaxation = field(default_factory=ExactPenalty)
     first: float = 0.1
     factor: float = 0.01
     tolerance: float = 1e-6
@@ -58,7 +58,9 @@ class Homotopy:
 
     def __post_init__(self) -> None:
         if not isinstance(self.relaxation, Relaxation):
-            raise InputError(f"Homotopy.relaxation must be a relaxation such as Scholtes(), got {self.relaxation!r}.")
+            raise InputError(
+                f"Homotopy.relaxation must be a relaxation such as ExactPenalty(), got {self.relaxation!r}."
+            )
         for name, least, most in (("first", 1e-7, 1e3), ("factor", 1e-4, 0.9), ("tolerance", 1e-7, 1e-2)):
             Parameter(f"Homotopy.{name}", most, "1", "", lower=least, upper=most).check(getattr(self, name))
         check_count("Homotopy.max_steps", self.max_steps, 1, 100)

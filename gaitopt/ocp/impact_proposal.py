@@ -7,7 +7,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution
 from gaitopt.motion.word import Word
 from gaitopt.ocp.bounds import bounds, data_vector, structure
-from gaitopt.ocp.candidates import Candidates, Relaxed, fitting
+from gaitopt.ocp.candidates import Candidates, Relaxed, fitting, plainest
 from gaitopt.ocp.carrying import solution_of
 from gaitopt.ocp.guess import Guess, Sample
 from gaitopt.ocp.homotopy import Homotopy, follow
@@ -41,15 +41,13 @@ def propose_impact(
     )
     x = np.nan_to_num(trail.outcome.x)
     modes = outcomes_near(*landing(transcription, problem, x), problem)
-    words = fitting([Word(problem.word.phases, mode) for mode in modes])
-    if not words:  # an outcome that the first phase does not allow: the relaxed problem has not been solved
-        words = [Word(problem.word.phases, Mode.STICK)]
+    words = fitting([Word(problem.word.phases, mode) for mode in modes], problem.word)
+    words = words or [plainest(problem.word)]
     begun = _as_guess(transcription, problem, x, solution_of(transcription, trail.outcome))
     return Candidates(
         trail=trail,
         words=tuple(words),
         guesses=(begun,) * len(words),
-        method=method,
         agreement=AGREEMENT,
         biactive=len(modes) > 1,
     )

@@ -14,6 +14,7 @@ from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.homotopy import Homotopy
 from gaitopt.ocp.impact_proposal import propose_impact
 from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.phase_proposal import propose_phases
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.progress import SolveObserver, silent
 from gaitopt.status import Status
@@ -21,7 +22,7 @@ from gaitopt.status import Status
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """A proposed word, solved on the grid of the relaxed problem, so that like is compared with like.
+    """A proposed word, solved on a coarse grid: that of the relaxed problem where its phases are known.
 
     Attributes
     ----------
@@ -46,14 +47,15 @@ def attempt_open(
 ) -> Gait:
     """Close the word of a problem from one start, and solve the cheapest word proposed."""
     began = time.perf_counter()
-    found = propose_impact(problem, guess, solver, observer, homotopy)
+    propose = propose_phases if problem.word.has_open_phases else propose_impact
+    found = propose(problem, guess, solver, observer, homotopy)
     ending = found.trail.outcome.status
     if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):  # what there is, without another iteration
         closed = problem.replace(word=found.words[0])
         gait = attempt(closed, found.guesses[0], replace(solver, max_iterations=0), silent)
         return _judged(problem, homotopy, found, [], replace(gait, status=ending))
     checks = [
-        _checked(problem.replace(word=word), start, found, solver, observer)
+        _checked(problem.replace(word=word), start, solver, observer)
         for word, start in zip(found.words, found.guesses, strict=True)
     ]
     checks.sort(key=lambda check: check.rank)
@@ -67,8 +69,9 @@ def attempt_open(
     return _judged(problem, homotopy, found, checks, replace(gait, solver=report))
 
 
-def _checked(problem: GaitProblem, start: Relaxed, found: Candidates, solver: Ipopt, observer: SolveObserver) -> Check:
-    step = Attempt(problem, start, solver, observer).run(found.method, start.solution_for(problem.word), NEAR)
+def _checked(problem: GaitProblem, start: Relaxed, solver: Ipopt, observer: SolveObserver) -> Check:
+    method = problem.transcription.approach(problem.word)[0]
+    step = Attempt(problem, start, solver, observer).run(method, start.solution_for(problem.word), NEAR)
     if step.outcome.status.ok:
         start = replace(start, solution=solution_of(step.transcription, step.outcome))
     return Check(problem.word, step, start)
@@ -110,6 +113,11 @@ def _stationarity(found: Candidates, checks: list[Check]) -> str:
     unsolved = [f"'{word}' ({status.key})" for word, status in endings if not status.ok]
     if unsolved:
         return f"unknown: not solved {', '.join(unsolved)}"
+    if found.on_edge:
+        return (
+            f"unknown: {found.on_edge} intervals of the open phases stick on the edge of the cone (biactive pairs); "
+            "the closed word is optimal by itself"
+        )
     if not found.biactive:
         return "strong: no pair is biactive, so the closed word's optimality is the open one's"
     words = ", ".join(f"'{word}'" for word, _ in endings)

@@ -75,7 +75,7 @@ def test_an_open_word_shows_its_homotopy(command, root):
     assert [line.split()[0] for line in lines] == [str(i + 1) for i in range(len(lines))]
     assert lines[-1].split()[-1] == "solved"
     assert float(lines[-1].split()[3]) < 1e-6
-    assert "for 'slip+ stick | any' by scholtes" in run.out
+    assert "for 'slip+ stick | any' by l1_penalty" in run.out
     quiet = command("solve", root / "problems/compass_slip.py", *settings, "--json")
     assert quiet.err == ""
     assert quiet.json["proposal"]["word"] == "slip+ stick | any"

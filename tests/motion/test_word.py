@@ -109,3 +109,26 @@ def test_a_closed_first_phase_still_has_to_follow_a_closed_impact():
 def test_two_open_phases_in_a_row_are_one():
     with pytest.raises(WordError, match="repeats 'any'"):
         Word.parse("any any | stick")
+
+
+@given(words())
+def test_what_an_open_word_admits(word):
+    assert Word.parse("any | any").admits(word)
+    assert word.admits(word)
+    assert Word(word.phases, Mode.ANY).admits(word)
+    assert Word((Mode.ANY,), word.impact).admits(word)
+    assert not Word((Mode.ANY,), Mode.STICK if word.impact.slips else Mode.SLIP_FORWARD).admits(word)
+
+
+@pytest.mark.parametrize(
+    ("asked", "given", "admitted"),
+    [
+        ("stick any | any", "slip+ stick | slip+", False),
+        ("stick any | any", "stick slip- | stick", True),
+        ("any stick | any", "stick | stick", True),
+        ("slip+ any slip- | any", "slip+ stick slip- | slip+", True),
+        ("slip+ stick | any", "slip+ stick slip- | slip+", False),
+    ],
+)
+def test_closed_places_stay_where_they_are(asked, given, admitted):
+    assert Word.parse(asked).admits(Word.parse(given)) is admitted
