@@ -26,6 +26,7 @@ ORDER = (
     "compass_force_ratio",
     "compass_multipliers",
     "compass_actuated",
+    "imitation_cost",
     "benchmarks",
 )
 DOTS_PER_INCH, LARGEST_IMAGE = 110, 150_000

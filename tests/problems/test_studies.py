@@ -20,6 +20,7 @@ SMALL = {
     "compass_force_ratio": {},
     "compass_multipliers": {"points": 4, "least": 0.12, "most": 0.18},
     "compass_portraits": {},
+    "imitation_cost": {"frictions": (0.14,)},
     "rimless_basin_friction": {"frictions": 5, "rates": 4, "workers": 1},
     "rimless_basin_slope": {"slopes": 5, "rates": 4, "workers": 1},
     "rimless_branches": {"points": 7},
