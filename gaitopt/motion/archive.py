@@ -214,7 +214,9 @@ def read_gait(file: h5py.Group) -> Gait:
 
 def _read_proposal(group: h5py.Group) -> Proposal:
     fields = _read_record(group)
-    steps = tuple(HomotopyStep(**step) for step in _numbers(json.loads(fields["steps"])))
+    rows = _numbers(json.loads(fields["steps"]))
+    nan = float("nan")  # which JSON has as null
+    steps = tuple(HomotopyStep(**{name: nan if v is None else v for name, v in row.items()}) for row in rows)
     return Proposal(**{**fields, "words": tuple(json.loads(fields["words"])), "steps": steps})
 
 
