@@ -214,9 +214,10 @@ def read_gait(file: h5py.Group) -> Gait:
 
 def _read_proposal(group: h5py.Group) -> Proposal:
     fields = _read_record(group)
-    rows = _numbers(json.loads(fields["steps"]))
-    nan = float("nan")  # which JSON has as null
-    steps = tuple(HomotopyStep(**{name: nan if v is None else v for name, v in row.items()}) for row in rows)
+    rows: list[dict[str, Any]] = _numbers(json.loads(fields["steps"]))
+    for row in rows:
+        row.update({name: float("nan") for name, value in row.items() if value is None})  # JSON has nan as null
+    steps = tuple(HomotopyStep(**row) for row in rows)
     return Proposal(**{**fields, "words": tuple(json.loads(fields["words"])), "steps": steps})
 
 

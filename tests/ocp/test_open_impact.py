@@ -1,6 +1,7 @@
 """Words whose impact is open: found by complementarity, and checked against solving every closed word."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -67,6 +68,9 @@ def test_the_record_says_how_it_was_found(found, tmp_path):
     assert gait.problem["word"] == str(gait.word)
     assert gait.solver.iterations > sum(step.iterations for step in steps)
     assert load(save(gait, tmp_path / "gait.h5")).proposal == proposal
+    lost = replace(proposal, steps=(replace(steps[0], complementarity=math.nan),))
+    again = load(save(replace(gait, proposal=lost), tmp_path / "lost.h5")).proposal
+    assert math.isnan(again.steps[0].complementarity)
     assert summarise(gait)["proposal"]["words"] == ["slip+ stick | slip+"]
     assert dict(describe_gait(gait))["found"].startswith("for 'slip+ stick | any' by l1_penalty")
 
