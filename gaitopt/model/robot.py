@@ -234,19 +234,11 @@ def assemble(
     back = ca.solve(permutation, w[2:])
     old_v = ca.vertcat(w[:2] - landing_jacobian[:, 2:] @ back, back)
 
-    def function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -> ca.Function:
-        expressions = ca.cse([ca.densify(ca.SX(e)) for e in outputs.values()])
-        return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
-
     qp, qvp = {"q": q, "p": p}, {"q": q, "v": v, "p": p}
     rate = ca.jacobian(touchdown, q) @ v
     spread = contact.solve_symmetric(parts.mass_matrix, landing_jacobian.T)
     residual = parts.mass_matrix @ (w - v) - landing_jacobian.T @ impulse
-    acceleration = {}
-    for mode in PHYSICAL:
-        a, f = contact.accelerations(mode, parts.mass_matrix, drive, friction)
-        label = "acceleration_" + mode.name.lower()
-        acceleration[mode] = function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
+    acceleration, wellposed = contact_functions(q, v, u, p, parts.mass_matrix, drive, friction)
     index = {point: i for i, point in enumerate(points)}
     return Robot(
         name=name,
@@ -256,39 +248,65 @@ def assemble(
         parameters=coordinates.parameters,
         points=tuple(points),
         links=tuple((index[a], index[b]) for a, b in links),
-        dynamics=function(
+        dynamics=_function(
             "dynamics", qvp, {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T}
         ),
         acceleration=acceleration,
-        energy=function("energy", qvp, {"kinetic": parts.kinetic, "potential": parts.potential}),
-        momentum=function(
+        energy=_function("energy", qvp, {"kinetic": parts.kinetic, "potential": parts.potential}),
+        momentum=_function(
             "momentum",
             qvp,
             {"linear": parts.momentum, "angular": parts.angular_momentum, "total_mass": parts.total_mass},
         ),
-        wellposed=function("wellposed", qp, {"share": contact.sliding_inertia(parts.mass_matrix, friction)}),
-        landing=function(
+        wellposed=wellposed,
+        landing=_function(
             "landing",
             qvp,
             {"position": landing_foot, "velocity": landing_jacobian @ v, "jacobian": landing_jacobian},
         ),
-        impact=function(
+        impact=_function(
             "impact",
             {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p},
             {"residual": residual, "foot_velocity": landing_jacobian @ w},
         ),
-        collision=function(
+        collision=_function(
             "collision",
             qvp,
             {"velocity": landing_jacobian @ v, "mobility": landing_jacobian @ spread, "spread": spread},
         ),
-        touchdown=function("touchdown", qvp, {"guard": touchdown, "rate": rate, "armed": armed}),
-        swap=function("swap", qvp, {"q_next": next_q, "v_next": next_v}),
-        unswap=function("unswap", {"q": q, "v_next": w, "p": p}, {"v": old_v}),
-        upright=function("upright", qp, {"upright": upright}),
-        joint_rates=function("joint_rates", qvp, {"rates": joint @ v}),
-        figure=function("figure", qp, {"points": ca.horzcat(*points.values())}),
+        touchdown=_function("touchdown", qvp, {"guard": touchdown, "rate": rate, "armed": armed}),
+        swap=_function("swap", qvp, {"q_next": next_q, "v_next": next_v}),
+        unswap=_function("unswap", {"q": q, "v_next": w, "p": p}, {"v": old_v}),
+        upright=_function("upright", qp, {"upright": upright}),
+        joint_rates=_function("joint_rates", qvp, {"rates": joint @ v}),
+        figure=_function("figure", qp, {"points": ca.horzcat(*points.values())}),
     )
+
+
+def contact_functions(
+    q: ca.SX, v: ca.SX, u: ca.SX, p: ca.SX, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX
+) -> tuple[dict[Mode, ca.Function], ca.Function]:
+    """Return the Functions `acceleration` and `wellposed` of a robot.
+
+    Parameters
+    ----------
+    q, v, u, p : SX
+        Their inputs.
+    mass_matrix, drive, friction : SX
+        As in :func:`gaitopt.model.contact.accelerations`, expressions of the inputs.
+    """
+    acceleration = {}
+    for mode in PHYSICAL:
+        a, f = contact.accelerations(mode, mass_matrix, drive, friction)
+        label = "acceleration_" + mode.name.lower()
+        acceleration[mode] = _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
+    share = contact.sliding_inertia(mass_matrix, friction)
+    return acceleration, _function("wellposed", {"q": q, "p": p}, {"share": share})
+
+
+def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -> ca.Function:
+    expressions = ca.cse([ca.densify(ca.SX(e)) for e in outputs.values()])
+    return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
 
 
 def _relabelling(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:

@@ -12,12 +12,13 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.model.buffered import Buffered
+from gaitopt.model.lean import lean
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop, closed_loop
 from gaitopt.simulation.heyoka_expressions import convert, heyoka_module
-from gaitopt.simulation.reduction import Reduced, reduce_function
+from gaitopt.simulation.separation import Separated, separate
 
 
 class Program:
@@ -25,7 +26,7 @@ class Program:
 
     Parameters
     ----------
-    reduced : Reduced
+    separated : Separated
         What was compiled.
     entries : sequence of int
         Entries of y that are integrated.
@@ -40,16 +41,16 @@ class Program:
         Whether entries at rest have a say in its numbers.
     """
 
-    def __init__(self, reduced: Reduced, entries: Sequence[int], integrator: Any) -> None:
+    def __init__(self, separated: Separated, entries: Sequence[int], integrator: Any) -> None:
         self.entries, self.integrator = np.array(entries), integrator
         self.state, self.numbers = integrator.state, integrator.pars
-        self.rest_matters = reduced.coefficients.jac_sparsity(0, 2).nnz() > 0
-        self._coefficients = Buffered(reduced.coefficients)
+        self.rest_matters = separated.numbers.jac_sparsity(0, 2).nnz() > 0
+        self._values = Buffered(separated.numbers)
 
     def row(self, p: Array, data: Array, y: Array) -> Array:
         """Return the integrator's parameters for a parameter vector, a law's data and the entries of y at rest."""
         row = np.zeros(self.numbers.size)
-        values = self._coefficients(p, data, y)[0][: row.size]
+        values = self._values(p, data, y)[0][: row.size]
         row[: values.size] = values
         return row
 
@@ -59,47 +60,47 @@ def watching(
     robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, compact_mode: bool, thread: int
 ) -> Program:
     """Return the integrator that stops at guards; its last parameters are added to the guards."""
-    loop, heyoka = closed_loop(robot, mode, torque), heyoka_module()
-    reduced, states, (rates, guards) = _translated(loop, loop.active, ("guards",))
-    count = reduced.body.numel_in(2)
+    loop, heyoka = closed_loop(lean(robot), mode, torque), heyoka_module()
+    separated, states, (rates, guards) = _translated(loop, loop.active, ("guards",))
+    count = separated.body.numel_in(2)
     events = [
         heyoka.t_event(guard + heyoka.par[count + i], direction=heyoka.event_direction.negative)
         for i, guard in enumerate(guards)
     ]
     options = {"tol": tolerance, "compact_mode": compact_mode, "t_events": events}
-    return Program(reduced, loop.active, heyoka.taylor_adaptive(list(zip(states, rates, strict=True)), **options))
+    return Program(separated, loop.active, heyoka.taylor_adaptive(list(zip(states, rates, strict=True)), **options))
 
 
 @functools.lru_cache(maxsize=128)
 def recording(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and, as last states, of its energies; it watches nothing."""
-    loop, heyoka = closed_loop(robot, mode, torque), heyoka_module()
-    reduced, states, (rates, powers) = _translated(loop, loop.active, ("energy",))
+    loop, heyoka = closed_loop(lean(robot), mode, torque), heyoka_module()
+    separated, states, (rates, powers) = _translated(loop, loop.active, ("energy",))
     energies = heyoka.make_vars(*[f"energy{i}" for i in range(len(powers))])
     system = list(zip(states, rates, strict=True)) + list(zip(_listed(energies), powers, strict=True))
-    return Program(reduced, loop.active, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
+    return Program(separated, loop.active, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
 
 
 @functools.lru_cache(maxsize=128)
 def varying(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and its derivatives by the initial state, row by row."""
-    loop, heyoka = closed_loop(robot, mode, torque), heyoka_module()
+    loop, heyoka = closed_loop(lean(robot), mode, torque), heyoka_module()
     entries = _influential(loop)
-    reduced, states, (rates,) = _translated(loop, entries, ())
+    separated, states, (rates,) = _translated(loop, entries, ())
     system = heyoka.var_ode_sys(list(zip(states, rates, strict=True)), states, order=1)
-    return Program(reduced, entries, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
+    return Program(separated, entries, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
 
 
 def _translated(
     loop: ClosedLoop, entries: Sequence[int], others: Sequence[str]
-) -> tuple[Reduced, list[Any], list[Any]]:
-    """Return the rates of some entries and other Functions of a loop, reduced; the heyoka states; the outputs."""
+) -> tuple[Separated, list[Any], list[Any]]:
+    """Return the rates of some entries and other Functions of a loop, separated; the heyoka states; the outputs."""
     heyoka, inputs = heyoka_module(), loop.flow.sx_in()
     outputs = [loop.flow(*inputs)[list(entries)], *[getattr(loop, name).call(inputs)[0] for name in others]]
-    reduced = reduce_function(ca.Function(loop.mode.name.lower(), inputs, ca.cse(outputs)), entries)
+    separated = separate(ca.Function(loop.mode.name.lower(), inputs, ca.cse(outputs)), entries)
     states = _listed(heyoka.make_vars(*[f"y{i}" for i in entries]))
-    numbers = [heyoka.par[i] for i in range(reduced.body.numel_in(2))]
-    return reduced, states, convert(reduced.body, [[heyoka.time], states, numbers])
+    numbers = [heyoka.par[i] for i in range(separated.body.numel_in(2))]
+    return separated, states, convert(separated.body, [[heyoka.time], states, numbers])
 
 
 def _influential(loop: ClosedLoop) -> list[int]:

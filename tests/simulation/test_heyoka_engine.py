@@ -15,6 +15,7 @@ from gaitopt.simulation.heyoka_expressions import convert, heyoka_module
 from gaitopt.simulation.heyoka_programs import watching
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.walker import Walker
+from tests.model.test_lean import pulled
 
 heyoka = pytest.importorskip("heyoka")
 
@@ -349,6 +350,14 @@ def test_sensitivity(mode, case, slip_gait, rng):
     one, other = (e.sensitivity(robot, law, mode, 0.05, state, p, until=0.4) for e in (FAST, REFERENCE))
     np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(FAST.sensitivity(robot, law, mode, 0.4, state, p, until=0.4), np.eye(2 * robot.n_q))
+
+
+def test_a_robot_whose_accelerations_are_no_sums_of_waves():
+    robot = pulled()
+    for mode in (Mode.STICK, Mode.SLIP_FORWARD):
+        state = [0, 0, -0.2, 0.1 * mode.sign, 0, 0.9]
+        arc = assert_same_arc(robot, passive(robot), mode, state, {"friction": 0.8, "slope": 0.1}, until=0.1)
+        assert arc.time[-1] > 0.01
 
 
 # Compilation
