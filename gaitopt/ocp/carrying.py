@@ -11,7 +11,7 @@ import numpy as np
 from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution, Table
 from gaitopt.ocp.ipopt import Outcome
-from gaitopt.ocp.layout import Layout
+from gaitopt.ocp.layout import Index, Layout
 from gaitopt.ocp.span import DYNAMICS
 from gaitopt.ocp.transcription import NODE_TABLES, Transcription
 
@@ -21,7 +21,7 @@ def solution_of(transcription: Transcription, outcome: Outcome) -> Solution:
 
     def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
         return {
-            name: Table(tuple(layout.label(i)[1] for i in places[:, 0]), values[places], multipliers[places])
+            name: Table(_rows(layout, places), values[places], multipliers[places])
             for name, places in layout.tables.items()
         }
 
@@ -50,6 +50,9 @@ def carried(solution: Solution, transcription: Transcription, x: Array) -> tuple
             if name not in tables:
                 continue
             table, own = tables[name], part(tables[name])
+            if solution.intervals == counts and own.shape == places.shape and table.rows == _rows(layout, places):
+                found[places] = own  # nothing to interpolate
+                continue
             before = _fractions(name, own.shape[1], solution.intervals)
             after = _fractions(name, places.shape[1], counts)
             for row, index in enumerate(places):
@@ -65,6 +68,10 @@ def carried(solution: Solution, transcription: Transcription, x: Array) -> tuple
         laid(solution.unknowns, transcription.variables, zero, _multipliers),
         laid(solution.constraints, transcription.constraints, np.zeros(transcription.constraints.size), _multipliers),
     )
+
+
+def _rows(layout: Layout, places: Index) -> tuple[str, ...]:
+    return tuple(layout.label(i)[1] for i in places[:, 0])
 
 
 def _values(table: Table) -> Array:

@@ -164,7 +164,7 @@ def _triplets(pattern: ca.Sparsity) -> tuple[list[int], list[int]]:
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
+    return matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)
 
 
 def _scatter(index: Sequence[int], size: int, values: ca.MX) -> ca.MX:

@@ -14,7 +14,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.stance import Stance, rk4
 from gaitopt.ocp.transcription import Transcription
 
-STEPS = 400
+STEPS = 200
 """Least number of Runge-Kutta steps, for the whole period, by which a plan is read and checked."""
 
 
@@ -167,14 +167,20 @@ def _follower(stance: Stance, steps: int, count: int) -> ca.Function:
 
     The steps follow each other from each of `count` states, whose torques and ends lie side by side.
     """
+    chain = _one_step(stance).mapaccum("chain", steps)
+    return chain if count == 1 else chain.map("follow", "serial", count, [3, 4], [])
+
+
+@functools.lru_cache(maxsize=64)
+def _one_step(stance: Stance) -> ca.Function:
+    """Return (state and works, torque, torque after, step, p) -> the same after one Runge-Kutta step."""
     state, step = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("step")
     torque, after = ca.SX.sym("torque", stance.robot.n_u), ca.SX.sym("after", stance.robot.n_u)
     p = ca.SX.sym("p", len(stance.robot.parameters))
+    rate = ca.Function("rate", [state, torque, p], ca.cse([stance.flow_and_energy(state, torque, p)]))
     torques = (torque, (torque + after) / 2, after)
-    end = rk4(lambda at, u: stance.flow_and_energy(at, u, p), state, torques, step)
-    function = ca.Function("step", [state, torque, after, step, p], ca.cse([end]))
-    chain = function.mapaccum("chain", steps)
-    return chain if count == 1 else chain.map("follow", "serial", count, [3, 4], [])
+    end = rk4(lambda at, u: rate(at, u, p), state, torques, step)
+    return ca.Function("step", [state, torque, after, step, p], [end])
 
 
 def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:

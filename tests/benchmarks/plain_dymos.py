@@ -7,7 +7,7 @@ import openmdao.api as om
 from tests.benchmarks.compass_equations import IMPULSE, STEP, accelerations, straight_line, touchdown
 
 STATES, TORQUES = ("th1", "th2", "w1", "w2"), ("ankle", "hip")
-RATES = ("th1_rate", "th2_rate", "a1", "a2")
+UNITS = {"th1": "rad", "th2": "rad", "w1": "rad/s", "w2": "rad/s", "ankle": "N*m", "hip": "N*m"}
 
 
 class Flow(om.ExplicitComponent):
@@ -19,17 +19,18 @@ class Flow(om.ExplicitComponent):
     def setup(self):
         nodes = self.options["num_nodes"]
         for name in (*STATES, *TORQUES):
-            self.add_input(name, shape=nodes)
-        for name in ("a1", "a2", "power"):
-            self.add_output(name, shape=nodes)
+            self.add_input(name, shape=nodes, units=UNITS[name])
+        for name in ("a1", "a2"):
+            self.add_output(name, shape=nodes, units="rad/s**2")
+        self.add_output("square", shape=nodes, units="N**2*m**2")
         at = np.arange(nodes)
         self.declare_partials(("a1", "a2"), (*STATES, *TORQUES), rows=at, cols=at, method="cs")
-        self.declare_partials("power", TORQUES, rows=at, cols=at, method="cs")
+        self.declare_partials("square", TORQUES, rows=at, cols=at, method="cs")
 
     def compute(self, inputs, outputs):
         values = [inputs[name] for name in (*STATES, *TORQUES)]
         outputs["a1"], outputs["a2"] = accelerations(*values, np.sin, np.cos)
-        outputs["power"] = values[4] ** 2 + values[5] ** 2
+        outputs["square"] = values[4] ** 2 + values[5] ** 2
 
 
 class Landing(om.ExplicitComponent):
@@ -37,8 +38,8 @@ class Landing(om.ExplicitComponent):
 
     def setup(self):
         for name in STATES:
-            self.add_input(f"last_{name}", shape=1)
-            self.add_input(f"first_{name}", shape=1)
+            self.add_input(f"last_{name}", shape=1, units=UNITS[name])
+            self.add_input(f"first_{name}", shape=1, units=UNITS[name])
         self.add_input("impulse", val=IMPULSE)
         self.add_output("miss", shape=8)
         self.declare_partials("*", "*", method="cs")
@@ -61,10 +62,10 @@ class Walker:
         trajectory.add_phase("stick", phase)
         phase.set_time_options(fix_initial=True, fix_duration=True)
         for name, rate in zip(STATES, ("w1", "w2", "a1", "a2"), strict=True):
-            phase.add_state(name, rate_source=rate, targets=[name])
+            phase.add_state(name, rate_source=rate, targets=[name], units=UNITS[name])
         for name in TORQUES:
-            phase.add_control(name, continuity=True, rate_continuity=False, targets=[name], ref=10)
-        phase.add_state("cost", rate_source="power", fix_initial=True, ref=100)
+            phase.add_control(name, continuity=True, rate_continuity=False, targets=[name], units=UNITS[name], ref=10)
+        phase.add_state("cost", rate_source="square", fix_initial=True, units="N**2*m**2*s", ref=100)
         phase.add_objective("cost", loc="final", ref=100)
         problem.model.add_subsystem("landing", Landing(), promotes_inputs=["impulse"])
         for name in STATES:
