@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import RevoluteJoint, SpatialInertia, UnitInertia
+from pydrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInertia, UnitInertia
 from pydrake.planning import DirectCollocation
 from pydrake.solvers import IpoptSolver, SolverOptions
 
@@ -30,19 +30,13 @@ def walker():
     plant.mutable_gravity_field().set_gravity_vector([0, 0, -GRAVITY])
     stance = plant.AddRigidBody("stance", points((LEG, COM), (HIP, LENGTH)))
     swing = plant.AddRigidBody("swing", points((LEG, -SHORT)))
-    hip = plant.AddFrame(frame_at(stance, LENGTH))
+    hip = plant.AddFrame(FixedOffsetFrame("hip", stance, RigidTransform([0, 0, LENGTH])))
     plant.AddJoint(RevoluteJoint("ankle", plant.world_frame(), stance.body_frame(), [0, 1, 0]))
     plant.AddJoint(RevoluteJoint("hip", hip, swing.body_frame(), [0, 1, 0]))
     for name in ("ankle", "hip"):
         plant.AddJointActuator(name, plant.GetJointByName(name))
     plant.Finalize()
     return plant
-
-
-def frame_at(body, height):
-    from pydrake.multibody.tree import FixedOffsetFrame
-
-    return FixedOffsetFrame("hip", body, RigidTransform([0, 0, height]))
 
 
 def points(*masses):

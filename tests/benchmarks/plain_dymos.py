@@ -1,4 +1,4 @@
-"""The benchmark in dymos: Gauss-Lobatto collocation of order 3, complex steps for the partial derivatives, and SLSQP."""
+"""The benchmark in dymos: Gauss-Lobatto collocation of order 3, complex steps for derivatives, and SLSQP."""
 
 import dymos as dm
 import numpy as np

@@ -1,8 +1,9 @@
 """gaitopt beside other tools on one problem: ``pytest tests/benchmarks/test_other_tools.py --benchmark-only -s``.
 
-Set OMP_NUM_THREADS=1, or idle threads of linear algebra count as work.  The sticking gait of 100 kg with the least integral of squared torques, no limits on torque or friction, 20 intervals.
-Measured are building and the first solve, imports excluded, and a solve at another speed that goes on from the first.
-Every tool is compared with gaitopt on the coarsest grid on which its optimum is at least as accurate as the tool's.
+Set OMP_NUM_THREADS=1, or idle threads of linear algebra count as work.  The sticking gait of 100 kg with the least
+integral of squared torques, no limits on torque or friction, 20 intervals. Measured are building and the first
+solve, imports excluded, and a solve at another speed that goes on from the first. Every tool is compared with
+gaitopt on the coarsest grid on which its optimum is at least as accurate as the tool's.
 """
 
 import functools
