@@ -41,26 +41,13 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
-    n = len(robot.angles)
-    each = np.vstack([np.zeros((2, n)), np.eye(n)])  # rates of which only one is not zero give derivatives
+    zero = np.zeros(robot.n_q)
 
-    def miss(angles: Array) -> tuple[Array, Array]:
+    def residual(angles: Array) -> Array:
         q = np.concatenate([[0.0, 0.0], angles])
-        position, _, jacobian = (np.asarray(part) for part in robot.landing(q, each[:, 0], p))
-        guard, rate, _ = (np.asarray(part) for part in robot.touchdown(np.tile(q[:, None], n), each, _columns(p, n)))
-        value = np.array([position[0, 0] - step, position[1, 0], guard[0, 0]])
-        return value, np.vstack([jacobian[:, 2:], rate])
+        position = np.asarray(robot.landing(q, zero, p)[0]).ravel()
+        guard = float(robot.touchdown(q, zero, p)[0])
+        return np.array([position[0] - step, position[1], guard])
 
-    found = least_squares(
-        lambda angles: miss(angles)[0],
-        np.full(n, 0.1),
-        jac=lambda angles: miss(angles)[1],
-        xtol=1e-14,
-        ftol=1e-14,
-        gtol=1e-14,
-    )
+    found = least_squares(residual, np.full(len(robot.angles), 0.1), xtol=1e-14, ftol=1e-14, gtol=1e-14)
     return None if np.max(np.abs(found.fun)) > 1e-6 else tuple(found.x)
-
-
-def _columns(p: tuple[float, ...], count: int) -> Array:
-    return np.tile(np.array(p)[:, None], count)
