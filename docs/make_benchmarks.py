@@ -15,7 +15,7 @@ other tool is one plain script, written as its users would write it. To measure 
     python docs/make_benchmarks.py
 
 A tool that is not installed is left out. Seconds are the processor's, as the machine served others too; measurements of
-a pair are taken in turn, and given are the median and, in brackets, the quartiles.
+a pair are taken in turn, and given are the median and, in brackets, the quartiles; what has none was measured once.
 """
 
 BESIDE = """## Beside other tools
@@ -93,12 +93,13 @@ def studies(results):
     """Return what sweeps cost."""
     if "sweep" not in results:
         return ""
-    numbers = results["sweep"]["numbers"]
+    numbers, machine = results["sweep"]["numbers"], results["sweep"]["machine"]
     return (
         "## Sweeps\n\n"
         "A sweep of 26 frictions from 0.1 to 0.25 and two words, 52 gaits, each continued both ways and replayed,\n"
         f"takes {numbers['one']:.1f} s by the clock, as long as {numbers['solves']:.1f} cold solves of "
-        f"{numbers['cold']:.2f} s. Two workers are\n{numbers['speed_up']:.2f} times as fast as one.\n"
+        f"{numbers['cold']:.2f} s. Two workers are\n{numbers['speed_up']:.2f} times as fast as one. "
+        f"Measured by the clock on a machine that was not idle ({machine}), these are rough.\n"
     )
 
 
