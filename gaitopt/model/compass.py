@@ -4,8 +4,9 @@ import functools
 
 import casadi as ca
 
+from gaitopt.model.assembly import assemble
 from gaitopt.model.mechanics import PointMass
-from gaitopt.model.robot import Coordinates, Robot, assemble
+from gaitopt.model.robot import Coordinates, Robot
 from gaitopt.parameters import Parameter
 
 PARAMETERS = (

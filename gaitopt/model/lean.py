@@ -20,7 +20,8 @@ import casadi as ca
 import numpy as np
 from scipy.linalg import qr
 
-from gaitopt.model.robot import Robot, contact_functions
+from gaitopt.model.assembly import contact_functions
+from gaitopt.model.robot import Robot
 
 NOISE = 1e-10
 """What is below this fraction of the largest value is rounding."""

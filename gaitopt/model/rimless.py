@@ -5,8 +5,9 @@ import math
 
 import casadi as ca
 
+from gaitopt.model.assembly import assemble
 from gaitopt.model.mechanics import RigidLink
-from gaitopt.model.robot import Coordinates, Robot, assemble
+from gaitopt.model.robot import Coordinates, Robot
 from gaitopt.parameters import Parameter
 
 PARAMETERS = (

@@ -1,4 +1,4 @@
-"""A robot: a frozen bundle of named CasADi Functions, and how one is assembled from its parts."""
+"""A robot: a frozen bundle of named CasADi Functions, and the symbols it is written in."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,9 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model import contact
-from gaitopt.model.mechanics import Body, derive
-from gaitopt.model.modes import PHYSICAL, Mode
+from gaitopt.model.modes import Mode
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 GROUND = (
@@ -53,6 +51,12 @@ class Coordinates:
         """Position of the stance foot, SX of shape (2, 1) [m]."""
         return self.q[:2]
 
+    @property
+    def gravity(self) -> ca.SX:
+        """Acceleration of gravity along and across the slope, SX of shape (2, 1) [m/s^2]."""
+        slope = self.parameter("slope")
+        return self.parameter("gravity") * ca.vertcat(ca.sin(slope), -ca.cos(slope))
+
     def angle(self, name: str) -> ca.SX:
         """Return the symbol of an angle [rad]."""
         return self.q[2 + self.angles.index(name)]
@@ -64,7 +68,7 @@ class Coordinates:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Robot:
-    """A planar single-support walker.  Build one with :func:`assemble`.
+    """A planar single-support walker.  Build one with :func:`gaitopt.assemble`.
 
     Every attribute from `dynamics` on is a CasADi Function of q (n_q), v (n_q), u (n_u) and the parameter
     vector p (n_p); the optimiser calls them on symbols and the simulator on numbers, so both run the same physics.
@@ -150,171 +154,3 @@ class Robot:
     def vector(self, values: Mapping[str, float]) -> np.ndarray:
         """Return resolved parameters as the vector p, shape (n_p,)."""
         return as_vector(self.parameters, values)
-
-
-def assemble(
-    name: str,
-    coordinates: Coordinates,
-    *,
-    description: str,
-    bodies: Sequence[Body],
-    landing_foot: ca.SX,
-    touchdown: ca.SX,
-    armed: ca.SX,
-    relabel: Sequence[ca.SX],
-    upright: ca.SX,
-    actuators: Mapping[str, ca.SX],
-    points: Mapping[str, ca.SX],
-    links: Sequence[tuple[str, str]],
-) -> Robot:
-    """Assemble a robot from its symbolic description.
-
-    Parameters
-    ----------
-    name, description : str
-    coordinates : Coordinates
-        The symbols all expressions are written in.
-    bodies : sequence of PointMass or RigidLink
-    landing_foot : SX, shape (2, 1)
-        Position of the foot that will land [m].
-    touchdown, armed : SX
-        The step ends when `touchdown` falls through zero while `armed` > 0.
-    relabel : sequence of SX
-        The angles of the next step as functions of the angles at touchdown (linear, invertible).
-    upright : SX
-        Positive while the walker stands.
-    actuators : mapping of str to SX
-        The angle each actuator's torque works on [rad].
-    points : mapping of str to SX of shape (2, 1)
-        Points to draw.
-    links : sequence of pairs of point names
-
-    Returns
-    -------
-    Robot
-
-    Raises
-    ------
-    InputError
-        If the relabelling is not a linear, invertible map of the angles.
-
-    Examples
-    --------
-    A pendulum that never walks (see ``gaitopt/model/compass.py`` for a robot that does):
-
-    >>> from gaitopt import Coordinates, Parameter, PointMass, assemble
-    >>> c = Coordinates(["theta"], [Parameter("gravity", 9.8, "m/s^2", "gravity")])
-    >>> theta = c.angle("theta")
-    >>> tip = c.foot + ca.vertcat(ca.sin(theta), ca.cos(theta))
-    >>> pendulum = assemble(
-    ...     "pendulum", c, description="inverted pendulum", bodies=[PointMass(1.0, tip)], landing_foot=tip,
-    ...     touchdown=1 - theta, armed=theta, relabel=[-theta], upright=ca.cos(theta), actuators={"ankle": theta},
-    ...     points={"foot": c.foot, "tip": tip}, links=[("foot", "tip")],
-    ... )
-    >>> pendulum.n_q
-    3
-    """
-    q, v, p = coordinates.q, coordinates.v, coordinates.p
-    n, n_u = q.numel(), len(actuators)
-    u, w = ca.SX.sym("u", n_u), ca.SX.sym("w", n)
-    impulse = ca.SX.sym("impulse", 2)
-    slope, friction = coordinates.parameter("slope"), coordinates.parameter("friction")
-    gravity = coordinates.parameter("gravity") * ca.vertcat(ca.sin(slope), -ca.cos(slope))
-    parts = derive(bodies, q, v, gravity)
-
-    relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
-    joint = ca.jacobian(relative, q) if n_u else ca.SX(0, n)
-    drive = joint.T @ u - parts.bias
-
-    landing_jacobian = ca.jacobian(landing_foot, q)
-    permutation = _relabelling(relabel, q, name)
-    next_q = ca.vertcat(landing_foot, *relabel)
-    next_v = ca.vertcat(landing_jacobian @ v, permutation @ v[2:])
-    # The inverse of next_v for given landing configuration: angles first, then the old foot's own velocity.
-    back = ca.solve(permutation, w[2:])
-    old_v = ca.vertcat(w[:2] - landing_jacobian[:, 2:] @ back, back)
-
-    qp, qvp = {"q": q, "p": p}, {"q": q, "v": v, "p": p}
-    rate = ca.jacobian(touchdown, q) @ v
-    spread = contact.solve_symmetric(parts.mass_matrix, landing_jacobian.T)
-    residual = parts.mass_matrix @ (w - v) - landing_jacobian.T @ impulse
-    acceleration, wellposed = contact_functions(q, v, u, p, parts.mass_matrix, drive, friction)
-    index = {point: i for i, point in enumerate(points)}
-    return Robot(
-        name=name,
-        description=description,
-        angles=coordinates.angles,
-        actuators=tuple(actuators),
-        parameters=coordinates.parameters,
-        points=tuple(points),
-        links=tuple((index[a], index[b]) for a, b in links),
-        dynamics=_function(
-            "dynamics", qvp, {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T}
-        ),
-        acceleration=acceleration,
-        energy=_function("energy", qvp, {"kinetic": parts.kinetic, "potential": parts.potential}),
-        momentum=_function(
-            "momentum",
-            qvp,
-            {"linear": parts.momentum, "angular": parts.angular_momentum, "total_mass": parts.total_mass},
-        ),
-        wellposed=wellposed,
-        landing=_function(
-            "landing",
-            qvp,
-            {"position": landing_foot, "velocity": landing_jacobian @ v, "jacobian": landing_jacobian},
-        ),
-        impact=_function(
-            "impact",
-            {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p},
-            {"residual": residual, "foot_velocity": landing_jacobian @ w},
-        ),
-        collision=_function(
-            "collision",
-            qvp,
-            {"velocity": landing_jacobian @ v, "mobility": landing_jacobian @ spread, "spread": spread},
-        ),
-        touchdown=_function("touchdown", qvp, {"guard": touchdown, "rate": rate, "armed": armed}),
-        swap=_function("swap", qvp, {"q_next": next_q, "v_next": next_v}),
-        unswap=_function("unswap", {"q": q, "v_next": w, "p": p}, {"v": old_v}),
-        upright=_function("upright", qp, {"upright": upright}),
-        joint_rates=_function("joint_rates", qvp, {"rates": joint @ v}),
-        figure=_function("figure", qp, {"points": ca.horzcat(*points.values())}),
-    )
-
-
-def contact_functions(
-    q: ca.SX, v: ca.SX, u: ca.SX, p: ca.SX, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX
-) -> tuple[dict[Mode, ca.Function], ca.Function]:
-    """Return the Functions `acceleration` and `wellposed` of a robot.
-
-    Parameters
-    ----------
-    q, v, u, p : SX
-        Their inputs.
-    mass_matrix, drive, friction : SX
-        As in :func:`gaitopt.model.contact.accelerations`, expressions of the inputs.
-    """
-    acceleration = {}
-    for mode in PHYSICAL:
-        a, f = contact.accelerations(mode, mass_matrix, drive, friction)
-        label = "acceleration_" + mode.name.lower()
-        acceleration[mode] = _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
-    share = contact.sliding_inertia(mass_matrix, friction)
-    return acceleration, _function("wellposed", {"q": q, "p": p}, {"share": share})
-
-
-def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -> ca.Function:
-    expressions = ca.cse([ca.densify(ca.SX(e)) for e in outputs.values()])
-    return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
-
-
-def _relabelling(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:
-    """Return the constant matrix of the leg swap on the angles' rates."""
-    matrix = ca.jacobian(ca.vertcat(*relabel), q[2:])
-    if not matrix.is_constant() or matrix.shape[0] != matrix.shape[1]:
-        raise InputError(f"Robot {name!r}: the relabelled angles must be linear in the angles, one for each.")
-    constant = ca.DM(matrix)
-    if abs(float(ca.det(constant))) < 1e-12:
-        raise InputError(f"Robot {name!r}: the relabelling of the angles cannot be inverted.")
-    return constant

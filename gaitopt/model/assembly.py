@@ -1,0 +1,201 @@
+"""assemble: a robot's Functions from its symbolic description, those of motion, of the landing foot and of the step."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+
+from gaitopt.errors import InputError
+from gaitopt.model import contact
+from gaitopt.model.mechanics import Body, Mechanics, derive
+from gaitopt.model.modes import PHYSICAL, Mode
+from gaitopt.model.robot import Coordinates, Robot
+
+
+def assemble(
+    name: str,
+    coordinates: Coordinates,
+    *,
+    description: str,
+    bodies: Sequence[Body],
+    landing_foot: ca.SX,
+    touchdown: ca.SX,
+    armed: ca.SX,
+    relabel: Sequence[ca.SX],
+    upright: ca.SX,
+    actuators: Mapping[str, ca.SX],
+    points: Mapping[str, ca.SX],
+    links: Sequence[tuple[str, str]],
+) -> Robot:
+    """Assemble a robot from its symbolic description.
+
+    Parameters
+    ----------
+    name, description : str
+    coordinates : Coordinates
+        The symbols all expressions are written in.
+    bodies : sequence of PointMass or RigidLink
+    landing_foot : SX, shape (2, 1)
+        Position of the foot that will land [m].
+    touchdown, armed : SX
+        The step ends when `touchdown` falls through zero while `armed` > 0.
+    relabel : sequence of SX
+        The angles of the next step as functions of the angles at touchdown (linear, invertible).
+    upright : SX
+        Positive while the walker stands.
+    actuators : mapping of str to SX
+        The angle each actuator's torque works on [rad].
+    points : mapping of str to SX of shape (2, 1)
+        Points to draw.
+    links : sequence of pairs of point names
+
+    Returns
+    -------
+    Robot
+
+    Raises
+    ------
+    InputError
+        If the relabelling is not a linear, invertible map of the angles.
+
+    Examples
+    --------
+    A pendulum that never walks (see ``gaitopt/model/compass.py`` for a robot that does):
+
+    >>> from gaitopt import Coordinates, Parameter, PointMass, assemble
+    >>> c = Coordinates(["theta"], [Parameter("gravity", 9.8, "m/s^2", "gravity")])
+    >>> theta = c.angle("theta")
+    >>> tip = c.foot + ca.vertcat(ca.sin(theta), ca.cos(theta))
+    >>> pendulum = assemble(
+    ...     "pendulum", c, description="inverted pendulum", bodies=[PointMass(1.0, tip)], landing_foot=tip,
+    ...     touchdown=1 - theta, armed=theta, relabel=[-theta], upright=ca.cos(theta), actuators={"ankle": theta},
+    ...     points={"foot": c.foot, "tip": tip}, links=[("foot", "tip")],
+    ... )
+    >>> pendulum.n_q
+    3
+    """
+    q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
+    relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
+    joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
+    parts = derive(bodies, q, v, coordinates.gravity)
+    index = {point: i for i, point in enumerate(points)}
+    return Robot(
+        name=name,
+        description=description,
+        angles=coordinates.angles,
+        actuators=tuple(actuators),
+        parameters=coordinates.parameters,
+        points=tuple(points),
+        links=tuple((index[a], index[b]) for a, b in links),
+        **_motion(coordinates, parts, joint),
+        **_landing(coordinates, parts.mass_matrix, landing_foot),
+        **_step(coordinates, landing_foot, _relabelling(relabel, q, name), relabel),
+        touchdown=_function(
+            "touchdown", qvp, {"guard": touchdown, "rate": ca.jacobian(touchdown, q) @ v, "armed": armed}
+        ),
+        upright=_function("upright", qp, {"upright": upright}),
+        joint_rates=_function("joint_rates", qvp, {"rates": joint @ v}),
+        figure=_function("figure", qp, {"points": ca.horzcat(*points.values())}),
+    )
+
+
+def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[str, Any]:
+    """Return the Functions of motion between touchdowns; `joint` is the Jacobian of the actuators' angles."""
+    u, qvp = ca.SX.sym("u", joint.shape[0]), _inputs(coordinates)[1]
+    acceleration, wellposed = contact_functions(
+        coordinates.q,
+        coordinates.v,
+        u,
+        coordinates.p,
+        parts.mass_matrix,
+        joint.T @ u - parts.bias,
+        coordinates.parameter("friction"),
+    )
+    momentum = {"linear": parts.momentum, "angular": parts.angular_momentum, "total_mass": parts.total_mass}
+    dynamics = {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T}
+    return {
+        "acceleration": acceleration,
+        "wellposed": wellposed,
+        "dynamics": _function("dynamics", qvp, dynamics),
+        "energy": _function("energy", qvp, {"kinetic": parts.kinetic, "potential": parts.potential}),
+        "momentum": _function("momentum", qvp, momentum),
+    }
+
+
+def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[str, ca.Function]:
+    """Return the Functions of the landing foot and its impact."""
+    q, v, p, qvp = coordinates.q, coordinates.v, coordinates.p, _inputs(coordinates)[1]
+    w, impulse = ca.SX.sym("w", q.numel()), ca.SX.sym("impulse", 2)
+    jacobian = ca.jacobian(foot, q)
+    spread = contact.solve_symmetric(mass_matrix, jacobian.T)
+    residual = mass_matrix @ (w - v) - jacobian.T @ impulse
+    landing = {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}
+    collision = {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
+    impact = {"residual": residual, "foot_velocity": jacobian @ w}
+    return {
+        "landing": _function("landing", qvp, landing),
+        "impact": _function("impact", {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p}, impact),
+        "collision": _function("collision", qvp, collision),
+    }
+
+
+def _step(
+    coordinates: Coordinates, foot: ca.SX, permutation: ca.DM, relabel: Sequence[ca.SX]
+) -> dict[str, ca.Function]:
+    """Return the Functions that take a state to the coordinates of the next step, and its rates back."""
+    q, v, p, w = coordinates.q, coordinates.v, coordinates.p, ca.SX.sym("w", coordinates.q.numel())
+    jacobian = ca.jacobian(foot, q)
+    after = {
+        "q_next": ca.vertcat(foot, *relabel),
+        "v_next": ca.vertcat(jacobian @ v, permutation @ v[2:]),
+    }
+    # Back, for a given landing configuration: angles first, then the old foot's own velocity.
+    back = ca.solve(permutation, w[2:])
+    before = ca.vertcat(w[:2] - jacobian[:, 2:] @ back, back)
+    return {
+        "swap": _function("swap", _inputs(coordinates)[1], after),
+        "unswap": _function("unswap", {"q": q, "v_next": w, "p": p}, {"v": before}),
+    }
+
+
+def _inputs(coordinates: Coordinates) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
+    """Return the named inputs (q, p) and (q, v, p) that most Functions have."""
+    q, v, p = coordinates.q, coordinates.v, coordinates.p
+    return {"q": q, "p": p}, {"q": q, "v": v, "p": p}
+
+
+def contact_functions(
+    q: ca.SX, v: ca.SX, u: ca.SX, p: ca.SX, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX
+) -> tuple[dict[Mode, ca.Function], ca.Function]:
+    """Return the Functions `acceleration` and `wellposed` of a robot.
+
+    Parameters
+    ----------
+    q, v, u, p : SX
+        Their inputs.
+    mass_matrix, drive, friction : SX
+        As in :func:`gaitopt.model.contact.accelerations`, expressions of the inputs.
+    """
+    acceleration = {}
+    for mode in PHYSICAL:
+        a, f = contact.accelerations(mode, mass_matrix, drive, friction)
+        label = "acceleration_" + mode.name.lower()
+        acceleration[mode] = _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
+    share = contact.sliding_inertia(mass_matrix, friction)
+    return acceleration, _function("wellposed", {"q": q, "p": p}, {"share": share})
+
+
+def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -> ca.Function:
+    expressions = ca.cse([ca.densify(ca.SX(e)) for e in outputs.values()])
+    return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
+
+
+def _relabelling(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:
+    """Return the constant matrix of the leg swap on the angles' rates."""
+    matrix = ca.jacobian(ca.vertcat(*relabel), q[2:])
+    if not matrix.is_constant() or matrix.shape[0] != matrix.shape[1]:
+        raise InputError(f"Robot {name!r}: the relabelled angles must be linear in the angles, one for each.")
+    constant = ca.DM(matrix)
+    if abs(float(ca.det(constant))) < 1e-12:
+        raise InputError(f"Robot {name!r}: the relabelling of the angles cannot be inverted.")
+    return constant
