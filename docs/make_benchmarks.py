@@ -25,7 +25,8 @@ no limits on torque or friction, 20 intervals. *First* is building the problem a
 is a solve at 0.7 m/s that goes on from there. The error is that of the optimal value, against a very fine grid. As
 tools differ in accuracy, gaitopt is timed on the coarsest grid on which it is at least as accurate; a ratio below 1
 means that gaitopt is faster. Its times include what these scripts do not do: assembling the robot from its bodies,
-checking the plan between its nodes, and reading out motion, work and the energy ledger.
+checking the plan between its nodes, and reading out motion, work and the energy ledger. Its refinement is switched off
+here (`tolerance=inf`), as these tools do not refine either; with it on, grids as coarse as these end up finer.
 """
 
 
