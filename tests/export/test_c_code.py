@@ -7,7 +7,9 @@ import subprocess
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, computed_torque, feedforward, joint_pd, passive, step_to_step, write_c
+from gaitopt import InputError, Mode, feedforward, joint_pd, passive, step_to_step, write_c
+from gaitopt.control.prescribed_angles import prescribed_angles
+from gaitopt.model.modes import PHYSICAL
 
 CC = shutil.which("cc") or shutil.which("gcc")
 compiled = pytest.mark.skipif(CC is None, reason="needs a C compiler on the PATH (Debian: apt-get install gcc)")
@@ -42,7 +44,7 @@ def library(tmp_path_factory, compass, slip_gait):
 
 
 @compiled
-@pytest.mark.parametrize("mode", list(Mode))
+@pytest.mark.parametrize("mode", PHYSICAL)
 def test_accelerations_and_forces_are_those_of_the_model(library, compass, slip_gait, rng, mode):
     p = compass.vector(slip_gait.motion.parameters)
     function = getattr(library, f"walker_acceleration_{mode.name.lower()}")
@@ -125,13 +127,13 @@ def test_a_law_that_keeps_values_over_a_step(tmp_path, compass, slip_gait, rng):
 
 @compiled
 def test_a_sliding_foot_is_told_to_the_law(tmp_path, compass, slip_gait, rng):
-    law = computed_torque(compass, slip_gait.motion, stiffness=50, damping=10)
-    library = build(compass, law, slip_gait.motion.parameters, tmp_path, "computed")
+    law = prescribed_angles(compass, slip_gait.motion, slip_gait.motion.parameters)
+    library = build(compass, law, slip_gait.motion.parameters, tmp_path, "angles")
     for slide in (1, 0, -1):
         clock, q, v = rng.uniform(0, 0.7), rng.uniform(-0.2, 0.2, 4), rng.uniform(-1, 1, 4)
         held = np.zeros(law.torque.size1_in(4))
         expected = law.torque(clock, q, v, law.table[:, law.piece(clock)], held, slide)
-        ours = torque_of(library, "computed", clock, q, v, held, slide)
+        ours = torque_of(library, "angles", clock, q, v, held, slide)
         assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-9, abs=1e-9)
 
 
