@@ -4,10 +4,8 @@ import dataclasses
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.control.law import Law, passive
-from gaitopt.errors import InputError, suggest
+from gaitopt.errors import GaitoptError, InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Engine
@@ -23,12 +21,12 @@ from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Walker
 from gaitopt.stability.section import Section
 from gaitopt.study.basin_file import Basin, load_basin, save_basin
+from gaitopt.study.runner import Observer, run_tasks
 from gaitopt.study.settling import Patience, settle
+from gaitopt.study.task import Task
 
 CHUNK = 200
 """Starts handed to a worker at once."""
-
-Observer = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +103,14 @@ def basin(
         done = load_basin(path).check_same(done, path)
     open_starts = np.flatnonzero(done.pending())
     total, finished = done.size, done.size - open_starts.size
-    chunks = [open_starts[i : i + CHUNK] for i in range(0, open_starts.size, CHUNK)]
+    chunks = {str(i): open_starts[i : i + CHUNK] for i in range(0, open_starts.size, CHUNK)}
+    planned = [Task(key, _points(values, index)) for key, index in chunks.items()]
     try:
-        for index, answers in _computed(task, values, chunks, workers):
-            done = done.with_endings(index, answers)
+        for ended in run_tasks(_walk, planned, task, workers=workers):
+            if ended.failure:
+                raise GaitoptError(f"Some starts could not be walked: {ended.failure}. What was finished is kept.")
+            index = chunks[ended.task.key]
+            done = done.with_endings(index, ended.result)
             finished += index.size
             if observer is not None:
                 observer(finished, total)
@@ -159,7 +161,7 @@ def basin_edges(
     task = _task(robot, parameters, axes, base or {}, law, patience or Patience(), engine)
 
     def ending(value: float) -> str:
-        return _run(task, [(value,)])[0][0]
+        return _walk(task, [(value,)])[0][0]
 
     def between(a: float, below: str, b: float, above: str) -> list[tuple[float, str, str]]:
         if below == above:
@@ -218,43 +220,15 @@ Answer = tuple[str, Array, int]
 Index = NDArray[np.intp]
 
 
-def _computed(
-    task: _Task, axes: Mapping[str, Array], chunks: list[Index], workers: int
-) -> Iterator[tuple[Index, list[Answer]]]:
-    """Yield (start numbers, endings) chunk by chunk, in order."""
-    shape = tuple(values.size for values in axes.values())
-
-    def points(index: Index) -> list[tuple[float, ...]]:
-        places = np.unravel_index(index, shape)
-        return [
-            tuple(float(v[i]) for v, i in zip(axes.values(), place, strict=True)) for place in zip(*places, strict=True)
-        ]
-
-    if workers <= 1 or len(chunks) <= 1:
-        for index in chunks:
-            yield index, _run(task, points(index))
-        return
-    # Fresh processes: forking one that holds compiled code and threads is not safe.
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_remember, initargs=(task,))
-    try:
-        for index, answers in zip(chunks, pool.map(_run_remembered, map(points, chunks)), strict=True):
-            yield index, answers
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+def _points(axes: Mapping[str, Array], index: Index) -> list[tuple[float, ...]]:
+    """Return the values on the axes of some starts."""
+    places = np.unravel_index(index, tuple(values.size for values in axes.values()))
+    columns = [values[place].tolist() for values, place in zip(axes.values(), places, strict=True)]
+    return list(zip(*columns, strict=True))
 
 
-_REMEMBERED: list[_Task] = []
-
-
-def _remember(task: _Task) -> None:
-    _REMEMBERED[:] = [task]
-
-
-def _run_remembered(points: list[tuple[float, ...]]) -> list[Answer]:
-    return _run(_REMEMBERED[0], points)
-
-
-def _run(task: _Task, points: list[tuple[float, ...]]) -> list[Answer]:
+def _walk(task: _Task, points: list[tuple[float, ...]]) -> list[Answer]:
+    """Return the endings of some starts, given by their values on the axes."""
     robot, answers = task.robot, []
     known = {parameter.name for parameter in robot.parameters}
     walker, last = None, None

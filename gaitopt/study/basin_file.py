@@ -107,14 +107,13 @@ class Basin:
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
     def with_endings(self, index: NDArray[np.intp], answers: list[tuple[str, Array, int]]) -> "Basin":
-        """Return the basin with the endings of some starts filled in."""
-        labels = list(self.labels)
-        outcome, steps, final = self.outcome.copy(), self.steps.copy(), self.final.copy()
+        """Return the basin with the endings of some starts filled in; labels are sorted, whatever came first."""
+        labels = tuple(sorted({*self.labels, *(label for label, _, _ in answers)}))
+        renumbered = np.array([*map(labels.index, self.labels), PENDING], dtype=np.int16)
+        outcome, steps, final = renumbered[self.outcome], self.steps.copy(), self.final.copy()
         for i, (label, z, count) in zip(index, answers, strict=True):
-            if label not in labels:
-                labels.append(label)
             outcome[i], steps[i], final[i] = labels.index(label), count, z
-        return replace(self, labels=tuple(labels), outcome=outcome, steps=steps, final=final)
+        return replace(self, labels=labels, outcome=outcome, steps=steps, final=final)
 
     def check_same(self, other: "Basin", path: str | Path) -> "Basin":
         """Return the basin itself if it answers the same question as another, to go on with it."""

@@ -4,6 +4,7 @@ import hashlib
 import os
 import pickle
 import signal
+import tempfile
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -12,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -87,18 +89,22 @@ class Processes(Crew):
 
     def __init__(self, workers: int, work: Work, shared: Any, prepare: Prepare | None = None) -> None:
         self.room = 2 * workers
-        self._workers, self._work, self._parcel, self._prepare = workers, work, Parcel.of(shared), prepare
+        self._workers, self._work, self._prepare = workers, work, prepare
+        parcel = Parcel.of(shared)
+        self._digest, self._folder = parcel.digest, tempfile.TemporaryDirectory(prefix="gaitopt-")
+        self._file = Path(self._folder.name) / "shared.pickle"
+        self._file.write_bytes(parcel.content)
         self._pool = self._open()
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Hand over a task; raises BrokenProcessPool if a worker has died."""
         with _undisturbed():  # a worker is started when there is work for it
-            return self._pool.submit(_call, self._work, self._parcel.digest, None, argument, needed)
+            return self._pool.submit(_call, self._work, self._digest, None, argument, needed)
 
     def renew(self) -> None:
         """Start anew; raises GaitoptError if processes die whatever they do."""
         for _ in range(3):
-            self.dismiss(at_once=True)
+            self._end(at_once=True)
             self._pool = self._open()
             try:
                 with _undisturbed():
@@ -113,7 +119,11 @@ class Processes(Crew):
         )
 
     def dismiss(self, *, at_once: bool) -> None:
-        """End the processes, killing them if `at_once`."""
+        """End the processes, killing them if `at_once`, and clear away what was laid out for them."""
+        self._end(at_once=at_once)
+        self._folder.cleanup()
+
+    def _end(self, *, at_once: bool) -> None:
         processes = dict(self._pool._processes or {}) if at_once else {}  # there is no public way to end a running task
         self._pool.shutdown(wait=not at_once, cancel_futures=True)
         for process in processes.values():
@@ -122,7 +132,8 @@ class Processes(Crew):
             process.join()
 
     def _open(self) -> ProcessPoolExecutor:
-        settings = (self._prepare, self._parcel)
+        # A process that dies while much is being told to it leaves us waiting for ever: it reads a file instead.
+        settings = (self._prepare, self._digest, self._file)
         return ProcessPoolExecutor(self._workers, get_context("spawn"), initializer=_settle_in, initargs=settings)
 
 
@@ -156,15 +167,15 @@ _UNPACKED: dict[str, Any] = {}
 """In a worker: the object every task is given, by its digest."""
 
 
-def _settle_in(prepare: Prepare | None, parcel: Parcel) -> None:
+def _settle_in(prepare: Prepare | None, digest: str, file: Path) -> None:
     """Begin a worker's life: follow the parent into death, import what is needed, unpack what is shared."""
     threading.Thread(target=_follow_parent, daemon=True).start()
     try:
         if prepare is not None:
             prepare()
-        _unpack(parcel.digest, parcel.content)
+        _unpack(digest, file.read_bytes())
     except Exception as error:  # told when the first task is done, instead of dying without a word
-        _UNPACKED[parcel.digest] = InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})")
+        _UNPACKED[digest] = InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})")
 
 
 def _follow_parent() -> None:

@@ -123,7 +123,8 @@ def test_a_script_without_guard_is_told_what_is_wrong(tmp_path):
     script = tmp_path / "unguarded.py"
     script.write_text(
         "from gaitopt.study.runner import run_tasks\nfrom gaitopt.study.task import Task\n"
-        "from tests.study import works\nlist(run_tasks(works.add, [Task('a', 1), Task('b', 2)], 0, workers=2))\n"
+        "from tests.study import works\n"
+        "tasks = [Task('a', 1), Task('b', 2)]\nlist(run_tasks(works.add, tasks, 'long' * 1_000_000, workers=2))\n"
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 1
