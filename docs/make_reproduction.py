@@ -1,6 +1,7 @@
-"""Write docs/reproduction.md and its figures: every number of the study beside ours.
+"""Write docs/reproduction.md and docs/frontiers.md with their figures: every number of the studies beside ours.
 
-Run it with ``python docs/make_reproduction.py``; it takes a few minutes with the fast engine.
+Run it with ``python docs/make_reproduction.py``; it takes a few minutes with the fast engine.  ``python
+docs/make_reproduction.py frontiers`` writes one page only.
 """
 
 import math
@@ -29,6 +30,7 @@ ORDER = (
     "imitation_cost",
     "benchmarks",
 )
+FRONTIERS = ("frontier_friction", "frontier_energy", "frontier_speed_step", "frontier_ankle")
 DOTS_PER_INCH, LARGEST_IMAGE = 110, 150_000
 
 HEAD = """# The study, reproduced
@@ -46,11 +48,36 @@ written with the {engine} engine. Each script runs alone, too: `python problems/
 """
 
 
-def main():
-    """Run all studies and write the page."""
+FRONTIERS_HEAD = """# Frontiers of cheap gaits
+
+What walking costs the compass biped with motors on level ground (leg 1.6 m, 10 kg in all, 6 N m at ankle and hip where
+nothing else is said), as friction, speed, step length and motors change. Every gait is the best of several starts,
+passed on between neighbouring points in both directions, and replayed by the event-driven simulator; every optimum is
+a local one.
+
+This page is written by `python docs/make_reproduction.py frontiers`.
+"""
+
+
+def main(pages):
+    """Run all studies of some pages and write these."""
     sys.path.insert(0, str(STUDIES))
+    if "reproduction" in pages:
+        sections, numbers = run(ORDER)
+        write("reproduction", head(numbers), sections)
+    if "frontiers" in pages:
+        write("frontiers", FRONTIERS_HEAD, run(FRONTIERS)[0])
+
+
+def write(page, beginning, sections):
+    """Write a page."""
+    (DOCS / f"{page}.md").write_text("\n".join([beginning, *sections]), encoding="utf-8")
+
+
+def run(names):
+    """Run studies, save their figures, and return their sections and numbers."""
     sections, numbers = [], []
-    for name in ORDER:
+    for name in names:
         began = time.perf_counter()
         script = runpy.run_path(str(STUDIES / f"{name}.py"))
         study = script["study"]()
@@ -58,7 +85,7 @@ def main():
         sections.append(section(name, script["__doc__"], study))
         numbers += study.numbers
         print(f"{name}: {time.perf_counter() - began:.1f} s", file=sys.stderr)
-    (DOCS / "reproduction.md").write_text("\n".join([head(numbers), *sections]), encoding="utf-8")
+    return sections, numbers
 
 
 def save_image(figure, name):
@@ -134,4 +161,4 @@ def _decimals(number):
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:] or ("reproduction", "frontiers"))

@@ -14,12 +14,17 @@ from gaitopt.stability.cycle import make_cycle
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = ROOT / "problems" / "studies"
 
+WORDS = ("stick | stick", "slip+ stick | slip+")
 SMALL = {
     "benchmarks": {"starts": 30},
     "compass_actuated": {"intervals": 40},
     "compass_force_ratio": {},
     "compass_multipliers": {"points": 4, "least": 0.12, "most": 0.18},
     "compass_portraits": {},
+    "frontier_ankle": {"limits": (6.0,), "frictions": (0.14,)},
+    "frontier_energy": {"frictions": (0.14,), "workers": 1},
+    "frontier_friction": {"least": 0.14, "most": 0.14, "step": 0.04, "words": WORDS, "workers": 1},
+    "frontier_speed_step": {"speeds": (0.633, 0.633, 1), "steps": (0.4713, 0.4713, 1), "workers": 1},
     "imitation_cost": {"frictions": (0.14,)},
     "rimless_basin_friction": {"frictions": 5, "rates": 4, "workers": 1},
     "rimless_basin_slope": {"slopes": 5, "rates": 4, "workers": 1},
@@ -96,7 +101,7 @@ def assert_lost_is_what_gravity_gives(gait):
 def _lowest(axes):
     """Return the panels of each column, from left to right."""
     columns = {}
-    for one in axes:
+    for one in (one for one in axes if one.get_subplotspec() is not None):  # the others are colour bars
         columns.setdefault(one.get_subplotspec().colspan.start, []).append(one)
     return columns.values()
 
@@ -104,7 +109,8 @@ def _lowest(axes):
 def test_every_study_is_tested_and_on_the_page():
     scripts = {path.stem for path in STUDIES.glob("*.py") if "\ndef study(" in path.read_text(encoding="utf-8")}
     assert scripts == set(SMALL)
-    page = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
+    pages = [ROOT / "docs" / name for name in ("reproduction.md", "frontiers.md")]
+    page = "".join(path.read_text(encoding="utf-8") for path in pages)
     assert all(
         f"images/study_{name}.png" in page and (ROOT / "docs" / "images" / f"study_{name}.png").is_file()
         for name in scripts

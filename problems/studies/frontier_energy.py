@@ -1,0 +1,85 @@
+"""Why a foot that slips walks cheaper: where the energy of two words goes, over friction.
+
+At equal speed and step length both words pay for what is lost at impact, by friction, and twice for what the motors
+brake. A touchdown that slips forward loses less at impact: it lets part of the motion along the ground go on, which a
+sticking impact destroys. That saving is larger than what sliding and braking cost, until friction is so high that a
+slip would have to be forced.
+"""
+
+import numpy as np
+from drawing import STYLE, spelled
+from frontier_setup import walker
+
+from gaitopt import Number, Study, sweep
+
+SLIP, STICK = "slip+ stick | slip+", "stick | stick"
+TERMS = (
+    ("impact_loss", 1, "impact", "#0072B2", ""),
+    ("friction_loss", 1, "friction", "#E69F00", "///"),
+    ("braking_work", 2, "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
+)
+"""Terms of the absolute work: name, how often it counts, label, colour, hatch."""
+
+
+def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
+    """Return the study."""
+    table = sweep(walker(), friction=frictions, words=[STICK, SLIP], workers=workers)
+    terms = {name: factor * table[name] / table.travel for name, factor, *_ in TERMS}
+    with STYLE.figure(3.8) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+        _draw_piles(left, frictions, terms)
+        for name, _, label, color, _ in TERMS:
+            right.plot(frictions, _difference(terms[name]), label=label, color=color, marker="o", markersize=3)
+        right.plot(frictions, sum(map(_difference, terms.values())), color="0.1", linewidth=2, label="in all")
+        right.axhline(0, color="0.5", linewidth=0.8)
+        right.set(xlabel=r"friction $\mu$", ylabel="slipping less sticking [J/m]")
+        right.legend(loc="best")
+    return Study(figure, tuple(_numbers(table, terms)), tuple(_remarks(frictions, terms)))
+
+
+def _difference(term):
+    return term.sel(word=SLIP).values - term.sel(word=STICK).values
+
+
+def _draw_piles(axes, frictions, terms):
+    """Draw two piles at each friction: sticking on the left, slipping on the right."""
+    places = np.arange(len(frictions))
+    for word, shift in ((STICK, -0.2), (SLIP, 0.2)):
+        base = np.zeros(len(frictions))
+        for name, _, label, color, hatch in TERMS:
+            height = terms[name].sel(word=word).values
+            key = label if word == STICK else None
+            axes.bar(places + shift, height, 0.36, bottom=base, color=color, hatch=hatch, edgecolor="white", label=key)
+            base = base + height
+    axes.set_xticks(places, [f"{friction:g}" for friction in frictions])
+    axes.set(xlabel=rf"friction $\mu$ (left bar {spelled(STICK)}, right bar {spelled(SLIP)})")
+    axes.set_ylabel("absolute work per distance [J/m]")
+    axes.grid(visible=False, axis="x")
+    axes.legend(loc="upper right")
+
+
+def _numbers(table, terms):
+    """Return for each word how the terms add up to the cost of transport, at the friction where they do worst."""
+    robot, values = walker().robot, walker().values
+    mass = float(robot.momentum(np.zeros(robot.n_q), np.zeros(robot.n_q), robot.vector(values))[2])
+    for word in (STICK, SLIP):
+        total = sum(term.sel(word=word) for term in terms.values()) / (mass * values["gravity"])
+        ratio = (total / table.cost_of_transport.sel(word=word)).values
+        worst = float(ratio[np.argmax(np.abs(ratio - 1))])
+        yield Number(f"{word}: (impact + friction + 2 braking) / cost of transport", worst, 1.0, 1e-5, "energy balance")
+
+
+def _remarks(frictions, terms):
+    """Say in numbers what slipping saves and what it costs."""
+    for number in (0, len(frictions) // 2):
+        saved, slid, braked = (_difference(terms[name])[number] for name, *_ in TERMS)
+        yield (
+            f"At friction {frictions[number]:g} the slipping touchdown loses {-saved:.3f} J/m less at impact; "
+            f"sliding costs {slid:.3f} J/m and braking {braked:+.3f} J/m: {saved + slid + braked:+.3f} J/m in all."
+        )
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)
