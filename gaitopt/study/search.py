@@ -6,6 +6,7 @@ from pathlib import Path
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.word import Word
+from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.study.attempt import ALIKE, finished, found_cold, objective, own_starts, proven, scouted
 from gaitopt.study.crew import Prepare
@@ -15,7 +16,7 @@ from gaitopt.study.ranking import Finding, Ranking, judge, rank, save_ranking
 from gaitopt.study.runner import Observer, collect_tasks, run_tasks
 from gaitopt.study.task import Task
 from gaitopt.study.verdict import IMPOSSIBLE, LOST, PENDING, UNFINISHED
-from gaitopt.study.vocabulary import neighbours, why_impossible, words_up_to
+from gaitopt.study.vocabulary import closed_words, neighbours, why_impossible, words_up_to
 
 RANKING = "ranking.json"
 
@@ -46,12 +47,12 @@ def search(
     problem : GaitProblem
         Its own word does not matter.
     max_phases : int
-        Longest words tried.
+        Longest words tried, 1 to 6 phases.
     starts : int
         Starts of its own each word has: the problem's guess or a straight line, a passive cycle if one exists, lines
         with random waves from fixed seeds.
     words : iterable of Word or str, optional
-        Only these.
+        Only these, each of them closed.
     workers : int
         Processes.
     executor : concurrent.futures.Executor, optional
@@ -72,7 +73,7 @@ def search(
     Raises
     ------
     InputError
-        If the folder holds another study, or a word cannot be.
+        If a number or a word cannot be, a word leaves something open, or the folder holds another study.
 
     Examples
     --------
@@ -85,7 +86,8 @@ def search(
     >>> [str(finding.word) for finding in found.findings]
     ['slip+ stick | slip+', 'stick | stick']
     """
-    tried = words_up_to(max_phases) if words is None else [Word.parse(word).check_periodic() for word in words]
+    check_count("starts", starts, 1, 1000)
+    tried = words_up_to(max_phases) if words is None else closed_words(words, "A search")
     tried = tuple(sorted(dict.fromkeys(tried), key=lambda word: len(word.phases)))
     kept: MutableMapping[str, Gait] = {}
     if directory is not None:

@@ -11,6 +11,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
 from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.study.attempt import attempt, best, found_cold, objective, proven
 from gaitopt.study.crew import Prepare
@@ -20,6 +21,7 @@ from gaitopt.study.question import question
 from gaitopt.study.runner import Observer, collect_tasks, run_tasks
 from gaitopt.study.sweep_file import Findings, held_sweep, to_dataset, write_sweep
 from gaitopt.study.verdict import IMPOSSIBLE, LOST, PENDING, UNFINISHED
+from gaitopt.study.vocabulary import closed_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +60,7 @@ def sweep(
     parameters : mapping of str to sequence of float, optional
         Further axes, by the robot's parameters (SI units).
     words : sequence of Word or str, optional
-        The problem's own word if none are given.
+        The problem's own word if none are given; each of them closed.
     starts : int
         Starts tried where there is no neighbour to start from.
     workers : int
@@ -82,7 +84,8 @@ def sweep(
     Raises
     ------
     InputError
-        If an axis cannot be, no point can be posed, or the file holds another study.
+        If an axis, a number or a word cannot be, a word leaves something open, no point can be posed, or the file holds
+        another study.
     ArchiveError
         If the disk is full, for example; what was finished is kept.
 
@@ -97,9 +100,10 @@ def sweep(
     >>> found.status.values.tolist(), found.cost_of_transport.dims
     ([['solved', 'solved']], ('word', 'friction'))
     """
+    check_count("starts", starts, 1, 1000)
     named = {"friction": friction, "speed": speed, "step_length": step_length, "slope": slope}
     axes = axis_values({name: axis for name, axis in named.items() if axis is not None} | dict(parameters or {}))
-    spelled = tuple(Word.parse(word).check_periodic() for word in ([problem.word] if words is None else words))
+    spelled = closed_words([problem.word] if words is None else words, "A sweep")
     grid = Grid(problem, spelled, axes, starts)
     listed = {name: values.tolist() for name, values in axes.items()}
     asked = question(problem, words=[str(word) for word in spelled], axes=listed, starts=starts)

@@ -2,12 +2,13 @@
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from gaitopt.errors import InputError, WordError
+from gaitopt.errors import WordError
 from gaitopt.model.modes import Mode
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.word import Word
+from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
 
 _MODES = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)
@@ -21,8 +22,7 @@ def words_up_to(phases: int) -> tuple[Word, ...]:
     >>> [str(word) for word in words_up_to(1)]
     ['stick | stick', 'slip+ | stick', 'slip+ | slip+', 'slip- | stick', 'slip- | slip-']
     """
-    if phases < 1:
-        raise InputError(f"A word has at least one phase, got max_phases={phases}.")
+    check_count("max_phases", phases, 1, 6)
     return tuple(
         word
         for count in range(1, phases + 1)
@@ -30,6 +30,32 @@ def words_up_to(phases: int) -> tuple[Word, ...]:
         for impact in dict.fromkeys((Mode.STICK, modes[0]))
         if (word := periodic_word(modes, impact)) is not None
     )
+
+
+def closed_words(given: Iterable[Word | str], purpose: str) -> tuple[Word, ...]:
+    """Return the words a study is given, each closed and possible in a periodic gait.
+
+    Parameters
+    ----------
+    given : iterable of Word or str
+        At least one.
+    purpose : str
+        What needs them, as the subject of the error message.
+
+    Raises
+    ------
+    WordError
+        If there is none, or one of them cannot be read, cannot repeat, or leaves something open.
+
+    Examples
+    --------
+    >>> [str(word) for word in closed_words(["stick|stick"], "A sweep")]
+    ['stick | stick']
+    """
+    words = [given] if isinstance(given, str | Word) else list(given)
+    if not words:
+        raise WordError(f"{purpose} needs a word, such as 'stick | stick'.")
+    return tuple(Word.parse(word).require_closed(purpose).check_periodic() for word in words)
 
 
 def periodic_word(phases: tuple[Mode, ...], impact: Mode) -> Word | None:

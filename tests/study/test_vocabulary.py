@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt import InputError, Word
-from gaitopt.study.vocabulary import disguised, neighbours, why_impossible, words_up_to
+from gaitopt import InputError, Word, search, sweep
+from gaitopt.study.vocabulary import closed_words, disguised, neighbours, why_impossible, words_up_to
 
 
 def test_every_periodic_word_is_there_once():
@@ -14,8 +14,22 @@ def test_every_periodic_word_is_there_once():
     assert len(words) == len(set(words)) == (1 + 2 * 2) + (2 + 4 * 2) + (4 + 8 * 2)
     assert [len(word.phases) for word in words] == sorted(len(word.phases) for word in words)
     assert {"slip+ stick slip- | slip+", "slip- stick | slip-", "stick slip- | stick"} <= set(map(str, words))
-    with pytest.raises(InputError, match="at least one phase"):
-        words_up_to(0)
+    for count in (0, 1.5, 7):
+        with pytest.raises(InputError, match="max_phases must be"):
+            words_up_to(count)
+
+
+def test_studies_refuse_what_they_cannot_compare_at_their_door(problem):
+    with pytest.raises(InputError, match=r"A search needs a closed word, but 'any \| stick' .* solve\(\) closes it"):
+        search(problem, words=["stick | stick", "any | stick"])
+    with pytest.raises(InputError, match=r"A sweep needs a closed word, but 'slip\+ stick \| any'"):
+        sweep(problem.replace(word="slip+ stick | any"), friction=[0.14])
+    with pytest.raises(InputError, match="A search needs a word"):
+        search(problem, words=[])
+    for study, options in ((search, {}), (sweep, {"friction": [0.14]})):
+        with pytest.raises(InputError, match="starts must be"):
+            study(problem, starts=0, **options)
+    assert closed_words("stick | stick", "A sweep") == (Word.parse("stick | stick"),)
 
 
 def test_who_always_slips_one_way_cannot_walk_on_level_ground(problem):
