@@ -73,6 +73,7 @@ _PUBLIC = {
     "gaitopt.status": ("Status", "Stop"),
     "gaitopt.study.basin": ("basin", "basin_edges"),
     "gaitopt.study.basin_file": ("Basin", "load_basin", "save_basin"),
+    "gaitopt.study.cluster": ("DaskCluster",),
     "gaitopt.study.comparison": ("Comparison", "compare"),
     "gaitopt.study.disturbance": ("Endurance", "Walking", "endurance"),
     "gaitopt.study.imitation": ("Imitation", "controlled_gait", "imitate"),

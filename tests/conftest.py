@@ -10,12 +10,20 @@ from hypothesis import settings
 from gaitopt import Word, compass_biped, load, rimless_wheel
 from gaitopt.model.modes import Mode
 from gaitopt.status import Status
+from tests import dask
 
 # The same examples at every run, however slow the machine.
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.load_profile("fixed")
 
 ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def scheduler(tmp_path_factory):
+    """Return the address of a Dask scheduler with two workers, processes of this machine."""
+    with dask.scheduler(tmp_path_factory.mktemp("dask")) as (address, _), dask.workers(address, 2):
+        yield address
 
 
 @pytest.fixture(scope="session")

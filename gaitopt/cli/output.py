@@ -3,8 +3,9 @@
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
+import typer
 from rich import box
 from rich.console import Console
 from rich.markup import escape
@@ -56,3 +57,9 @@ def _coloured(gait: Gait, name: str, text: str) -> str:
     if name in good and colon:
         return f"[{'green' if good[name] else 'red'}]{escape(verdict)}[/]:{escape(rest)}"
     return f"[yellow]{escape(text)}[/]" if name == "warning" else escape(text)
+
+
+def leave_unfinished() -> NoReturn:
+    """End with the exit status of a study that was interrupted, or could not do everything."""
+    err.print("Not complete: the same command goes on.")
+    raise typer.Exit(130)

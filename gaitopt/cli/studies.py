@@ -1,27 +1,23 @@
 """Commands on many gaits: search, sweep, compare."""
 
 import functools
-import os
 import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from gaitopt.cli.axis import grid
 from gaitopt.cli.commands import Json, Quiet
-from gaitopt.cli.output import err, print_json, print_written
+from gaitopt.cli.output import leave_unfinished, print_json, print_written
+from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.errors import InputError
 
 Script = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="A problem script.")]
 Setting = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter of the script.")
 ]
-Workers = Annotated[
-    int | None, typer.Option(min=1, max=1024, help="Processes. [one for each processor]", show_default=False)
-]
 Starts = Annotated[int, typer.Option(min=1, max=100, help="Starts tried where there is no neighbour to start from.")]
-
-INTERRUPTED = 130
 
 
 def search(
@@ -33,6 +29,7 @@ def search(
     starts: Annotated[int, typer.Option(min=1, max=100, help="Starts of its own each word has.")] = 4,
     setting: Setting = None,
     workers: Workers = None,
+    scheduler: Scheduler = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -47,13 +44,14 @@ def search(
     from gaitopt.study.search import search as search_words
 
     began, problem = time.perf_counter(), build_problem(script, setting or [])
-    with counting("words", hidden=json or quiet) as observer:
+    with workforce(workers, scheduler) as hands, counting("words", hidden=json or quiet) as observer:
         ranking = search_words(
             problem,
             max_phases=max_phases,
             starts=starts,
-            workers=workers or os.cpu_count() or 1,
-            prepare=functools.partial(load_script, script),
+            workers=hands.workers,
+            executor=hands.executor,
+            prepare=functools.partial(load_script, script.resolve()),
             directory=output,
             observer=observer,
         )
@@ -83,6 +81,7 @@ def sweep(
     setting: Setting = None,
     starts: Starts = 3,
     workers: Workers = None,
+    scheduler: Scheduler = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -94,7 +93,6 @@ def sweep(
     """
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import counting, print_sweep, sweep_facts
-    from gaitopt.study.basin import grid
     from gaitopt.study.grid import FIELDS
     from gaitopt.study.sweep import sweep as sweep_problem
 
@@ -104,7 +102,7 @@ def sweep(
         raise InputError("--over names the same axis twice.")
     fields = {name: axes.pop(name) for name in FIELDS if name in axes}
     spelled = [word.strip() for text in words or [] for word in text.split(",")]
-    with counting("gaits", hidden=json or quiet) as observer:
+    with workforce(workers, scheduler) as hands, counting("gaits", hidden=json or quiet) as observer:
         found = sweep_problem(
             problem,
             friction=fields.get("friction"),
@@ -114,8 +112,9 @@ def sweep(
             parameters=axes,
             words=spelled or None,
             starts=starts,
-            workers=workers or os.cpu_count() or 1,
-            prepare=functools.partial(load_script, script),
+            workers=hands.workers,
+            executor=hands.executor,
+            prepare=functools.partial(load_script, script.resolve()),
             path=output,
             observer=observer,
         )
@@ -165,6 +164,5 @@ def compare(
 def _leave(complete: bool, any_gait: bool) -> None:
     """End with the exit status of a study."""
     if not complete:
-        err.print("Not complete: the same command goes on.")
-        raise typer.Exit(INTERRUPTED)
+        leave_unfinished()
     raise typer.Exit(0 if any_gait else 1)

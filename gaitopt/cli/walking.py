@@ -6,15 +6,15 @@ import time
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from gaitopt.cli.axis import grid
 from gaitopt.cli.commands import Json, Quiet
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, TorqueLimit, law_for
-from gaitopt.cli.output import err, out, print_json, print_written
-from gaitopt.cli.script import call_script
+from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written
+from gaitopt.cli.script import call_script, load_script
+from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.errors import InputError
 
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="A walking problem script or a saved gait.")]
@@ -116,7 +116,8 @@ def basin(
         list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Another coordinate of the start.")
     ] = None,
     steps: Annotated[int, typer.Option(min=2, max=100000, help="Most steps of a walk.")] = 100,
-    workers: Annotated[int, typer.Option(min=1, max=1024, help="Processes.")] = 1,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Keeps results; run again to go on.")
     ] = None,
@@ -126,14 +127,16 @@ def basin(
 ) -> None:
     """Walk from every start of a grid and tell in which gait, or how, each walk ends.
 
+    Interrupt it at any time; with an output file the same command goes on.
+
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.h5
     """
     from gaitopt.cli.law import read_pairs
+    from gaitopt.cli.study_output import counting
     from gaitopt.cli.subject import coordinates_missing, read_start, read_subject
     from gaitopt.simulation.engines import faster_walks
     from gaitopt.stability.section import Section
     from gaitopt.study.basin import basin as find_basin
-    from gaitopt.study.basin import grid
     from gaitopt.study.settling import Patience
 
     began = time.perf_counter()
@@ -151,14 +154,7 @@ def basin(
         if subject.gaits
         else read_pairs(state)
     )
-    columns = (
-        TextColumn("walking"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
-        task = progress.add_task("", total=int(np.prod([values.size for values in axes.values()])))
+    with workforce(workers, scheduler) as hands, counting("starts", hidden=json or quiet) as observer:
         found = find_basin(
             subject.robot,
             {name: value for name, value in subject.parameters.items() if name not in axes},
@@ -167,20 +163,24 @@ def basin(
             law=subject.law,
             patience=Patience(steps=steps),
             engine=subject.engine,
-            workers=workers,
+            workers=hands.workers,
+            executor=hands.executor,
+            prepare=functools.partial(load_script, source.resolve()) if source.suffix == ".py" else None,
             path=output,
-            observer=lambda done, total: progress.update(task, completed=done, total=total),
+            observer=observer,
         )
-    facts = {
-        "engine": subject.engine.name,
-        "robot": found.robot,
-        "axes": {name: values.tolist() for name, values in found.axes.items()},
-        "fractions": found.fractions(),
-        "endings": found.labels_on_grid().tolist(),
-        "file": None if output is None else str(output),
-        "seconds": time.perf_counter() - began,
-    }
+    complete = not found.pending().any()
     if json:
+        facts = {
+            "engine": subject.engine.name,
+            "robot": found.robot,
+            "complete": complete,
+            "axes": {name: values.tolist() for name, values in found.axes.items()},
+            "fractions": found.fractions(),
+            "endings": found.labels_on_grid().tolist(),
+            "file": None if output is None else str(output),
+            "seconds": time.perf_counter() - began,
+        }
         print_json(facts)
     elif not quiet:
         for label, share in found.fractions().items():
@@ -188,6 +188,8 @@ def basin(
         out.print(f"engine {subject.engine.name}")
         if output is not None:
             print_written(output)
+    if not complete:
+        leave_unfinished()
 
 
 def run(

@@ -3,26 +3,27 @@
 import dataclasses
 import hashlib
 import itertools
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitopt.control.law import Law, passive
-from gaitopt.errors import GaitoptError, InputError, suggest
+from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Walker
 from gaitopt.stability.section import Section
-from gaitopt.study.basin_file import Basin, load_basin, save_basin
-from gaitopt.study.runner import Observer, run_tasks
-from gaitopt.study.settling import Patience, settle
+from gaitopt.study.basin_file import Basin, load_basin
+from gaitopt.study.basin_record import BasinRecord, Endings, Index
+from gaitopt.study.crew import Prepare
+from gaitopt.study.runner import Observer, collect_tasks, run_tasks
+from gaitopt.study.settling import Ending, Patience, settle
 from gaitopt.study.task import Task
 
 CHUNK = 200
@@ -30,13 +31,13 @@ CHUNK = 200
 
 
 @dataclass(frozen=True, eq=False)
-class _Task:
+class _Duty:
     """What a worker needs to know, sent once."""
 
     robot: Robot
     parameters: dict[str, float]
     base: dict[str, float]
-    axes: tuple[str, ...]
+    axes: dict[str, Array]
     law: Law
     patience: Patience
     engine: Engine
@@ -52,6 +53,8 @@ def basin(
     patience: Patience | None = None,
     engine: Engine | None = None,
     workers: int = 1,
+    executor: Executor | None = None,
+    prepare: Prepare | None = None,
     path: str | Path | None = None,
     observer: Observer | None = None,
 ) -> Basin:
@@ -73,6 +76,10 @@ def basin(
     engine : Engine, optional
     workers : int
         Processes; the answer does not depend on their number.
+    executor : concurrent.futures.Executor, optional
+        Walks instead of own processes: a :class:`DaskCluster`, or any other, `workers` tasks at a time.
+    prepare : callable, optional
+        Called once in each process, to import what the walker needs.
     path : str or Path, optional
         File that keeps what is done; the same call with the same file goes on where it was stopped.
     observer : callable, optional
@@ -81,11 +88,14 @@ def basin(
     Returns
     -------
     Basin
+        With starts pending if it was interrupted, or if processes died over them.
 
     Raises
     ------
     InputError
         If an axis or a coordinate is unknown, or the file belongs to another basin.
+    ArchiveError
+        If the disk is full, for example; what the file held is kept.
 
     Examples
     --------
@@ -97,29 +107,17 @@ def basin(
     """
     values = {name: np.array(points, dtype=float) for name, points in axes.items()}
     law = law or passive(robot)
-    task = _task(robot, parameters, values, base or {}, law, patience or Patience(), engine or default_engine(law))
-    done = Basin.empty(robot.name, robot.resolve(task.parameters), task.base, values, _method(task))
+    duty = _duty(robot, parameters, values, base or {}, law, patience or Patience(), engine or default_engine(law))
+    known = Basin.empty(robot.name, robot.resolve(duty.parameters), duty.base, values, _method(duty))
     if path is not None and Path(path).exists():
-        done = load_basin(path).check_same(done, path)
-    open_starts = np.flatnonzero(done.pending())
-    total, finished = done.size, done.size - open_starts.size
-    chunks = {str(i): open_starts[i : i + CHUNK] for i in range(0, open_starts.size, CHUNK)}
-    planned = [Task(key, _points(values, index)) for key, index in chunks.items()]
-    try:
-        for ended in run_tasks(_walk, planned, task, workers=workers):
-            if ended.failure:
-                raise GaitoptError(f"Some starts could not be walked: {ended.failure}. What was finished is kept.")
-            index = chunks[ended.task.key]
-            done = done.with_endings(index, ended.result)
-            finished += index.size
-            if observer is not None:
-                observer(finished, total)
-            if path is not None:
-                save_basin(done, path)
-    finally:
-        if path is not None:
-            save_basin(done, path)
-    return done
+        known = load_basin(path).check_same(known, path)
+    pending = np.flatnonzero(known.pending())
+    planned = [Task(str(i), pending[i : i + CHUNK]) for i in range(0, pending.size, CHUNK)]
+    kept = BasinRecord(known, None if path is None else Path(path))
+    running = run_tasks(_walk, planned, duty, workers=workers, executor=executor, prepare=prepare)
+    with kept:
+        collect_tasks(running, kept, planned, observer and (lambda *_: observer(kept.finished, known.size)))
+    return kept.basin()
 
 
 def basin_edges(
@@ -158,10 +156,10 @@ def basin_edges(
     """
     points, law = np.linspace(lower, upper, samples), law or passive(robot)
     axes, engine = {coordinate: points}, engine or default_engine(law)
-    task = _task(robot, parameters, axes, base or {}, law, patience or Patience(), engine)
+    duty = _duty(robot, parameters, axes, base or {}, law, patience or Patience(), engine)
 
     def ending(value: float) -> str:
-        return _walk(task, [(value,)])[0][0]
+        return next(_endings(duty, [(value,)])).label
 
     def between(a: float, below: str, b: float, above: str) -> list[tuple[float, str, str]]:
         if below == above:
@@ -177,7 +175,7 @@ def basin_edges(
     return tuple(itertools.chain.from_iterable(itertools.starmap(between, spans)))
 
 
-def _task(
+def _duty(
     robot: Robot,
     parameters: Mapping[str, float],
     axes: Mapping[str, Array],
@@ -185,7 +183,7 @@ def _task(
     law: Law,
     patience: Patience,
     engine: Engine,
-) -> _Task:
+) -> _Duty:
     fixed = {name: float(value) for name, value in parameters.items() if name not in axes}
     known = [parameter.name for parameter in robot.parameters]
     p = robot.vector(robot.resolve(fixed))
@@ -206,69 +204,37 @@ def _task(
         if name not in coordinates:
             raise InputError(f"The section of {robot.name!r} has no coordinate {name!r}. {suggest(name, coordinates)}")
     start = {name: float(base.get(name, 0.0)) for name in coordinates if name not in axes}
-    return _Task(robot, fixed, start, tuple(axes), law, patience, engine)
+    return _Duty(robot, fixed, start, dict(axes), law, patience, engine)
 
 
-def _method(task: _Task) -> dict[str, Any]:
+def _method(duty: _Duty) -> dict[str, Any]:
     """Return what the answer depends on besides robot, parameters and starts, as plain data."""
-    law = hashlib.sha256(task.law.torque.serialize().encode())
-    law.update(task.law.breakpoints.tobytes() + task.law.table.tobytes())
-    return {"law": task.law.name, "law_digest": law.hexdigest(), **dataclasses.asdict(task.patience)}
+    law = hashlib.sha256(duty.law.torque.serialize().encode())
+    law.update(duty.law.breakpoints.tobytes() + duty.law.table.tobytes())
+    return {"law": duty.law.name, "law_digest": law.hexdigest(), **dataclasses.asdict(duty.patience)}
 
 
-Answer = tuple[str, Array, int]
-Index = NDArray[np.intp]
+def _walk(duty: _Duty, index: Index) -> tuple[Index, Endings]:
+    """Do a task: walk from some starts, given by their numbers in C order of the axes."""
+    places = np.unravel_index(index, tuple(values.size for values in duty.axes.values()))
+    columns = [values[place].tolist() for values, place in zip(duty.axes.values(), places, strict=True)]
+    found = list(_endings(duty, zip(*columns, strict=True)))
+    labels = tuple(dict.fromkeys(ending.label for ending in found))
+    outcome = np.array([labels.index(ending.label) for ending in found], dtype=np.int16)
+    steps = np.array([ending.steps for ending in found], dtype=np.int32)
+    return index, Endings(labels, outcome, steps, np.array([ending.z for ending in found]))
 
 
-def _points(axes: Mapping[str, Array], index: Index) -> list[tuple[float, ...]]:
-    """Return the values on the axes of some starts."""
-    places = np.unravel_index(index, tuple(values.size for values in axes.values()))
-    columns = [values[place].tolist() for values, place in zip(axes.values(), places, strict=True)]
-    return list(zip(*columns, strict=True))
-
-
-def _walk(task: _Task, points: list[tuple[float, ...]]) -> list[Answer]:
-    """Return the endings of some starts, given by their values on the axes."""
-    robot, answers = task.robot, []
+def _endings(duty: _Duty, points: Iterable[tuple[float, ...]]) -> Iterator[Ending]:
+    robot = duty.robot
     known = {parameter.name for parameter in robot.parameters}
     walker, last = None, None
     for point in points:
-        given = dict(zip(task.axes, point, strict=True))
+        given = dict(zip(duty.axes, point, strict=True))
         parameters = {name: value for name, value in given.items() if name in known}
         if walker is None or parameters != last:
-            p = robot.vector(robot.resolve({**task.parameters, **parameters}))
-            walker, last = Walker(robot, task.law, p, task.engine), parameters
+            p = robot.vector(robot.resolve({**duty.parameters, **parameters}))
+            walker, last = Walker(robot, duty.law, p, duty.engine), parameters
             section = Section(robot, p, sliding=True)
-        start = {**task.base, **given}
-        ending = settle(walker, np.array([start[name] for name in section.names]), task.patience)
-        answers.append((ending.label, ending.z, ending.steps))
-    return answers
-
-
-def grid(text: str) -> tuple[str, Array]:
-    """Return name and values of an axis written ``NAME=FROM:TO:COUNT`` or ``NAME=VALUE,VALUE,...``.
-
-    Raises
-    ------
-    InputError
-        If it is not written so.
-
-    Examples
-    --------
-    >>> grid("friction=0.1:0.3:3")
-    ('friction', array([0.1, 0.2, 0.3]))
-    """
-    name, equals, values = text.partition("=")
-    try:
-        if not equals or not name.strip():
-            raise ValueError
-        if ":" in values:
-            lower, upper, count = values.split(":")
-            points = np.linspace(float(lower), float(upper), int(count))
-        else:
-            points = np.array([float(value) for value in values.split(",")])
-        if points.size == 0 or not all(map(math.isfinite, points)):
-            raise ValueError
-    except ValueError:
-        raise InputError(f"An axis is written NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., got {text!r}.") from None
-    return name.strip(), points
+        start = {**duty.base, **given}
+        yield settle(walker, np.array([start[name] for name in section.names]), duty.patience)

@@ -1,7 +1,7 @@
 """Basins as data and in files."""
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -105,15 +105,6 @@ class Basin:
         computed = self.outcome[~self.pending()]
         shares = {label: float(np.mean(computed == i)) for i, label in enumerate(self.labels)} if computed.size else {}
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
-
-    def with_endings(self, index: NDArray[np.intp], answers: list[tuple[str, Array, int]]) -> "Basin":
-        """Return the basin with the endings of some starts filled in; labels are sorted, whatever came first."""
-        labels = tuple(sorted({*self.labels, *(label for label, _, _ in answers)}))
-        renumbered = np.array([*map(labels.index, self.labels), PENDING], dtype=np.int16)
-        outcome, steps, final = renumbered[self.outcome], self.steps.copy(), self.final.copy()
-        for i, (label, z, count) in zip(index, answers, strict=True):
-            outcome[i], steps[i], final[i] = labels.index(label), count, z
-        return replace(self, labels=labels, outcome=outcome, steps=steps, final=final)
 
     def check_same(self, other: "Basin", path: str | Path) -> "Basin":
         """Return the basin itself if it answers the same question as another, to go on with it."""

@@ -1,4 +1,4 @@
-"""Crews: who does the tasks, own processes or somebody else's executor."""
+"""Crews: who does the tasks, own processes, somebody else's executor or a cluster."""
 
 import hashlib
 import os
@@ -12,12 +12,14 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context, parent_process
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from gaitopt.errors import GaitoptError, InputError
+from gaitopt.study.cluster import DaskCluster
 
 Work = Callable[..., Any]
 """Called as ``work(shared, argument, *results needed)``; a function of a module, so that a worker can find it."""
@@ -59,8 +61,15 @@ _UNSENDABLE = (
 class Crew(ABC):
     """Takes tasks one by one; a context that ends with everybody sent home."""
 
-    room: int
-    """Tasks worth handing over at once."""
+    pulse: float | None = None
+    """How long to wait for a task before looking after the crew [s]; None for a crew that tells of its end itself."""
+
+    most_deaths: int
+    """How often workers may die of a task, alone, before it is given up."""
+
+    @abstractmethod
+    def room(self) -> int:
+        """Return how many tasks are worth handing over at once; raises GaitoptError if there is nobody left."""
 
     @abstractmethod
     def submit(self, argument: Any, needed: list[Any]) -> Future:
@@ -87,8 +96,9 @@ class Processes(Crew):
     Forking a process that holds compiled code and threads is not safe, so they are spawned.
     """
 
+    most_deaths = 3
+
     def __init__(self, workers: int, work: Work, shared: Any, prepare: Prepare | None = None) -> None:
-        self.room = 2 * workers
         self._workers, self._work, self._prepare = workers, work, prepare
         parcel = Parcel.of(shared)
         self._digest, self._folder = parcel.digest, tempfile.TemporaryDirectory(prefix="gaitopt-")
@@ -96,10 +106,14 @@ class Processes(Crew):
         self._file.write_bytes(parcel.content)
         self._pool = self._open()
 
+    def room(self) -> int:
+        """Return two tasks for each process, so that none waits for us."""
+        return 2 * self._workers
+
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Hand over a task; raises BrokenProcessPool if a worker has died."""
         with _undisturbed():  # a worker is started when there is work for it
-            return self._pool.submit(_call, self._work, self._digest, None, argument, needed)
+            return self._pool.submit(_call, self._work, self._digest, argument, needed)
 
     def renew(self) -> None:
         """Start anew; raises GaitoptError if processes die whatever they do."""
@@ -140,22 +154,36 @@ class Processes(Crew):
 class Foreign(Crew):
     """An executor of the user's, which starts, loses and ends its workers by its own rules."""
 
-    def __init__(self, executor: Executor, workers: int, work: Work, shared: Any) -> None:
-        self.room = 2 * workers
-        self._executor, self._work, self._parcel = executor, work, Parcel.of(shared)
+    most_deaths = 1
+
+    def __init__(
+        self, executor: Executor, workers: int, work: Work, shared: Any, prepare: Prepare | None = None
+    ) -> None:
+        self._executor, self._workers = executor, workers
+        self._task = partial(_call_carried, work, Parcel.of(shared), prepare)
         self._pending: set[Future] = set()
+        self._cluster = executor if isinstance(executor, DaskCluster) else None
+        if self._cluster is not None:
+            self.pulse = 1.0
+
+    def room(self) -> int:
+        """Return two tasks for each worker; those of a cluster may come and go, and new ones are awaited."""
+        return 2 * max(1, self._workers if self._cluster is None else self._cluster.workers())
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Hand over a task."""
-        parcel = self._parcel
-        future = self._executor.submit(_call, self._work, parcel.digest, parcel.content, argument, needed)
+        future = self._executor.submit(self._task, argument, needed)
         self._pending.add(future)
         future.add_done_callback(self._pending.discard)
         return future
 
     def renew(self) -> None:
-        """Give up: only its owner can mend a foreign executor."""
-        raise GaitoptError("The executor has lost its workers. What was finished is kept; run the same again to go on.")
+        """Leave it to a cluster to replace its workers; give up otherwise: only its owner can mend an executor."""
+        if self._cluster is None:
+            raise GaitoptError(
+                "The executor has lost its workers. A study with an output file has kept what was finished: run the "
+                "same again to go on."
+            )
 
     def dismiss(self, *, at_once: bool) -> None:
         """Cancel what has not begun; the executor stays open."""
@@ -165,6 +193,8 @@ class Foreign(Crew):
 
 _UNPACKED: dict[str, Any] = {}
 """In a worker: the object every task is given, by its digest."""
+
+_UNPACKING = threading.Lock()
 
 
 def _settle_in(prepare: Prepare | None, digest: str, file: Path) -> None:
@@ -191,13 +221,29 @@ def _unpack(digest: str, content: bytes) -> None:
     _UNPACKED[digest] = pickle.loads(content)
 
 
-def _call(work: Work, digest: str, content: bytes | None, argument: Any, needed: list[Any]) -> Any:
-    """Do a task in a worker."""
-    if digest not in _UNPACKED and content is not None:
-        _unpack(digest, content)
+def _call(work: Work, digest: str, argument: Any, needed: list[Any]) -> Any:
+    """Do a task in a worker that has unpacked what is shared."""
     shared = _UNPACKED[digest]
     if isinstance(shared, InputError):
         raise shared
+    return work(shared, argument, *needed)
+
+
+def _call_carried(work: Work, parcel: Parcel, prepare: Prepare | None, argument: Any, needed: list[Any]) -> Any:
+    """Do a task in a worker that we did not start: it gets what is shared with each task, and unpacks it once.
+
+    What the problem needs is imported only where it is not found: a problem script may not be there on that machine.
+    """
+    with _UNPACKING:
+        if parcel.digest not in _UNPACKED:
+            try:
+                _unpack(parcel.digest, parcel.content)
+            except (ImportError, AttributeError) as error:
+                if prepare is None:
+                    raise InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})") from error
+                prepare()
+                _unpack(parcel.digest, parcel.content)
+        shared = _UNPACKED[parcel.digest]
     return work(shared, argument, *needed)
 
 

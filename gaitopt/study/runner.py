@@ -2,9 +2,9 @@
 
 import contextlib
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterator, Mapping, MutableMapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from typing import Any
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from typing import Any, Protocol
 
 from gaitopt.study.crew import Crew, Foreign, Prepare, Processes, Work
 from gaitopt.study.task import Agenda, Done, Task
@@ -12,8 +12,13 @@ from gaitopt.study.task import Agenda, Done, Task
 Observer = Callable[[int, int], None]
 """Called with (tasks done, tasks in all)."""
 
-MOST_DEATHS = 3
-"""A task that has cost so many workers their lives, alone, is given up."""
+
+class Keeper(Protocol):
+    """Takes results in by key, as a mutable mapping does."""
+
+    def __contains__(self, key: object) -> bool: ...
+
+    def __setitem__(self, key: str, result: Any) -> None: ...
 
 
 def run_tasks(
@@ -44,9 +49,10 @@ def run_tasks(
     workers : int
         Processes; with 1 everything is done in this one.
     executor : concurrent.futures.Executor, optional
-        Runs the tasks instead of own processes, `workers` of them at a time.
+        Runs the tasks instead of own processes: a :class:`DaskCluster`, all its workers, or any other, `workers` tasks
+        at a time.
     prepare : callable, optional
-        Called once in each own process before `shared` is unpacked there, to import what it needs.
+        Called in each process before `shared` is unpacked there, to import what it needs.
 
     Yields
     ------
@@ -57,6 +63,8 @@ def run_tasks(
     ------
     InputError
         If tasks are in no order, or `shared` cannot be sent to a process.
+    GaitoptError
+        If nobody is left to do the tasks.
 
     Examples
     --------
@@ -69,14 +77,18 @@ def run_tasks(
         while (task := agenda.next()) is not None:
             yield agenda.finish(Done(task, work(shared, task.argument, *agenda.needed(task))))
         return
-    crew: Crew = Foreign(executor, workers, work, shared) if executor else Processes(workers, work, shared, prepare)
+    crew: Crew
+    if executor is None:
+        crew = Processes(workers, work, shared, prepare)
+    else:
+        crew = Foreign(executor, workers, work, shared, prepare)
     with crew:
         yield from _led(crew, agenda)
 
 
 def collect_tasks(
     running: Generator[Done, None, None],
-    kept: MutableMapping[str, Any],
+    kept: Keeper,
     planned: Sequence[Task],
     observer: Observer | None,
 ) -> dict[str, str]:
@@ -86,8 +98,8 @@ def collect_tasks(
     ----------
     running : generator
         From :func:`run_tasks`.
-    kept : mutable mapping
-        What is there already counts as done.
+    kept : Keeper
+        A dict, for example; what is there already counts as done.
     planned : sequence of Task
     observer : callable, optional
         Called with (tasks done, tasks in all).
@@ -117,7 +129,7 @@ def _led(crew: Crew, agenda: Agenda) -> Iterator[Done]:
     deaths: Counter[str] = Counter()
     while True:
         alone = bool(suspects)
-        while len(running) < (1 if alone else crew.room):
+        while len(running) < (1 if alone else crew.room()):
             task = suspects.popleft() if suspects else agenda.next()
             if task is None:
                 break
@@ -125,17 +137,17 @@ def _led(crew: Crew, agenda: Agenda) -> Iterator[Done]:
         if not running:
             return
         lost = []
-        for future in _ended(running):
+        for future in _ended(crew, running):
             task = running.pop(future)
-            if isinstance(future.exception(), BrokenExecutor):
+            if _broken(future):
                 lost.append(task)
             else:
                 yield agenda.finish(Done(task, future.result()))
         if lost:
             crew.renew()
             deaths.update(task.key for task in lost if alone)
-            if deaths[lost[0].key] >= MOST_DEATHS:
-                reason = f"the process that worked on it died {MOST_DEATHS} times; memory may be short"
+            if deaths[lost[0].key] >= crew.most_deaths:
+                reason = "process after process died of it; memory may be short"
                 yield agenda.finish(Done(lost.pop(0), None, reason))
             suspects.extendleft(lost)
 
@@ -149,9 +161,29 @@ def _submitted(crew: Crew, agenda: Agenda, task: Task) -> Future:
         return future
 
 
-def _ended(running: Mapping[Future, Task]) -> set[Future]:
-    """Wait for a future at least; when its worker died, for all, which are lost with it or ended just before."""
-    ended = wait(running, return_when=FIRST_COMPLETED).done
-    if any(isinstance(future.exception(), BrokenExecutor) for future in ended):
-        ended = wait(running).done
-    return ended
+def _ended(crew: Crew, running: Mapping[Future, Task]) -> list[Future]:
+    """Wait for a future at least, and return what has ended, successes first: they are kept whatever comes after.
+
+    When a worker died all futures are waited for, which are lost with it, or end elsewhere.
+    """
+    ended = _waited(crew, running, FIRST_COMPLETED)
+    if any(map(_broken, ended)):
+        ended = _waited(crew, running, ALL_COMPLETED)
+    return sorted(ended, key=_failed)
+
+
+def _waited(crew: Crew, running: Mapping[Future, Task], until: str) -> set[Future]:
+    while True:
+        now = wait(running, crew.pulse, until)
+        if not now.not_done or (until == FIRST_COMPLETED and now.done):
+            return now.done
+        crew.room()  # raises if there is nobody left
+
+
+def _broken(future: Future) -> bool:
+    """Whether a future ended because its worker did."""
+    return future.cancelled() or isinstance(future.exception(), BrokenExecutor)
+
+
+def _failed(future: Future) -> bool:
+    return future.cancelled() or future.exception() is not None

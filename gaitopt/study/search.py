@@ -56,7 +56,7 @@ def search(
     workers : int
         Processes.
     executor : concurrent.futures.Executor, optional
-        Solves the words instead of own processes, `workers` at a time.
+        Solves the words instead of own processes: a :class:`DaskCluster`, or any other, `workers` tasks at a time.
     prepare : callable, optional
         Called once in each process, to import what the problem needs.
     directory : str or Path, optional

@@ -66,7 +66,7 @@ def sweep(
     workers : int
         Processes.
     executor : concurrent.futures.Executor, optional
-        Solves the points instead of own processes, `workers` at a time.
+        Solves the points instead of own processes: a :class:`DaskCluster`, or any other, `workers` tasks at a time.
     prepare : callable, optional
         Called once in each process, to import what the problem needs.
     path : str or Path, optional
