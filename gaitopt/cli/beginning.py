@@ -16,7 +16,19 @@ from gaitopt.cli.commands import Json
 from gaitopt.cli.output import out, print_json, print_written
 from gaitopt.errors import InputError
 
-PARTS = ("gaitopt", "casadi", "numpy", "scipy", "h5py", "matplotlib", "imageio-ffmpeg", "heyoka", "typer", "rich")
+PARTS = (
+    "gaitopt",
+    "casadi",
+    "numpy",
+    "scipy",
+    "h5py",
+    "matplotlib",
+    "imageio-ffmpeg",
+    "heyoka",
+    "distributed",
+    "typer",
+    "rich",
+)
 """Packages whose versions are told."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitopt.errors import ArchiveError, WordError
 from gaitopt.model.modes import Mode
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import replacing_hdf5
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.proposal import Proposal
@@ -82,7 +82,7 @@ def save(gait: Gait, path: str | Path) -> Path:
     True
     """
     path = Path(path)
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    with replacing_hdf5(path) as file:
         write_gait(file, gait)
     return path
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.errors import ArchiveError, InputError
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import replacing_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 
@@ -130,7 +130,7 @@ def save_basin(basin: Basin, path: str | Path) -> Path:
     2
     """
     path = Path(path)
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    with replacing_hdf5(path) as file:
         file.attrs.update(format=FORMAT, format_version=VERSION, question=json.dumps(basin._question()))
         file.attrs["labels"] = json.dumps(basin.labels)
         for name, values in basin.axes.items():

@@ -114,8 +114,9 @@ def sweep(
     held = held_sweep(path, asked)
     if held is None:
         check_writable(path)
-        findings = _found(grid, asked, GaitFolder(parts, asked), observer, workers, executor, prepare)
-        write_sweep(findings, path)
+        folder = GaitFolder(parts, asked)
+        findings = _found(grid, asked, folder, observer, workers, executor, prepare)
+        write_sweep(findings, path, sum(folder.file(key).stat().st_size for key in folder if key.startswith("point-")))
         held = to_dataset(findings)
     if held.attrs["complete"]:
         shutil.rmtree(parts, ignore_errors=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitopt.errors import ArchiveError, InputError, suggest
 from gaitopt.motion.archive import read_gait, write_gait
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import replacing, reserve
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT, VERSION, GAITS = "gaitopt sweep", 1, "gaits"
+
+TABLE = 2000
+"""More than a point takes in the table [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,12 +109,14 @@ def _attributes(findings: Findings) -> dict[str, Any]:
     }
 
 
-def write_sweep(findings: Findings, path: Path) -> None:
+def write_sweep(findings: Findings, path: Path, room: int) -> None:
     """Write a sweep to a file, whole or not at all.
 
-    All gaits go into the same file: a sweep is then one thing to move, send and cite.
+    All gaits go into the same file: a sweep is then one thing to move, send and cite.  The disk must have `room` for
+    that many bytes of gaits before it begins: the HDF5 library does not survive a disk that is full.
     """
     with replacing(path) as temporary:
+        reserve(temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
         to_dataset(findings).to_netcdf(temporary, engine="h5netcdf")
         with h5py.File(temporary, "a") as file:
             for point in findings.grid.points():

@@ -138,3 +138,20 @@ def test_edges_of_a_band_narrower_than_the_samples_are_found_when_one_is():
     # Between 'fell' and 'lift_off' at two far samples lies the whole basin of Type A.
     edges = basin_edges(rimless_wheel(), WHEEL, "theta_rate", 0.05, 3.5, samples=2, tolerance=1e-4)
     assert [labels for _, *labels in edges] == [["fell", "stick | stick"], ["stick | stick", "lift_off"]]
+
+
+def test_a_full_disk_leaves_a_basin_as_it_was(tmp_path, full_disk):
+    path, arguments = (
+        tmp_path / "basin.h5",
+        (rimless_wheel(), {"slope": 0.23}, {"theta_rate": np.linspace(0.1, 3, 300)}),
+    )
+    settings = {"path": path, "engine": ScipyEngine(relative=1e-6), "patience": Patience(steps=2)}
+
+    def stop(done, total):
+        raise KeyboardInterrupt
+
+    part = basin(*arguments, **settings, observer=stop)
+    with full_disk(5_000), pytest.raises(ArchiveError, match=r"Cannot write .*basin\.h5: File too large"):
+        basin(*arguments, **settings)
+    assert load_basin(path).outcome.tolist() == part.outcome.tolist()
+    assert not basin(*arguments, **settings).pending().any()

@@ -132,25 +132,20 @@ def test_points_that_fail_say_why(tmp_path):
         load_sweep_gait(path, "stick | stick", speed=0.6, step_length=4)
 
 
-def test_a_full_disk_loses_nothing(whole, tmp_path, monkeypatch):
-    import gaitopt.study.gait_folder as module
+def test_a_full_disk_loses_nothing(whole, tmp_path, full_disk):
+    path, calls = tmp_path / "frontier.nc", []
 
-    path, saved = tmp_path / "frontier.nc", []
+    def observer(done, total):
+        calls.append(done)
 
-    def full(gait, file):
-        if len(saved) == 4:
-            raise ArchiveError(f"Cannot write {file}: No space left on device.")
-        saved.append(file)
-        return save(gait, file)
-
-    save = module.save
-    with monkeypatch.context() as patch:
-        patch.setattr(module, "save", full)
-        with pytest.raises(ArchiveError, match="No space left"):
-            run(path)
-    calls = []
-    assert run(path, observer=lambda done, total: calls.append(done)).identical(whole)
-    assert calls[0] == 5
+    with full_disk(20_000), pytest.raises(ArchiveError, match=r"Cannot write .*cold-0-000\.h5: File too large"):
+        run(path, observer=observer)
+    with full_disk(150_000), pytest.raises(ArchiveError, match=r"Cannot write .*frontier\.nc: File too large"):
+        run(path, observer=observer)
+    assert calls == list(range(1, TASKS + 1))
+    assert [file.name for file in tmp_path.iterdir()] == ["frontier.nc.parts"]
+    assert run(path, observer=observer).identical(whole)
+    assert len(calls) == TASKS
 
 
 def test_another_sweep_is_not_mixed_in(tmp_path):
