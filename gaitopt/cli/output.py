@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-import typer
 from rich import box
 from rich.console import Console
 from rich.markup import escape
@@ -59,7 +58,7 @@ def _coloured(gait: Gait, name: str, text: str) -> str:
     return f"[yellow]{escape(text)}[/]" if name == "warning" else escape(text)
 
 
-def leave_unfinished() -> NoReturn:
+def leave_unfinished(*, kept: bool = True) -> NoReturn:
     """End with the exit status of a study that was interrupted, or could not do everything."""
-    err.print("Not complete: the same command goes on.")
-    raise typer.Exit(130)
+    err.print("Not complete: the same command goes on." if kept else "Not complete; with -o FILE it could go on.")
+    sys.exit(130)  # not typer.Exit, which an interrupt of any other command becomes: "nothing was written"

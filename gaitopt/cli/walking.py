@@ -189,7 +189,7 @@ def basin(
         if output is not None:
             print_written(output)
     if not complete:
-        leave_unfinished()
+        leave_unfinished(kept=output is not None)
 
 
 def run(
