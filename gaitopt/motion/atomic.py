@@ -1,13 +1,10 @@
 """Files written whole or not at all, in a format that their suffix names."""
 
-import io
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-
-import h5py
 
 from gaitopt.errors import ArchiveError, InputError
 
@@ -41,30 +38,6 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise ArchiveError(f"Cannot write {path}: {error.strerror or error}.") from error
     finally:
         temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
-    """Yield an HDF5 file to fill, which takes the place of `path` when the block succeeds.
-
-    It is filled in memory: the HDF5 library does not survive a disk that is full (segmentation fault, 1.14).
-
-    Raises
-    ------
-    ArchiveError
-        If the folder is missing or cannot be written.
-
-    Examples
-    --------
-    >>> with replacing_hdf5("note.h5") as file:
-    ...     file.attrs["note"] = "whole"
-    >>> Path("note.h5").unlink()
-    """
-    image = io.BytesIO()
-    with h5py.File(image, "w") as file:
-        yield file
-    with replacing(path) as temporary:
-        temporary.write_bytes(image.getbuffer())
 
 
 def reserve(path: Path, size: int) -> None:

@@ -22,6 +22,7 @@ from gaitopt.stability.section import Section
 from gaitopt.study.basin_file import Basin, load_basin
 from gaitopt.study.basin_record import BasinRecord, Endings, Index
 from gaitopt.study.crew import Prepare
+from gaitopt.study.gait_folder import check_same_question
 from gaitopt.study.runner import Observer, collect_tasks, run_tasks
 from gaitopt.study.settling import Ending, Patience, settle
 from gaitopt.study.task import Task
@@ -110,7 +111,9 @@ def basin(
     duty = _duty(robot, parameters, values, base or {}, law, patience or Patience(), engine or default_engine(law))
     known = Basin.empty(robot.name, robot.resolve(duty.parameters), duty.base, values, _method(duty))
     if path is not None and Path(path).exists():
-        known = load_basin(path).check_same(known, path)
+        held = load_basin(path)
+        check_same_question(held.question(), known.question(), Path(path))
+        known = held
     pending = np.flatnonzero(known.pending())
     planned = [Task(str(i), pending[i : i + CHUNK]) for i in range(0, pending.size, CHUNK)]
     kept = BasinRecord(known, None if path is None else Path(path))

@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.errors import ArchiveError, InputError
-from gaitopt.motion.atomic import replacing_hdf5
+from gaitopt.motion.hdf5 import reading_hdf5, replacing_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 
-FORMAT, VERSION, PENDING = "gaitopt basin", 1, -1
+KIND, VERSION, PENDING = "basin", 1, -1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -106,13 +104,8 @@ class Basin:
         shares = {label: float(np.mean(computed == i)) for i, label in enumerate(self.labels)} if computed.size else {}
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
-    def check_same(self, other: "Basin", path: str | Path) -> "Basin":
-        """Return the basin itself if it answers the same question as another, to go on with it."""
-        if json.dumps(self._question()) != json.dumps(other._question()):
-            raise InputError(f"{path} holds another basin; name another file, or delete this one.")
-        return self
-
-    def _question(self) -> dict[str, Any]:
+    def question(self) -> dict[str, Any]:
+        """Return what the basin answers, as plain data."""
         axes = {name: values.tolist() for name, values in self.axes.items()}
         question = [self.robot, self.parameters, self.base, axes, self.method]
         return plain(dict(zip(("robot", "parameters", "base", "axes", "method"), question, strict=True)))
@@ -131,7 +124,7 @@ def save_basin(basin: Basin, path: str | Path) -> Path:
     """
     path = Path(path)
     with replacing_hdf5(path) as file:
-        file.attrs.update(format=FORMAT, format_version=VERSION, question=json.dumps(basin._question()))
+        file.attrs.update(format=f"gaitopt {KIND}", format_version=VERSION, question=json.dumps(basin.question()))
         file.attrs["labels"] = json.dumps(basin.labels)
         for name, values in basin.axes.items():
             file.create_dataset(f"axes/{name}", data=values)
@@ -155,24 +148,16 @@ def load_basin(path: str | Path) -> Basin:
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.h5.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise ArchiveError(f"There is no file {path}.")
-    try:
-        with h5py.File(path, "r") as file:
-            if file.attrs.get("format") != FORMAT or int(file.attrs["format_version"]) > VERSION:
-                raise ArchiveError(f"{path} is not a basin this gaitopt can read.")
-            question = json.loads(file.attrs["question"])
-            return Basin(
-                robot=question["robot"],
-                parameters={name: float(value) for name, value in question["parameters"].items()},
-                base=question["base"],
-                axes={name: file[f"axes/{name}"][...] for name in question["axes"]},
-                method=question["method"],
-                labels=tuple(json.loads(file.attrs["labels"])),
-                outcome=file["outcome"][...],
-                steps=file["steps"][...],
-                final=file["final"][...],
-            )
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise ArchiveError(f"{path} is damaged or another kind of file ({type(error).__name__}: {error}).") from None
+    with reading_hdf5(path, KIND, VERSION) as file:
+        question = json.loads(file.attrs["question"])
+        return Basin(
+            robot=question["robot"],
+            parameters={name: float(value) for name, value in question["parameters"].items()},
+            base=question["base"],
+            axes={name: file[f"axes/{name}"][...] for name in question["axes"]},
+            method=question["method"],
+            labels=tuple(json.loads(file.attrs["labels"])),
+            outcome=file["outcome"][...],
+            steps=file["steps"][...],
+            final=file["final"][...],
+        )

@@ -58,12 +58,11 @@ class BasinRecord:
             self._save()
 
     def basin(self) -> Basin:
-        """Return the basin so far, labels in the order of their first starts, whoever was computed first."""
-        numbers, first = np.unique(self._outcome, return_index=True)
-        order = [number for _, number in sorted(zip(first, numbers, strict=True)) if number != PENDING]
+        """Return the basin so far; labels are sorted, whatever came first."""
+        names = list(self._numbers)
+        order = sorted(range(len(names)), key=names.__getitem__)
         renumbered = np.full(len(self._numbers) + 1, PENDING, dtype=np.int16)  # the last one stands for PENDING, -1
         renumbered[order] = np.arange(len(order))
-        names = list(self._numbers)
         return replace(
             self._known,
             labels=tuple(names[number] for number in order),

@@ -5,7 +5,7 @@ import pickle
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from typing import Any
 
 from gaitopt import __version__
@@ -64,7 +64,6 @@ class DaskCluster(Executor):
         except BaseException:
             self.shutdown()
             raise
-        self._executor = self._client.get_executor(pure=False)
 
     def workers(self) -> int:
         """Return the number of workers, as counted a moment ago.
@@ -75,10 +74,12 @@ class DaskCluster(Executor):
             If the scheduler is lost, or there has been no worker for long.
         """
         now = time.monotonic()
+        if not self._connected:
+            raise self._lost()
         if now - self._counted >= _LOOK:
             try:
                 self._workers = len(self._client.nthreads())
-            except (OSError, TimeoutError) as error:
+            except (OSError, TimeoutError, RuntimeError) as error:
                 raise self._lost() from error
             self._counted = now
             if self._workers:
@@ -95,10 +96,8 @@ class DaskCluster(Executor):
 
         The future raises BrokenExecutor if worker after worker died of it, GaitoptError if the scheduler is lost.
         """
-        inner = self._executor.submit(_perform, pickle.dumps((function, arguments, options)))
         outer: Future = Future()
-        outer.add_done_callback(lambda done: inner.cancel() if done.cancelled() else None)
-        inner.add_done_callback(lambda done: self._hand_on(done, outer))
+        self._send(pickle.dumps((function, arguments, options)), outer)
         return outer
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -110,19 +109,34 @@ class DaskCluster(Executor):
         finally:
             log.disabled = former
 
-    def _hand_on(self, inner: Future, outer: Future) -> None:
+    def _send(self, call: bytes, outer: Future) -> None:
+        inner = self._client.submit(_perform, call, pure=False)
+        outer.add_done_callback(lambda done: inner.cancel() if done.cancelled() else None)
+        inner.add_done_callback(lambda done: self._hand_on(done, call, outer))
+
+    def _hand_on(self, inner: Any, call: bytes, outer: Future) -> None:
+        """Give the outcome of a call to its future; a result that died with its worker before we had it is redone."""
         from distributed import KilledWorker
 
-        if not outer.set_running_or_notify_cancel():
+        if outer.cancelled():
             return
-        if inner.cancelled():
-            outer.set_exception(self._lost())
-        elif isinstance(error := inner.exception(), KilledWorker):
-            outer.set_exception(BrokenExecutor(str(error)))
-        elif error is not None:
-            outer.set_exception(error)
+        try:
+            answer = pickle.loads(inner.result())
+        except CancelledError:
+            if self._connected:
+                self._send(call, outer)
+            else:
+                _settle(outer, error=self._lost())
+        except KilledWorker as error:
+            _settle(outer, error=BrokenExecutor(str(error)))
+        except BaseException as error:  # the task's own, or what came of a lost connection
+            _settle(outer, error=error if self._connected else self._lost())
         else:
-            outer.set_result(pickle.loads(inner.result()))
+            _settle(outer, answer)
+
+    @property
+    def _connected(self) -> bool:
+        return bool(self._client.status == "running")
 
     def _lost(self) -> GaitoptError:
         return GaitoptError(
@@ -161,6 +175,14 @@ def _check_workers(client: Any) -> None:
             raise InputError(f"The worker {worker} has no gaitopt ({answer}); install gaitopt {__version__} there.")
         if isinstance(answer, str) and answer != __version__:
             raise InputError(f"The worker {worker} runs gaitopt {answer}, this is {__version__}; install the same.")
+
+
+def _settle(future: Future, result: Any = None, error: BaseException | None = None) -> None:
+    if future.set_running_or_notify_cancel():
+        if error is None:
+            future.set_result(result)
+        else:
+            future.set_exception(error)
 
 
 def _version() -> str:

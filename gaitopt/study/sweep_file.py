@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from gaitopt.errors import ArchiveError, InputError, suggest
+from gaitopt.errors import InputError, suggest
 from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import replacing, reserve
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.hdf5 import reading_hdf5
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
 from gaitopt.study.gait_folder import check_same_question
@@ -24,7 +25,7 @@ from gaitopt.study.verdict import IMPOSSIBLE, why_not
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT, VERSION, GAITS = "gaitopt sweep", 1, "gaits"
+KIND, VERSION, GAITS = "sweep", 1, "gaits"
 
 TABLE = 2000
 """More than a point takes in the table [bytes]."""
@@ -101,7 +102,7 @@ def to_dataset(findings: Findings) -> "xr.Dataset":
 def _attributes(findings: Findings) -> dict[str, Any]:
     return {
         "title": f"{findings.grid.problem.name}: optimal gaits",
-        "format": FORMAT,
+        "format": f"gaitopt {KIND}",
         "format_version": VERSION,
         "complete": int(findings.complete),
         "question": json.dumps(plain(findings.question)),
@@ -150,16 +151,8 @@ def load_sweep(path: str | Path) -> "xr.Dataset":
     """
     import xarray as xr
 
-    path = Path(path)
-    if not path.is_file():
-        raise ArchiveError(f"There is no file {path}.")
-    try:
-        found = xr.load_dataset(path, engine="h5netcdf")
-    except Exception as error:  # whatever the readers make of a file of another kind
-        raise ArchiveError(f"{path} is damaged or another kind of file ({type(error).__name__}: {error}).") from None
-    if found.attrs.get("format") != FORMAT or int(found.attrs["format_version"]) > VERSION:
-        raise ArchiveError(f"{path} is not a sweep this gaitopt can read.")
-    return found
+    with reading_hdf5(path, KIND, VERSION):
+        return xr.load_dataset(path, engine="h5netcdf")
 
 
 def load_sweep_gait(path: str | Path, word: str, **coordinates: float) -> Gait:

@@ -153,7 +153,7 @@ def test_a_failure_in_the_middle_leaves_the_old_file_and_nothing_else(slip_gait,
     def fail(group, motion):
         raise error
 
-    monkeypatch.setattr(archive, "_write_motion", fail)
+    monkeypatch.setattr(archive, "write_motion", fail)
     other = dataclasses.replace(slip_gait, robot="another")
     with pytest.raises(ArchiveError if isinstance(error, OSError) else type(error)) as caught:
         save(other, path)

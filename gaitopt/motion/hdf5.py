@@ -1,0 +1,83 @@
+"""HDF5 files: written whole or not at all, and read only if they are what they should be."""
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+
+from gaitopt.errors import ArchiveError, WordError
+from gaitopt.motion.atomic import replacing
+
+
+@contextmanager
+def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
+    """Yield an HDF5 file to fill, which takes the place of `path` when the block succeeds.
+
+    It is filled in memory: the HDF5 library does not survive a disk that is full (segmentation fault, 1.14).
+
+    Raises
+    ------
+    ArchiveError
+        If the folder is missing or cannot be written.
+
+    Examples
+    --------
+    >>> with replacing_hdf5("note.h5") as file:
+    ...     file.attrs["note"] = "whole"
+    >>> Path("note.h5").unlink()
+    """
+    image = io.BytesIO()
+    with h5py.File(image, "w") as file:
+        yield file
+    with replacing(path) as temporary:
+        temporary.write_bytes(image.getbuffer())
+
+
+@contextmanager
+def reading_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+    """Yield an HDF5 file to read.
+
+    Parameters
+    ----------
+    path : str or Path
+    kind : str
+        What it holds, its attribute ``format`` without the ``gaitopt`` before it.
+    version : int
+        The newest version of the format that can be read.
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing, damaged, newer or of another kind.
+
+    Examples
+    --------
+    >>> with reading_hdf5("nowhere.h5", "gait", 2):
+    ...     pass
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.ArchiveError: There is no file nowhere.h5.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ArchiveError(f"There is no file {path}.")
+    try:
+        with h5py.File(path, "r") as file:
+            _check_format(file, path, kind, version)
+            yield file
+    except OSError as error:
+        raise ArchiveError(f"{path} cannot be read as HDF5; it is damaged or another kind of file ({error}).") from None
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError, WordError) as error:
+        raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
+
+
+def _check_format(file: h5py.File, path: Path, kind: str, version: int) -> None:
+    if file.attrs.get("format") != f"gaitopt {kind}":
+        raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
+    found = int(file.attrs.get("format_version", 0))
+    if found > version:
+        raise ArchiveError(
+            f"{path} has format version {found}; this gaitopt reads up to {version}. Upgrade gaitopt to read it."
+        )
