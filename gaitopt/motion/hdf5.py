@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 from gaitopt.errors import ArchiveError, WordError
 from gaitopt.motion.atomic import replacing
@@ -28,10 +29,10 @@ def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
     ...     file.attrs["note"] = "whole"
     >>> Path("note.h5").unlink()
     """
-    image = io.BytesIO()
-    with h5py.File(image, "w") as file:
-        yield file
     with replacing(path) as temporary:
+        image = io.BytesIO()
+        with h5py.File(image, "w") as file:
+            yield file
         temporary.write_bytes(image.getbuffer())
 
 
@@ -76,7 +77,7 @@ def reading_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.Fil
 def _check_format(file: h5py.File, path: Path, kind: str, version: int) -> None:
     if file.attrs.get("format") != f"gaitopt {kind}":
         raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
-    found = int(file.attrs.get("format_version", 0))
+    found = int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array
     if found > version:
         raise ArchiveError(
             f"{path} has format version {found}; this gaitopt reads up to {version}. Upgrade gaitopt to read it."

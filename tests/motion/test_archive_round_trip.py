@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Jump, Segment, Solution, Table, Verification, Violation, load, save
-from gaitopt.motion import archive
+from gaitopt.motion import motion_archive
 
 
 def assert_same(one, other, at="gait"):
@@ -137,8 +137,10 @@ def test_the_problem_is_strict_json(awkward, tmp_path):
 def test_every_field_is_written(slip_gait):
     """A field added to a record and forgotten in the archive would be lost without a word."""
     own = {"mode", "step"}
-    assert {f.name for f in dataclasses.fields(Segment)} - own == set(archive._SEGMENT_UNITS)
-    assert {f.name for f in dataclasses.fields(Jump)} - own == set(archive._JUMP_UNITS) | set(archive._JUMP_SCALARS)
+    assert {f.name for f in dataclasses.fields(Segment)} - own == set(motion_archive._SEGMENT_UNITS)
+    assert {f.name for f in dataclasses.fields(Jump)} - own == set(motion_archive._JUMP_UNITS) | set(
+        motion_archive._JUMP_SCALARS
+    )
     kinds = {int, float, str, bool, tuple}
     for record in (slip_gait.solver, slip_gait.verification):
         assert {type(value) for value in vars(record).values()} <= kinds
