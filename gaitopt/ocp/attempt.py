@@ -181,15 +181,16 @@ def _refined(own: Attempt, step: Step) -> tuple[Step, Between, float]:
     With it come what it does between its nodes, and its error: the drift there or the closing error of the energy
     ledger, whichever is larger; infinite where there is no solution.
     """
-    problem, between, error, doublings = own.problem, Between(math.inf, math.inf), math.inf, 0
+    problem, between, error = own.problem, Between(math.inf, math.inf), math.inf
+    doublings = MOST_DOUBLINGS if math.isfinite(problem.transcription.tolerance) else 0
     while step.outcome.status.ok:
         between = between_nodes(step.transcription, step.values, step.x)
         error = max(between.drift, ledger(step.motion).relative_residual)
         finer = None
         if error > problem.transcription.tolerance:
             finer = step.method.finer()
-        elif between.outside > ROUNDING and doublings < MOST_DOUBLINGS:
-            finer, doublings = step.method.doubled(problem.word), doublings + 1
+        elif between.outside > ROUNDING and doublings:
+            finer, doublings = step.method.doubled(problem.word), doublings - 1
         if finer is None:
             break
         last, step = step, own.run(finer, solution_of(step.transcription, step.outcome), SAME)

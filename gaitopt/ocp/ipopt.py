@@ -47,6 +47,9 @@ LINEAR_SOLVERS = ("mumps", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "s
 """Linear solvers the Ipopt of CasADi's wheel knows; only the first one comes with it."""
 
 
+_OUTPUTS = tuple(ca.nlpsol_out(i) for i in range(ca.nlpsol_n_out()))
+"""What a solver of CasADi tells its iteration callback, in this order."""
+
 _ONE_AT_A_TIME = threading.RLock()
 """Ipopt with MUMPS is not safe in threads: parallel solves belong in processes."""
 
@@ -193,7 +196,6 @@ class Ipopt:
             options |= {f"ipopt.warm_start_{kind}": barrier / 10 for kind in kinds}
             options |= {
                 "ipopt.warm_start_init_point": "yes",
-                "ipopt.mu_strategy": "monotone",
                 "ipopt.mu_init": barrier,
             }
         return options
@@ -215,7 +217,7 @@ class _Tap(ca.Callback):
         self._sizes = {"x": nlp.n_variables, "g": nlp.n_constraints, "f": 1, "p": 0}
         self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
         self._observer: Observer | None = None
-        self._bounds: Bounds | None = None
+        self._limits = ca.DM(), ca.DM()
         self._count = 0
         self.best: _Kept | None = None
         self.interrupted = False
@@ -223,7 +225,7 @@ class _Tap(ca.Callback):
         self.construct("iteration_tap", {})
 
     def watch(self, observer: Observer, bounds: Bounds) -> None:
-        self._observer, self._bounds, self._count = observer, bounds, 0
+        self._observer, self._limits, self._count = observer, (ca.DM(bounds.g_lower), ca.DM(bounds.g_upper)), 0
         self.interrupted, self.failure, self.best = False, None, None
 
     def interrupt(self) -> None:
@@ -231,7 +233,7 @@ class _Tap(ca.Callback):
         self.interrupted = True
 
     def rest(self) -> None:
-        self._observer, self._bounds, self._count = None, None, 0
+        self._observer = None
 
     def get_n_in(self) -> int:
         return ca.nlpsol_n_out()
@@ -249,12 +251,12 @@ class _Tap(ca.Callback):
         return ca.Sparsity.dense(self._sizes[ca.nlpsol_out(i)], 1)
 
     def eval(self, arguments: list[ca.DM]) -> list[int]:
-        if self._observer is None or self._bounds is None:
+        if self._observer is None:
             return [0]
         try:
-            values = dict(zip(map(ca.nlpsol_out, range(ca.nlpsol_n_out())), arguments, strict=True))
-            g = np.asarray(values["g"]).ravel()
-            excess = float(np.maximum(self._bounds.g_lower - g, g - self._bounds.g_upper).max(initial=0.0))
+            values = dict(zip(_OUTPUTS, arguments, strict=True))
+            g, (lower, upper) = values["g"], self._limits
+            excess = max(0.0, float(ca.mmax(ca.fmax(lower - g, g - upper)))) if g.numel() else 0.0
             objective = float(values["f"])
             if excess <= FEASIBLE and (self.best is None or objective < float(self.best.values["f"])):
                 self.best = _Kept(self._count, values)

@@ -26,7 +26,8 @@ class Method(ABC):
     tolerance : float
         Largest error of the states between nodes, found by integrating the plan again with smaller steps, and largest
         relative closing error of its energy ledger.  Where it is exceeded, :func:`gaitopt.solve` takes the method's
-        `finer` version and goes on from the solution.
+        `finer` version and goes on from the solution; where the plan leaves its contact modes between the points at
+        which they are held, it doubles the intervals.  Infinite: the plan is left as the grid gives it.
     """
 
     intervals: int | tuple[int, ...] = 40

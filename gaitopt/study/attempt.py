@@ -17,6 +17,7 @@ from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.passive import passive_cycle
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.progress import silent
+from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.verification import verify
 from gaitopt.status import Status
 
@@ -31,8 +32,11 @@ HOPELESS, PATIENCE = 1e-3, 2
 GENTLE = math.radians(1)
 """Slope whose passive cycle serves as a start on level ground."""
 
-WORTH, ALIKE, FINISHED = 0.02, 1e-4, 2
-"""Coarse solutions are finished if dearer than the cheapest by at most `WORTH`, not `ALIKE`, and at most so many."""
+WORTH, ALIKE, EQUAL, FINISHED = 0.02, 1e-4, 1e-6, 2
+"""Coarse solutions are finished if dearer than the cheapest by at most `WORTH`, not `ALIKE`, and at most so many.
+
+Alike are those of nearly the same cost and phases, and those whose costs are `EQUAL`, between which nobody can choose.
+"""
 
 
 def attempt(problem: GaitProblem, start: Gait | Guess, solver: Ipopt = FINISH) -> Gait:
@@ -88,41 +92,46 @@ def objective(gait: Gait) -> float:
     return gait.solver.objective if gait.status.ok else math.inf
 
 
-def found_cold(problem: GaitProblem, starts: int) -> Gait:
-    """Return the best gait from starts of the problem's own."""
+def found_cold(problem: GaitProblem, starts: int) -> list[Gait]:
+    """Return what is found from starts of the problem's own, cheapest first."""
     return finished(problem, scouted(problem, own_starts(problem, starts)))
 
 
-def finished(problem: GaitProblem, coarse: Sequence[Gait]) -> Gait:
-    """Return the cheapest of coarse solutions on the problem's own grid; a failure as it is."""
+def finished(problem: GaitProblem, coarse: Sequence[Gait]) -> list[Gait]:
+    """Return the cheapest of coarse solutions on the problem's own grid, cheapest first; a failure as it is."""
     if not coarse[0].status.ok:
-        return coarse[0]
+        return [coarse[0]]
     chosen: list[Gait] = []
     for gait in coarse:
         near = objective(gait) <= objective(coarse[0]) * (1 + WORTH)
         if near and len(chosen) < FINISHED and not any(_alike(gait, other) for other in chosen):
             chosen.append(gait)
-    return best([attempt(problem, gait) for gait in chosen])
+    return sorted((attempt(problem, gait) for gait in chosen), key=_rank)
 
 
 def best(gaits: Sequence[Gait]) -> Gait:
     """Return the cheapest solution, the first one of equals; without any, the failure nearest to one."""
-    return min(gaits, key=lambda gait: (objective(gait), gait.solver.constraint_violation))
+    return min(gaits, key=_rank)
 
 
 def proven(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
     """Return the cheapest gait that passes replay, or else the cheapest with its verdict."""
     verdicts = []
-    for gait in sorted(gaits, key=lambda gait: (objective(gait), gait.solver.constraint_violation)):
-        verdicts.append(verify(gait, problem.robot) if gait.status.ok else gait)
+    for gait in sorted(gaits, key=_rank):
+        verdicts.append(verify(gait, problem.robot, engine=default_engine()) if gait.status.ok else gait)
         if verdicts[-1].status.ok:
             return verdicts[-1]
     return verdicts[0]
 
 
+def _rank(gait: Gait) -> tuple[float, float]:
+    return objective(gait), gait.solver.constraint_violation
+
+
 def _alike(one: Gait, other: Gait) -> bool:
-    if abs(objective(one) - objective(other)) > ALIKE * abs(objective(one)):
-        return False
+    apart = abs(objective(one) - objective(other)) / abs(objective(one))
+    if apart > ALIKE or apart < EQUAL:
+        return apart < EQUAL
     durations = np.array([[segment.duration for segment in gait.motion.segments] for gait in (one, other)])
     return bool(np.ptp(durations, axis=0).max() < 1e-3 * one.period)
 

@@ -136,11 +136,11 @@ def solve_word(problem: GaitProblem, duty: tuple[Word, int], *found: Gait | None
     problem = problem.replace(word=word)
     gaits = sorted((gait for gait in found if gait is not None and gait.status.ok), key=objective)
     if starts:
-        return finished(problem, scouted(problem, [*gaits[:BORROWED], *own_starts(problem, starts)]))
-    own = found[0] or found_cold(problem, 1)  # its first look was lost with its process
+        return finished(problem, scouted(problem, [*gaits[:BORROWED], *own_starts(problem, starts)]))[0]
+    own = found[0] or found_cold(problem, 1)[0]  # its first look was lost with its process
     better = [gait for gait in gaits if gait.word != word and objective(gait) < (1 - ALIKE) * objective(own)]
     untried = [gait for gait in better if own.status.ok or len(gait.word.phases) > len(word.phases)]
-    again = [finished(problem, scouted(problem, untried[:1]))] if untried else []
+    again = finished(problem, scouted(problem, untried[:1])) if untried else []
     return proven(problem, [own, *again])
 
 

@@ -10,10 +10,9 @@ from gaitopt.motion.atomic import check_writable
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
-from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.study.attempt import attempt, best, found_cold, objective, proven
+from gaitopt.study.attempt import best, finished, found_cold, objective, own_starts, proven, scouted
 from gaitopt.study.crew import Prepare
 from gaitopt.study.gait_folder import GaitFolder
 from gaitopt.study.grid import Duty, Grid, axis_values, tasks
@@ -25,9 +24,6 @@ from gaitopt.study.vocabulary import closed_words
 
 if TYPE_CHECKING:
     import xarray as xr
-
-CONTINUED = Ipopt(max_iterations=150)
-"""From a neighbour."""
 
 
 def sweep(
@@ -145,14 +141,21 @@ def _found(
 
 
 def solve_task(grid: Grid, duty: Duty, *found: Gait | None) -> Gait:
-    """Do one task of a sweep: a gait from starts of its own, from neighbours, or the proven best of a point."""
+    """Do one task of a sweep: a coarse gait from starts of its own or from neighbours, or the proven best of a point.
+
+    Neighbours are tried on the coarse grid, which tells good gaits from bad ones at a fraction of the cost; only what
+    has proved best there is solved on the problem's own grid.
+    """
     problem = grid.problem_at(duty.point)
     gaits = [gait for gait in found if gait is not None]
-    if duty.kind == "point" and gaits:
-        solved = any(gait.status.ok for gait in gaits)
-        return proven(problem, gaits if solved else [*gaits, found_cold(problem, grid.starts)])
+    if duty.kind == "point":
+        coarse = sorted((gait for gait in gaits if gait.status.ok), key=objective)
+        ready = finished(problem, coarse) if coarse else gaits
+        if not any(gait.status.ok for gait in ready):
+            ready = [*ready, *found_cold(problem, grid.starts)]
+        return proven(problem, ready)
     if duty.kind == "cold" or not gaits:
-        return found_cold(problem, grid.starts)
+        return scouted(problem, own_starts(problem, grid.starts))[0]
     own = [gait for gait in found[-1:] if duty.own and gait is not None]
     return _continued(problem, own, [gait for gait in gaits if gait not in own])
 
@@ -162,7 +165,7 @@ def _continued(problem: GaitProblem, own: list[Gait], neighbours: list[Gait]) ->
     reached = list(own)
     for start in sorted(neighbours, key=objective):
         if start.status.ok:
-            reached.append(attempt(problem, start, CONTINUED))
+            reached.append(scouted(problem, [start])[0])
             if reached[-1].status.ok:
                 break
     return best(reached or neighbours)
