@@ -1,6 +1,5 @@
 """HDF5 files: written whole or not at all, and read only if they are what they should be."""
 
-import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,10 +29,11 @@ def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
     >>> Path("note.h5").unlink()
     """
     with replacing(path) as temporary:
-        image = io.BytesIO()
-        with h5py.File(image, "w") as file:
+        with h5py.File(temporary, "w", driver="core", backing_store=False) as file:
             yield file
-        temporary.write_bytes(image.getbuffer())
+            file.flush()
+            image = file.id.get_file_image()
+        temporary.write_bytes(image)
 
 
 @contextmanager

@@ -61,9 +61,6 @@ _UNSENDABLE = (
 class Crew(ABC):
     """Takes tasks one by one; a context that ends with everybody sent home."""
 
-    pulse: float | None = None
-    """How long to wait for a task before looking after the crew [s]; None for a crew that tells of its end itself."""
-
     most_deaths: int
     """How often workers may die of a task, alone, before it is given up."""
 
@@ -163,8 +160,6 @@ class Foreign(Crew):
         self._task = partial(_call_carried, work, Parcel.of(shared), prepare)
         self._pending: set[Future] = set()
         self._cluster = executor if isinstance(executor, DaskCluster) else None
-        if self._cluster is not None:
-            self.pulse = 1.0
 
     def room(self) -> int:
         """Return two tasks for each worker; those of a cluster may come and go, and new ones are awaited."""

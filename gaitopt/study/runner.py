@@ -7,7 +7,11 @@ from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, E
 from typing import Any, Protocol
 
 from gaitopt.study.crew import Crew, Foreign, Prepare, Processes, Work
+from gaitopt.study.interrupt import HeldInterrupt
 from gaitopt.study.task import Agenda, Done, Task
+
+PULSE = 0.5
+"""How often the crew is looked after, and an interrupt answered, while tasks are under way [s]."""
 
 Observer = Callable[[int, int], None]
 """Called with (tasks done, tasks in all)."""
@@ -82,8 +86,8 @@ def run_tasks(
         crew = Processes(workers, work, shared, prepare)
     else:
         crew = Foreign(executor, workers, work, shared, prepare)
-    with crew:
-        yield from _led(crew, agenda)
+    with crew, HeldInterrupt() as interrupt:
+        yield from _led(crew, agenda, interrupt)
 
 
 def collect_tasks(
@@ -118,7 +122,7 @@ def collect_tasks(
     return lost
 
 
-def _led(crew: Crew, agenda: Agenda) -> Iterator[Done]:
+def _led(crew: Crew, agenda: Agenda, interrupt: HeldInterrupt) -> Iterator[Done]:
     """Keep a crew busy until nothing is left to do.
 
     When a worker dies, nobody knows over which of the tasks at hand.  They are tried again one at a time: a task that
@@ -137,7 +141,7 @@ def _led(crew: Crew, agenda: Agenda) -> Iterator[Done]:
         if not running:
             return
         lost = []
-        for future in _ended(crew, running):
+        for future in _ended(crew, running, interrupt):
             task = running.pop(future)
             if _broken(future):
                 lost.append(task)
@@ -161,20 +165,21 @@ def _submitted(crew: Crew, agenda: Agenda, task: Task) -> Future:
         return future
 
 
-def _ended(crew: Crew, running: Mapping[Future, Task]) -> list[Future]:
+def _ended(crew: Crew, running: Mapping[Future, Task], interrupt: HeldInterrupt) -> list[Future]:
     """Wait for a future at least, and return what has ended, successes first: they are kept whatever comes after.
 
     When a worker died all futures are waited for, which are lost with it, or end elsewhere.
     """
-    ended = _waited(crew, running, FIRST_COMPLETED)
+    ended = _waited(crew, running, FIRST_COMPLETED, interrupt)
     if any(map(_broken, ended)):
-        ended = _waited(crew, running, ALL_COMPLETED)
+        ended = _waited(crew, running, ALL_COMPLETED, interrupt)
     return sorted(ended, key=_failed)
 
 
-def _waited(crew: Crew, running: Mapping[Future, Task], until: str) -> set[Future]:
+def _waited(crew: Crew, running: Mapping[Future, Task], until: str, interrupt: HeldInterrupt) -> set[Future]:
     while True:
-        now = wait(running, crew.pulse, until)
+        now = wait(running, PULSE, until)
+        interrupt.answer()
         if not now.not_done or (until == FIRST_COMPLETED and now.done):
             return now.done
         crew.room()  # raises if there is nobody left

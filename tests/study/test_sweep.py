@@ -169,7 +169,7 @@ def test_another_sweep_is_not_mixed_in(tmp_path):
         ({"friction": [0.2, 0.1]}, "increasing finite values"),
         ({"friction": ["high"]}, "need numbers"),
         ({"parameters": {"leg_mas": [4.0]}}, "'leg_mass'"),
-        ({"friction": [0.1], "words": []}, "needs words"),
+        ({"friction": [0.1], "words": []}, "needs a word"),
         ({"friction": [0.1], "words": ["stick | stick", "stick | stick"]}, "each of them once"),
         ({"friction": [-0.1, 0.0]}, "No point of this sweep can be posed"),
     ],
