@@ -2,12 +2,8 @@
 
 import functools
 import math
-import signal
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from types import FrameType
 from typing import Any
 
 import casadi as ca
@@ -17,8 +13,9 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp import Nlp
+from gaitopt.ocp.tap import Tap, interruptible
 from gaitopt.parameters import Parameter
-from gaitopt.progress import Iteration, Observer
+from gaitopt.progress import Observer
 from gaitopt.status import Status
 
 _STATUS = {
@@ -40,15 +37,9 @@ _STATUS = {
 STOPPED = (Status.ITERATION_LIMIT, Status.TIME_LIMIT, Status.INTERRUPTED)
 """Endings that come from outside; the best iterate that meets the constraints is then the answer."""
 
-FEASIBLE = 1e-6
-"""Largest violation of an iterate that is worth keeping."""
-
 LINEAR_SOLVERS = ("mumps", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "spral")
 """Linear solvers the Ipopt of CasADi's wheel knows; only the first one comes with it."""
 
-
-_OUTPUTS = tuple(ca.nlpsol_out(i) for i in range(ca.nlpsol_n_out()))
-"""What a solver of CasADi tells its iteration callback, in this order."""
 
 _ONE_AT_A_TIME = threading.RLock()
 """Ipopt with MUMPS is not safe in threads: parallel solves belong in processes."""
@@ -150,7 +141,7 @@ class Ipopt:
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         try:
-            with _ONE_AT_A_TIME, _interruptible(tap):
+            with _ONE_AT_A_TIME, interruptible(tap):
                 tap.watch(observer, bounds)
                 answer = solver(x0=x, p=data, **limits, **near)
         finally:
@@ -201,98 +192,8 @@ class Ipopt:
         return options
 
 
-@dataclass(frozen=True, eq=False)
-class _Kept:
-    """An iterate and its number."""
-
-    number: int
-    values: dict[str, ca.DM]
-
-
-class _Tap(ca.Callback):
-    """Ipopt's iteration callback: tells the observer, keeps the best iterate and passes on an interrupt."""
-
-    def __init__(self, nlp: Nlp) -> None:
-        ca.Callback.__init__(self)
-        self._sizes = {"x": nlp.n_variables, "g": nlp.n_constraints, "f": 1, "p": 0}
-        self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
-        self._observer: Observer | None = None
-        self._limits = ca.DM(), ca.DM()
-        self._count = 0
-        self.best: _Kept | None = None
-        self.interrupted = False
-        self.failure: Exception | None = None
-        self.construct("iteration_tap", {})
-
-    def watch(self, observer: Observer, bounds: Bounds) -> None:
-        self._observer, self._limits, self._count = observer, (ca.DM(bounds.g_lower), ca.DM(bounds.g_upper)), 0
-        self.interrupted, self.failure, self.best = False, None, None
-
-    def interrupt(self) -> None:
-        """Ask Ipopt to stop after the present iteration."""
-        self.interrupted = True
-
-    def rest(self) -> None:
-        self._observer = None
-
-    def get_n_in(self) -> int:
-        return ca.nlpsol_n_out()
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_name_in(self, i: int) -> str:
-        return ca.nlpsol_out(i)
-
-    def get_name_out(self, i: int) -> str:
-        return "stop"
-
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(self._sizes[ca.nlpsol_out(i)], 1)
-
-    def eval(self, arguments: list[ca.DM]) -> list[int]:
-        if self._observer is None:
-            return [0]
-        try:
-            values = dict(zip(_OUTPUTS, arguments, strict=True))
-            g, (lower, upper) = values["g"], self._limits
-            excess = max(0.0, float(ca.mmax(ca.fmax(lower - g, g - upper)))) if g.numel() else 0.0
-            objective = float(values["f"])
-            if excess <= FEASIBLE and (self.best is None or objective < float(self.best.values["f"])):
-                self.best = _Kept(self._count, values)
-            self._observer(Iteration(self._count, objective, excess))
-            self._count += 1
-        except KeyboardInterrupt:
-            self.interrupt()
-        except Exception as failure:  # CasADi would print it with all arguments and lose it
-            self.failure = failure
-            self.interrupt()
-        return [int(self.interrupted)]
-
-
-@contextmanager
-def _interruptible(tap: _Tap) -> Iterator[None]:
-    """Let the first Ctrl-C stop the solver after its present iteration, keeping the iterate; a second one raises.
-
-    CasADi would otherwise throw through Ipopt in the middle of an evaluation and lose the iterate.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        tap.interrupt()
-        signal.signal(signal.SIGINT, former)
-
-    former = signal.signal(signal.SIGINT, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, former)
-
-
 @functools.lru_cache(maxsize=32)
-def _compiled(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, _Tap]:
+def _compiled(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, Tap]:
     """Return the solver of a programme and its tap; built once for equal options."""
-    tap = _Tap(nlp)
+    tap = Tap(nlp)
     return nlp.solver("gait", "ipopt", {**options._options(nlp.typical, barrier), "iteration_callback": tap}), tap
