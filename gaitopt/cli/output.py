@@ -12,6 +12,7 @@ from rich.table import Table
 
 from gaitopt.motion.facts import describe_gait
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyStep
 
 # A file or a pipe has no width of its own: numbers must not be cut there to fit a terminal.
@@ -20,8 +21,8 @@ err = Console(stderr=True, highlight=False)
 
 
 def print_json(data: dict[str, Any]) -> None:
-    """Print one JSON object on standard output, as it is (no wrapping, no colour)."""
-    print(json.dumps(data, indent=2, allow_nan=False))
+    """Print one JSON object on standard output, whatever numbers it holds, as it is (no wrapping, no colour)."""
+    print(json.dumps(plain(data), indent=2, allow_nan=False))
 
 
 def print_written(path: Path) -> None:

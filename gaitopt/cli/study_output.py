@@ -11,7 +11,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from gaitopt.cli.output import err, out
-from gaitopt.motion.summary import plain
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.ranking import Ranking
 
@@ -89,7 +88,7 @@ def _number(value: float | str | None, form: str) -> str:
 
 
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
-    """Return a sweep as plain data, a record for each point."""
+    """Return a sweep as data, a record for each point."""
     axes = [str(name) for name in table.status.dims if name != "word"]
     numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel"]
     points = []
@@ -99,7 +98,7 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
         point |= {name: float(table[name].values[place[name]]) for name in axes}
         point |= {name: table[name].values[at] for name in ("status", "reason", *numbers)}
         points.append(point | {"verified": bool(table.verified.values[at])})
-    return plain({"complete": bool(table.attrs["complete"]), "axes": axes, "points": points})
+    return {"complete": bool(table.attrs["complete"]), "axes": axes, "points": points}
 
 
 def print_sweep(table: "xr.Dataset") -> None:

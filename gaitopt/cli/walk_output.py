@@ -8,7 +8,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import out
 from gaitopt.motion.energy import ledger
-from gaitopt.motion.summary import ledger_facts, plain
+from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
@@ -49,20 +49,17 @@ def _spelled(value: complex) -> str:
 
 
 def walk_facts(walk: Rollout) -> dict[str, Any]:
-    """Return a simulated walk as plain data."""
-    return plain(
-        {
-            "engine": walk.engine,
-            "stop": walk.stop.key,
-            "hint": walk.stop.hint,
-            "steps": len(walk.motion.jumps),
-            "words": [
-                str(word) for step in range(len(walk.motion.jumps)) if (word := walk.motion.word(step)) is not None
-            ],
-            "events": [vars(event) for event in walk.events],
-            "energy": ledger_facts(ledger(walk.motion)),
-        }
-    )
+    """Return a simulated walk as data."""
+    words = (walk.motion.word(step) for step in range(len(walk.motion.jumps)))
+    return {
+        "engine": walk.engine,
+        "stop": walk.stop.key,
+        "hint": walk.stop.hint,
+        "steps": len(walk.motion.jumps),
+        "words": [str(word) for word in words if word is not None],
+        "events": [vars(event) for event in walk.events],
+        "energy": ledger_facts(ledger(walk.motion)),
+    }
 
 
 def print_walk(walk: Rollout) -> None:

@@ -131,6 +131,7 @@ def simulate(
     """
     Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
     Parameter("step_time_limit", 1.0, "s", "", lower=0, lower_open=True).check(step_time_limit)
+    Parameter("most_events", 50, "1", "", lower=1, whole=True).check(most_events)
     law = law or passive(robot)
     engine = engine or default_engine(law)
     p = robot.vector(robot.resolve(parameters))
@@ -166,7 +167,10 @@ def record_walk(walker: Walker, state: Array, steps: int) -> Rollout:
 
 
 def _checked(robot: Robot, name: str, value: Array) -> Array:
-    array = np.array(value, dtype=float)
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} needs numbers (x, y, {', '.join(robot.angles)}), got {value!r}.") from None
     if array.shape != (robot.n_q,):
         raise InputError(
             f"{name} needs {robot.n_q} entries (x, y, {', '.join(robot.angles)}), got shape {array.shape}."

@@ -9,6 +9,7 @@ from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
+from gaitopt.parameters import Parameter
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Stride, Walker
@@ -58,7 +59,7 @@ def find_cycles(
     Raises
     ------
     InputError
-        If a parameter or the word cannot be.
+        If a parameter, a number or the word cannot be.
 
     Examples
     --------
@@ -68,7 +69,7 @@ def find_cycles(
     >>> [(gait.word, round(gait.radius, 6)) for gait in gaits]
     [('stick | stick', 0.734042)]
     """
-    wanted = None if word is None else str(Word.parse(word).require_closed("A search for cycles"))
+    wanted = None if word is None else str(Word.parse(word).require_closed("A search for cycles").check_periodic())
     found = search_cycles(robot, parameters, law=law, steps=steps, starts=starts, seed=seed, engine=engine)
     return ranked(cycle for cycle in found if wanted is None or {str(each) for each in cycle.words} == {wanted})
 
@@ -89,6 +90,8 @@ def search_cycles(
     engine: Engine | None = None,
 ) -> Iterator[Cycle]:
     """Yield each distinct periodic gait when it is found; see :func:`find_cycles`."""
+    for name, count in (("steps", steps), ("starts", starts)):
+        Parameter(name, 1, "1", "", lower=1, whole=True).check(count)
     p = robot.vector(robot.resolve(parameters))
     law = law or passive(robot)
     walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=_patience(robot, p))

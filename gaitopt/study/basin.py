@@ -15,6 +15,7 @@ from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.parameters import Parameter
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Walker
@@ -106,7 +107,7 @@ def basin(
     >>> found.labels_on_grid().tolist()
     ['fell', 'stick | stick', 'lift_off']
     """
-    values = {name: np.array(points, dtype=float) for name, points in axes.items()}
+    values = {name: _values(name, points) for name, points in axes.items()}
     law = law or passive(robot)
     duty = _duty(robot, parameters, values, base or {}, law, patience or Patience(), engine or default_engine(law))
     known = Basin.empty(robot.name, robot.resolve(duty.parameters), duty.base, values, _method(duty))
@@ -148,6 +149,11 @@ def basin_edges(
     tolerance : float
         Width to which a change is located.
 
+    Raises
+    ------
+    InputError
+        If the coordinate is unknown, or the interval, the number of samples or the tolerance cannot be.
+
     Examples
     --------
     >>> import math
@@ -157,6 +163,10 @@ def basin_edges(
     >>> [(below, above) for _, below, above in edges]
     [('fell', 'stick | stick'), ('stick | stick', 'lift_off')]
     """
+    Parameter("samples", 40, "1", "", lower=2, whole=True).check(samples)
+    Parameter("tolerance", 1e-9, "1", "", lower=0, lower_open=True).check(tolerance)
+    if not -np.inf < lower < upper < np.inf:
+        raise InputError(f"The interval of {coordinate} needs finite ends, the lower first: got {lower} and {upper}.")
     points, law = np.linspace(lower, upper, samples), law or passive(robot)
     axes, engine = {coordinate: points}, engine or default_engine(law)
     duty = _duty(robot, parameters, axes, base or {}, law, patience or Patience(), engine)
@@ -167,15 +177,26 @@ def basin_edges(
     def between(a: float, below: str, b: float, above: str) -> list[tuple[float, str, str]]:
         if below == above:
             return []
-        if b - a <= tolerance:
-            return [(float((a + b) / 2), below, above)]
-        middle = (a + b) / 2
+        middle = float((a + b) / 2)
+        if b - a <= tolerance or not a < middle < b:
+            return [(middle, below, above)]
         label = ending(middle)
         return [*between(a, below, middle, label), *between(middle, label, b, above)]
 
     labels = [ending(value) for value in points]
     spans = zip(points, labels, points[1:], labels[1:], strict=False)
     return tuple(itertools.chain.from_iterable(itertools.starmap(between, spans)))
+
+
+def _values(name: str, points: Sequence[float] | Array) -> Array:
+    """Return the values of an axis, shape (n,)."""
+    try:
+        values = np.array(points, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"The axis {name!r} needs numbers, got {points!r}.") from None
+    if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
+        raise InputError(f"The axis {name!r} needs finite values, at least one.")
+    return values
 
 
 def _duty(
@@ -198,8 +219,6 @@ def _duty(
             raise InputError(
                 f"Robot {robot.name!r} has no coordinate or parameter {name!r}. {suggest(name, (*coordinates, *known))}"
             )
-        if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
-            raise InputError(f"The axis {name!r} needs finite values, at least one.")
         if name in known:
             for value in values:
                 robot.resolve({**fixed, name: value})

@@ -45,7 +45,7 @@ class Number:
     @property
     def agrees(self) -> bool:
         """Whether the difference is within what the printed digits allow."""
-        return abs(self.difference) <= self.tolerance
+        return bool(abs(self.difference) <= self.tolerance)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from typing import Any, Protocol
 
+from gaitopt.parameters import Parameter
 from gaitopt.study.crew import Crew, Foreign, Prepare, Processes, Work
 from gaitopt.study.interrupt import HeldInterrupt
 from gaitopt.study.task import Agenda, Done, Task
@@ -66,7 +67,7 @@ def run_tasks(
     Raises
     ------
     InputError
-        If tasks are in no order, or `shared` cannot be sent to a process.
+        If there are no workers, tasks are in no order, or `shared` cannot be sent to a process.
     GaitoptError
         If nobody is left to do the tasks.
 
@@ -76,8 +77,9 @@ def run_tasks(
     >>> [done.result for done in run_tasks(math.pow, [Task("square", 2), Task("cube", 3)], 10)]
     [100.0, 1000.0]
     """
+    Parameter("workers", 1, "1", "", lower=1, whole=True).check(workers)
     agenda = Agenda(tasks, known or {})
-    if executor is None and (workers <= 1 or len(agenda) <= 1):
+    if executor is None and (workers == 1 or len(agenda) <= 1):
         while (task := agenda.next()) is not None:
             yield agenda.finish(Done(task, work(shared, task.argument, *agenda.needed(task))))
         return

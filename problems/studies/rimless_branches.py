@@ -117,7 +117,7 @@ def _label(rows):
     for axes in rows[:, 1]:
         axes.axvline(limit, color="0.5", linewidth=0.8, zorder=0)
         axes.text(limit, 0.03, r" $\tan\alpha$", transform=axes.get_xaxis_transform(), color="0.35")
-    rows[0, 0].legend(title="Type", loc="upper right", handlelength=3)
+    rows[0, 0].legend(title="Type", loc="lower right", handlelength=3)
 
 
 if __name__ == "__main__":

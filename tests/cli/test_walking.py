@@ -87,15 +87,18 @@ def test_basin_names_its_engine_and_where_a_faster_one_is_had(monkeypatch):
 def test_run_a_study(tmp_path):
     script = tmp_path / "tiny.py"
     script.write_text(
-        "from matplotlib.figure import Figure\nfrom gaitopt import Number, Study\n"
+        "import numpy as np\nfrom matplotlib.figure import Figure\nfrom gaitopt import Number, Study\n"
         "def study(value=1.0):\n"
-        "    return Study(Figure(), (Number('one', value, 1.0, 1e-3, 'arithmetic'),))\n"
+        "    return Study(Figure(), (Number('one', np.float64(value), 1.0, 1e-3, 'arithmetic'),))\n"
     )
     good = run("run", script, "-o", tmp_path / "tiny.png", "--json")
     assert good.exit_code == 0
     assert json.loads(good.stdout)["numbers"][0]["agrees"]
     assert (tmp_path / "tiny.png").exists()
     assert run("run", script, "-o", tmp_path / "tiny.png", "--set", "value=2").exit_code == 1
+    unknown = run("run", script, "-o", tmp_path / "tiny.png", "--set", "value=nan", "--json")
+    assert json.loads(unknown.stdout)["numbers"][0]["value"] is None
+    assert unknown.exit_code == 1
 
 
 @pytest.mark.parametrize(

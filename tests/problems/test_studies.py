@@ -75,6 +75,7 @@ def run(name, **parameters):
 def test_study_reproduces_its_numbers_in_a_labelled_figure(name, gaits):
     study = run(name, **SMALL[name])
     assert isinstance(study, Study)
+    assert all(type(number.agrees) is bool for number in study.numbers)
     assert {number.name for number in study.numbers if not number.agrees} == EXPLAINED.get(name, set())
     assert study.numbers
     assert name not in EXPLAINED or study.remarks

@@ -198,6 +198,7 @@ def test_frictionless_foot_is_pushed_along_by_nothing(compass_walk):
     ("q", "v", "says"),
     [
         ([0, 0, 0.1], [0, 0, 0, 0], r"q needs 4 entries \(x, y, th1, th2\), got shape \(3,\)"),
+        ("here", [0, 0, 0, 0], r"q needs numbers \(x, y, th1, th2\), got 'here'"),
         ([0, 0, 0.1, 0.1], [[0, 0, 0, 0]], r"v needs 4 entries .* got shape \(1, 4\)"),
         ([0, 0, np.nan, 0.1], [0, 0, 0, 0], "q must be finite"),
         ([0, 0, 0.1, 0.1], [0, 0, np.inf, 0], "v must be finite"),
@@ -212,3 +213,5 @@ def test_a_state_that_cannot_be_is_refused(compass, q, v, says):
 def test_a_parameter_that_cannot_be_is_refused(compass):
     with pytest.raises(InputError, match="friction must be at least 0"):
         simulate(compass, [0, 0, 0.1, 0.1], [0, 0, 0, 0], {"friction": -0.1})
+    with pytest.raises(InputError, match="most_events must be at least 1"):
+        simulate(compass, [0, 0, 0.1, 0.1], [0, 0, 0, 0], {}, most_events=0)

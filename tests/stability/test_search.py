@@ -50,6 +50,19 @@ def test_no_gait_on_level_ground():
     assert find_cycles(rimless_wheel(), {"slope": 0.0}, starts=20) == ()
 
 
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"starts": 0}, "starts must be at least 1"),
+        ({"steps": 0}, "steps must be at least 1"),
+        ({"word": "stick | slip+"}, "cannot be"),
+    ],
+)
+def test_a_search_that_cannot_be_is_refused(options, says):
+    with pytest.raises(InputError, match=says):
+        find_cycles(rimless_wheel(), {}, **options)
+
+
 def test_standing_still_is_no_gait():
     # Feet together and at rest, a compass biped is at a fixed point of its return map, to which this start leads.
     robot = compass_biped()

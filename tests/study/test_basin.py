@@ -114,6 +114,7 @@ def test_file_round_trip_and_damage(tmp_path):
         ({}, "one or two axes"),
         ({"thd": [1.0]}, "no coordinate or parameter 'thd'"),
         ({"theta_rate": [math.nan]}, "finite"),
+        ({"theta_rate": "fast"}, "needs numbers, got 'fast'"),
         ({"friction": [-1.0]}, "friction must be at least 0"),
     ],
 )
@@ -140,6 +141,31 @@ def test_edges_of_a_band_narrower_than_the_samples_are_found_when_one_is():
     # Between 'fell' and 'lift_off' at two far samples lies the whole basin of Type A.
     edges = basin_edges(rimless_wheel(), WHEEL, "theta_rate", 0.05, 3.5, samples=2, tolerance=1e-4)
     assert [labels for _, *labels in edges] == [["fell", "stick | stick"], ["stick | stick", "lift_off"]]
+
+
+def test_edges_are_located_to_the_last_digit():
+    edges = basin_edges(rimless_wheel(), WHEEL, "theta_rate", 2.0, 3.0, samples=2, tolerance=1e-300)
+    (edge, below, above) = edges[0]
+    assert (below, above) == ("stick | stick", "lift_off")
+    assert basin(rimless_wheel(), WHEEL, {"theta_rate": [edge - 1e-14, edge + 1e-14]}).labels_on_grid().tolist() == [
+        below,
+        above,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("interval", "options", "message"),
+    [
+        ((2.0, 1.0), {}, "the lower first"),
+        ((math.nan, 1.0), {}, "finite ends"),
+        ((1.0, math.inf), {}, "finite ends"),
+        ((1.0, 2.0), {"samples": 1}, "samples must be at least 2"),
+        ((1.0, 2.0), {"tolerance": 0}, "tolerance must be greater than 0"),
+    ],
+)
+def test_edges_that_cannot_be_are_refused(interval, options, message):
+    with pytest.raises(InputError, match=message):
+        basin_edges(rimless_wheel(), WHEEL, "theta_rate", *interval, **options)
 
 
 def test_a_full_disk_leaves_a_basin_as_it_was(tmp_path, full_disk):

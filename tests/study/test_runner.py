@@ -52,6 +52,8 @@ def test_tasks_in_no_order_are_refused():
         results(works.add, [Task("a", 1, ("b",)), Task("b", 1)], 0)
     with pytest.raises(InputError, match="Two tasks are called 'a'"):
         results(works.add, [Task("a", 1), Task("a", 2)], 0)
+    with pytest.raises(InputError, match="workers must be at least 1"):
+        results(works.add, chain(1), 0, workers=0)
 
 
 def test_a_worker_that_dies_costs_only_the_task_that_kills_it(tmp_path):
