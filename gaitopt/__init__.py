@@ -105,7 +105,12 @@ def __dir__() -> list[str]:
     return __all__
 
 
-_SHOWN = {"gaitopt.motion.gait": "Gait", "gaitopt.simulation.simulator": "Rollout", "gaitopt.stability.cycle": "Cycle"}
+_SHOWN = {
+    "gaitopt.motion.gait": "Gait",
+    "gaitopt.simulation.simulator": "Rollout",
+    "gaitopt.stability.cycle": "Cycle",
+    "gaitopt.study.comparison": "Comparison",
+}
 """Classes that notebooks draw, by name: the layers of the results know nothing of pages."""
 
 

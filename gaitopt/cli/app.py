@@ -10,7 +10,8 @@ import typer
 from rich.markup import escape
 
 from gaitopt import __version__
-from gaitopt.cli import beginning, commands, feedback, studies, walking
+from gaitopt.cli import beginning, feedback, listing, presenting, solving, studies, walking
+from gaitopt.cli.options import with_manners
 from gaitopt.cli.output import err, print_json
 from gaitopt.errors import GaitoptError
 
@@ -28,14 +29,14 @@ app = typer.Typer(
 )
 for command in (
     beginning.new,
-    commands.solve,
-    commands.show,
-    commands.verify,
-    commands.plot,
-    commands.animate,
-    commands.report,
-    commands.export,
-    commands.problems,
+    solving.solve,
+    solving.show,
+    solving.verify,
+    presenting.plot,
+    presenting.animate,
+    presenting.report,
+    presenting.export,
+    listing.problems,
     walking.simulate,
     walking.stability,
     feedback.tune,
@@ -47,7 +48,7 @@ for command in (
     studies.compare,
     beginning.doctor,
 ):
-    app.command()(command)
+    app.command()(with_manners(command))
 
 
 @app.callback(invoke_without_command=True)

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli.commands import Json
+from gaitopt.cli.options import Json
 from gaitopt.cli.output import out, print_json, print_written
 from gaitopt.errors import InputError
 
@@ -34,6 +34,7 @@ PARTS = (
 
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the script, with or without .py.")],
+    json: Json = False,
 ) -> None:
     """Write a problem script to start from, with a comment on every line that you may want to change.
 
@@ -50,8 +51,9 @@ def new(
         raise InputError(f"{path} exists already; choose another name.") from None
     except OSError as error:
         raise InputError(f"Cannot write {path}: {error.strerror}.") from None
-    print_written(path)
-    out.print(f"next: gaitopt solve {path}", soft_wrap=True, markup=False)
+    print_written(path, json=json)
+    if not json:
+        out.print(f"next: gaitopt solve {path}", soft_wrap=True, markup=False)
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from rich import box
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from gaitopt.cli.commands import GaitFile, Json, Quiet
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, TorqueLimit, law_for, limit_for
+from gaitopt.cli.options import GaitFile, Json, Quiet
 from gaitopt.cli.output import err, out, print_json
 from gaitopt.model.catalogue import robot_named
 from gaitopt.motion.summary import plain

@@ -25,8 +25,11 @@ def print_json(data: dict[str, Any]) -> None:
     print(json.dumps(plain(data), indent=2, allow_nan=False))
 
 
-def print_written(path: Path) -> None:
-    """Print which file was written, on one line however long."""
+def print_written(path: Path, *, json: bool = False) -> None:
+    """Print which file was written, on one line however long, or as a JSON object."""
+    if json:
+        print_json({"file": str(path)})
+        return
     out.print(f"wrote {escape(str(path))}", soft_wrap=True)
 
 

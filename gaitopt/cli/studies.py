@@ -8,15 +8,11 @@ from typing import Annotated
 import typer
 
 from gaitopt.cli.axis import grid
-from gaitopt.cli.commands import Json, Quiet
+from gaitopt.cli.options import Json, Quiet, Script, Setting
 from gaitopt.cli.output import leave_unfinished, print_json, print_written
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.errors import InputError
 
-Script = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="A problem script.")]
-Setting = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter of the script.")
-]
 Starts = Annotated[int, typer.Option(min=1, max=100, help="Starts tried where there is no neighbour to start from.")]
 
 

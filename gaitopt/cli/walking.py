@@ -10,17 +10,14 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli.axis import grid
-from gaitopt.cli.commands import Json, Quiet
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, TorqueLimit, law_for
+from gaitopt.cli.options import Json, Quiet, Setting
 from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written
 from gaitopt.cli.script import call_script, load_script
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.errors import InputError
 
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="A walking problem script or a saved gait.")]
-Setting = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter of the script.")
-]
 EngineName = Annotated[str, typer.Option("--engine", help="heyoka, scipy, or auto for the fastest installed.")]
 Starts = Annotated[int, typer.Option(min=1, max=100000, help="Random starts of the search for gaits.")]
 

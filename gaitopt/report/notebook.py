@@ -1,4 +1,4 @@
-"""What a notebook shows of gaits, walks and cycles: the parts of the report, registered with IPython.
+"""What a notebook shows of gaits, walks, cycles and comparisons: the parts of the report, registered with IPython.
 
 The results themselves know nothing of pages.  IPython is told by name which function draws which class, so that
 nothing is imported before something is shown.
@@ -10,19 +10,25 @@ from typing import Any
 from gaitopt.motion.gait import Gait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.page import read_asset
-from gaitopt.report.sections import cycle_card, gait_card, walk_card
+from gaitopt.report.sections import comparison_card, cycle_card, gait_card, walk_card
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
+from gaitopt.study.comparison import Comparison
 
-CARDS: dict[type, Callable[[Any], Element]] = {Gait: gait_card, Rollout: walk_card, Cycle: cycle_card}
+CARDS: dict[type, Callable[[Any], Element]] = {
+    Gait: gait_card,
+    Rollout: walk_card,
+    Cycle: cycle_card,
+    Comparison: comparison_card,
+}
 
 
-def show_in_notebook(result: Gait | Rollout | Cycle) -> str:
+def show_in_notebook(result: Gait | Rollout | Cycle | Comparison) -> str:
     """Return a result as the HTML that a notebook shows for it, light or dark as the reader's screen is.
 
     Parameters
     ----------
-    result : Gait, Rollout or Cycle
+    result : Gait, Rollout, Cycle or Comparison
 
     Returns
     -------

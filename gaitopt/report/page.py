@@ -10,7 +10,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import replacing
 from gaitopt.motion.gait import Gait
 from gaitopt.report.markup import Element, element, to_html
-from gaitopt.report.sections import comparison, gait_section
+from gaitopt.report.sections import comparison_section, gait_section
 
 
 def write_report(
@@ -77,7 +77,7 @@ def _page(gaits: Mapping[str, Gait], title: str, robot: Robot | None) -> Element
         element(
             "main",
             element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
-            comparison(list(gaits.values()), list(gaits)) if several else None,
+            comparison_section(gaits) if several else None,
             *(gait_section(gaits[title], title=title, name=name, robot=robot) for name, title in names.items()),
             element("footer", f"Written by gaitopt {__version__}."),
         ),

@@ -1,7 +1,7 @@
 """The parts of a page: a gait, a simulated walk, a periodic gait with its multipliers, a comparison."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from gaitopt.report.player import make_player
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
+from gaitopt.study.comparison import Comparison
 
 MOST_EVENTS, MOST_STEPS = 40, 10
 """Events of a walk that are listed, and steps that are drawn."""
@@ -112,17 +113,27 @@ def cycle_card(cycle: Cycle) -> Element:
     )
 
 
-def comparison(gaits: Sequence[Gait], titles: Sequence[str]) -> Element:
-    """Return gaits side by side, one column each."""
-    columns = [dict(describe_gait(gait)) for gait in gaits]
+def comparison_section(gaits: Mapping[str, Gait]) -> Element:
+    """Return gaits by title side by side, one column each."""
+    return element("section", element("h2", "Comparison"), _side_by_side(gaits), class_="comparison")
+
+
+def comparison_card(found: Comparison) -> Element:
+    """Return gaits side by side, what energy each spends, and the multipliers that were assessed."""
+    energies = [
+        _figure(label, draw_ledger(gait.energy)) for label, gait in found.gaits.items() if is_drawable(gait.motion)
+    ]
+    circles = [
+        _figure(f"{label}: multipliers", draw_multipliers(list(values))) for label, values in found.multipliers.items()
+    ]
+    return element("div", _side_by_side(found.gaits), element("div", *energies, *circles, class_="grid-of-figures"))
+
+
+def _side_by_side(gaits: Mapping[str, Gait]) -> Element:
+    columns = [dict(describe_gait(gait)) for gait in gaits.values()]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = [(name, *(column.get(name, "\N{EN DASH}") for column in columns)) for name in names]
-    return element(
-        "section",
-        element("h2", "Comparison"),
-        table(rows, ("", *titles), name="Comparison of gaits"),
-        class_="comparison",
-    )
+    return table(rows, ("", *gaits), name="Comparison of gaits")
 
 
 def facts_table(gait: Gait) -> Element:

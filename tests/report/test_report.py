@@ -11,6 +11,7 @@ import pytest
 from gaitopt import (
     InputError,
     assess_stability,
+    compare,
     compass_biped,
     find_cycles,
     plot_gait,
@@ -118,6 +119,17 @@ def test_a_cycle_in_a_notebook(wheel):
     assert "stick | stick" in html
     assert html.count("multiplier inside") == 1
     assert "0.734" in html  # beta^2 of Gamus & Or
+
+
+def test_a_comparison_in_a_notebook(slipping, sticking):
+    html = show_in_notebook(compare({"slips": slipping, "<sticks>": sticking}))
+    parser = Balanced()
+    parser.feed(html)
+    assert parser.open == []
+    assert html.count("<svg") == 2
+    assert "&lt;sticks&gt;" in html
+    assert "0.015853" in html
+    assert "slips: multipliers" in show_in_notebook(compare({"slips": slipping}, multipliers=True))
 
 
 def test_ipython_shows_results_by_itself(slipping):

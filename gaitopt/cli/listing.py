@@ -1,0 +1,57 @@
+"""Command that lists problem scripts: problems."""
+
+import ast
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gaitopt.cli.options import Json
+from gaitopt.cli.output import out, print_json
+from gaitopt.errors import InputError
+
+
+def problems(
+    folder: Annotated[Path | None, typer.Argument(help="Folder of problem scripts. [problems]")] = None,
+    json: Json = False,
+) -> None:
+    """List the problem scripts of a folder, and the studies in its subfolder, with their parameters.
+
+    Example: gaitopt problems
+    """
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    folder = folder or Path("problems")
+    if not folder.is_dir():
+        raise InputError(f"There is no folder {folder}; name the folder that holds your problem scripts.")
+    scripts = [*sorted(folder.glob("*.py")), *sorted(folder.glob("studies/*.py"))]
+    entries = [entry for path in scripts if (entry := _entry(path)) is not None]
+    if json:
+        print_json({"problems": entries})
+        return
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for column in ("script", "what it is", "parameters"):
+        table.add_column(column, overflow="fold")
+    for entry in entries:
+        values = ", ".join(f"{name}={value!r}" for name, value in entry["parameters"].items())
+        table.add_row(*map(escape, (entry["script"], entry["description"], entry.get("error", values))))
+    out.print(table)
+
+
+def _entry(path: Path) -> dict[str, Any] | None:
+    """Return what a script is, or None for a module that only serves scripts."""
+    from gaitopt.cli.script import load_script, script_parameters
+    from gaitopt.errors import GaitoptError
+    from gaitopt.motion.summary import plain
+
+    kind = "study" if path.parent.name == "studies" else "problem"
+    if kind == "study" and b"def study(" not in path.read_bytes():
+        return None
+    try:
+        parameters = plain(script_parameters(load_script(path, kind)))
+        description = (ast.get_docstring(ast.parse(path.read_bytes())) or "").split("\n")[0]
+    except GaitoptError as error:
+        return {"script": str(path), "kind": kind, "description": "", "parameters": {}, "error": str(error)}
+    return {"script": str(path), "kind": kind, "description": description, "parameters": parameters}
