@@ -37,11 +37,19 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
             cycle.word + (f"\nfoot speed {cycle.drift:+.4g} m/s a step" if cycle.drift else ""),
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
-            "\n".join(_spelled(value) for value in cycle.multipliers),
+            "\n".join(_multipliers(cycle)),
             "[green]yes[/]" if cycle.stable else "[red]no[/]",
             "(slips)" if critical is None else f"{critical.friction:.6g}",
         )
     out.print(table)
+
+
+def _multipliers(cycle: Cycle) -> list[str]:
+    """Return the lines that tell the multipliers, where the impact rests on the edge of its cone those of each side."""
+    if not cycle.one_sided:
+        return [_spelled(value) for value in cycle.multipliers]
+    stick, slip = ([_spelled(value) for value in side] for side in cycle.one_sided_multipliers)
+    return ["one-sided, impact sticks:", *stick, "impact slips:", *slip]
 
 
 def _spelled(value: complex) -> str:

@@ -40,6 +40,13 @@ def test_stability_of_a_saved_gait():
     assert len(data["gaits"][0]["multipliers"]) == 4
 
 
+def test_multipliers_on_either_side_of_an_impacts_edge_are_told_apart():
+    result = run("stability", WHEEL, "--set", "friction=0.2450521555785", "--starts", 10)
+    text = " ".join(result.stdout.split())
+    told = [text.index(part) for part in ("one-sided, impact sticks:", "0.767465", "impact slips:", "0.772328")]
+    assert told == sorted(told)
+
+
 def test_no_gait_is_exit_status_one():
     result = run("stability", WHEEL, "--set", "slope=0", "--starts", 5)
     assert result.exit_code == 1
