@@ -15,6 +15,7 @@ _PUBLIC = {
     "gaitopt.control.computed_torque": ("computed_torque",),
     "gaitopt.control.joint_pd": ("joint_pd",),
     "gaitopt.control.law": ("Law", "feedforward", "passive"),
+    "gaitopt.control.stance_angle": ("by_stance_angle",),
     "gaitopt.control.state_feedback": ("state_feedback",),
     "gaitopt.control.step_to_step": ("step_to_step",),
     "gaitopt.errors": ("ArchiveError", "GaitoptError", "InputError", "ScriptError", "WordError"),
@@ -86,7 +87,9 @@ _PUBLIC = {
     "gaitopt.tuning.design": ("Design", "Gain", "design_named"),
     "gaitopt.tuning.lqr": ("Weights", "lqr", "step_lqr"),
     "gaitopt.tuning.objective": ("SensitivityNorm", "SpectralRadius"),
-    "gaitopt.tuning.tune": ("Search", "Trial", "Tuning", "tune_feedback"),
+    "gaitopt.tuning.record": ("Trial", "Tuning"),
+    "gaitopt.tuning.search": ("Search",),
+    "gaitopt.tuning.tune": ("tune_feedback",),
 }
 _HOME = {name: module for module, names in _PUBLIC.items() for name in names}
 

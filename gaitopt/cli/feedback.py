@@ -2,19 +2,25 @@
 
 import dataclasses
 import time
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, TorqueLimit, law_for, limit_for
+from gaitopt.cli.feedback_output import basin_facts, print_endurance, print_tuning, print_unheld, tuning_facts
+from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, design_for, law_for
 from gaitopt.cli.options import GaitFile, Json, Quiet
-from gaitopt.cli.output import err, out, print_json
+from gaitopt.cli.output import err, print_json
+from gaitopt.control.law import Law, feedforward
+from gaitopt.errors import InputError
 from gaitopt.model.catalogue import robot_named
+from gaitopt.model.robot import Robot
+from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.progress import Iteration
+
+if TYPE_CHECKING:
+    from gaitopt.stability.recovery import PushTest, Recovery
 
 Starts = Annotated[int, typer.Option(min=1, max=100000, help="Seeded starts of the walks that verify.")]
 
@@ -23,6 +29,7 @@ def tune(
     file: GaitFile,
     law: LawName = "lqr",
     torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Make the gait sensitivity norm small, not the spectral radius.")
     ] = False,
@@ -42,13 +49,13 @@ def tune(
     """
     from gaitopt.motion.archive import load
     from gaitopt.stability.recovery import PushTest
-    from gaitopt.tuning.design import design_named
     from gaitopt.tuning.objective import SensitivityNorm, SpectralRadius
-    from gaitopt.tuning.tune import Search, tune_feedback
+    from gaitopt.tuning.search import Search
+    from gaitopt.tuning.tune import tune_feedback
 
     gait = load(file).require()
     robot = robot_named(gait.robot)
-    design = design_named(law, robot, gait.motion, torque_limit=limit_for(gait, torque_limit))
+    design = design_for(gait, robot, law, torque_limit, stance_angle)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
         task = progress.add_task("tuning")
@@ -65,31 +72,12 @@ def tune(
             test=PushTest(starts=starts, seed=seed),
             observer=observe,
         )
-    verified = tuned.verified
-    facts = plain(
-        {
-            "law": tuned.design,
-            "gains": tuned.gains,
-            "radius_before": tuned.radius_before,
-            "radius_after": tuned.radius_after,
-            "stable": tuned.stable,
-            "multipliers": [[value.real, value.imag] for value in tuned.cycle.multipliers],
-            "fixed_point_shift": tuned.fixed_point_shift,
-            "verified": {
-                "starts": verified.starts,
-                "returned": verified.returned,
-                "push_radius": verified.radius,
-                "steps": verified.steps,
-                "tolerance": verified.tolerance,
-            },
-            "evaluations": tuned.evaluations,
-            "seconds": tuned.seconds,
-        }
-    )
     if json:
-        print_json(facts)
+        print_json(tuning_facts(tuned))
     elif not quiet:
-        _print_facts(facts)
+        print_tuning(tuned)
+    if not tuned.stable:
+        print_unheld(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
 
 
@@ -98,11 +86,16 @@ def push(
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
     steps: Annotated[int, typer.Option(min=6, max=100000, help="Steps to walk.")] = 50,
     starts: Starts = 50,
+    ball: Annotated[float, typer.Option(min=0.0, help="Pushes of which the share that returns is told [rad/s].")] = 0.1,
     json: Json = False,
 ) -> None:
-    """Find the largest push, slope, friction patch and torque noise a gait survives under a law.
+    """Find the largest push, slope, friction patch, torque noise and sensor delay a gait survives under a law.
+
+    Tells, too, from what share of a ball of pushes the walker returns to the gait, before (its torques played back) and
+    after, and in how many steps.
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """
@@ -114,48 +107,40 @@ def push(
 
     began, gait = time.perf_counter(), load(file).require()
     robot = robot_named(gait.robot)
-    chosen = law_for(gait, robot, law, gain, torque_limit)
-    cycle = assess_stability(gait, chosen)
-    found = endurance(robot, chosen, cycle, walking=Walking(steps=steps), test=PushTest(starts=starts))
+    chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
+    cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
+    found = endurance(robot, chosen, cycle, walking=Walking(steps=steps), test=test)
+    laws = {chosen.name: chosen, "open loop": feedforward(robot, gait.motion)}
+    basins = {name: _basin(gait, robot, each, ball, test) for name, each in laws.items()}
     facts = plain(
         {
-            "law": law,
+            "law": chosen.name,
             "engine": default_engine(chosen).name,
             "radius": cycle.radius,
             "steps": steps,
             "survived": [dataclasses.asdict(each) for each in found],
+            "push_radius": ball,
+            "basin_before": basin_facts(basins["open loop"]),
+            "basin_after": basin_facts(basins[chosen.name]),
             "seconds": time.perf_counter() - began,
         }
     )
     if json:
         print_json(facts)
-        return
-    table = Table(
-        box=box.SIMPLE, pad_edge=False, title=f"{law}: spectral radius {cycle.radius:.4f}", title_justify="left"
-    )
-    for column in ("disturbance", "survived", "failed", "unit"):
-        table.add_column(column)
-    for each in found:
-        table.add_row(
-            each.kind, f"{each.survived:.4g}", "-" if each.failed is None else f"{each.failed:.4g}", each.unit
-        )
-    out.print(table)
+    else:
+        print_endurance(facts, basins)
 
 
-def _print_facts(facts: dict[str, Any]) -> None:
-    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column()
-    verified = facts["verified"]
-    table.add_row("law", facts["law"])
-    table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in facts["gains"].items()))
-    held = "[green]held[/]" if facts["stable"] else "[red]not held: the best radius found[/]"
-    table.add_row("spectral radius", f"{facts['radius_before']:.4g} before, {facts['radius_after']:.4g} after, {held}")
-    table.add_row("fixed point", f"{facts['fixed_point_shift']:.1e} from the plan")
-    table.add_row(
-        "verified",
-        f"{verified['returned']} of {verified['starts']} starts within {verified['push_radius']:.4g} rad/s back on the "
-        f"gait ({verified['tolerance']:g}) after {verified['steps']} steps",
-    )
-    table.add_row("search", f"{facts['evaluations']} evaluations, {facts['seconds']:.1f} s")
-    out.print(table)
+def _basin(gait: Gait, robot: Robot, law: Law, ball: float, test: "PushTest") -> "Recovery | None":
+    """Return how many starts in a ball of pushes return to the gait under a law; None where it leaves no gait."""
+    from gaitopt.simulation.engines import default_engine
+    from gaitopt.simulation.walker import Walker
+    from gaitopt.stability.assessment import assess_stability
+    from gaitopt.stability.recovery import recovery
+
+    try:
+        cycle = assess_stability(gait, law)
+    except InputError:
+        return None
+    p = robot.vector(cycle.parameters)
+    return recovery(Walker(robot, law, p, default_engine(law), step_time_limit=3 * gait.period), cycle, ball, test)

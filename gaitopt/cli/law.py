@@ -1,14 +1,18 @@
 """Which law a command walks under."""
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitopt.control.law import Law, feedforward
+from gaitopt.control.stance_angle import by_stance_angle
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
+
+if TYPE_CHECKING:
+    from gaitopt.tuning.design import Design
 
 OPEN_LOOP = "feedforward"
 RESERVE = 1.2
@@ -22,23 +26,35 @@ TorqueLimit = Annotated[
 GainValues = Annotated[
     list[str] | None, typer.Option("--gain", metavar="NAME=VALUE", help="A gain; the others take their start values.")
 ]
+StanceAngle = Annotated[
+    bool, typer.Option("--stance-angle", help="The law goes by the stance angle, not by the time since touchdown.")
+]
 
 
-def law_for(gait: Gait, robot: Robot, name: str, gains: list[str] | None, torque_limit: float | None) -> Law:
+def law_for(
+    gait: Gait, robot: Robot, name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
+) -> Law:
     """Return a law for a gait by name, its gains at their starts but for those given as NAME=VALUE."""
-    from gaitopt.tuning.design import design_named
-
     if name == OPEN_LOOP:
         if gains:
             raise InputError("The torques of a gait, played back, have no gains; name a feedback law with --law.")
-        return feedforward(robot, gait.motion)
-    design = design_named(name, robot, gait.motion, torque_limit=limit_for(gait, torque_limit))
+        played = feedforward(robot, gait.motion)
+        return by_stance_angle(robot, gait.motion, played) if stance_angle else played
+    design = design_for(gait, robot, name, torque_limit, stance_angle)
     values = {each.name: each.start for each in design.gains}
     for gain, value in read_pairs(gains, "--gain").items():
         if gain not in values:
             raise InputError(f"The law {name!r} has no gain {gain!r}. {suggest(gain, values)}")
         values[gain] = value
     return design.law(values)
+
+
+def design_for(gait: Gait, robot: Robot, name: str, torque_limit: float | None, stance_angle: bool) -> "Design":
+    """Return the design of a law for a gait by name."""
+    from gaitopt.tuning.design import design_named
+
+    design = design_named(name, robot, gait.motion, torque_limit=limit_for(gait, torque_limit))
+    return design.by_stance_angle(robot, gait.motion) if stance_angle else design
 
 
 def limit_for(gait: Gait, given: float | None) -> float:

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli.axis import grid
-from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, TorqueLimit, law_for
+from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, law_for
 from gaitopt.cli.options import Json, Quiet, Setting
 from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written
 from gaitopt.cli.script import call_script, load_script
@@ -30,6 +30,7 @@ def stability(
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
     json: Json = False,
 ) -> None:
     """Find the periodic gaits of a walker, or take a saved gait, and give their exact multipliers.
@@ -44,8 +45,9 @@ def stability(
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.summary import summarise_cycle
 
-    open_loop = law == OPEN_LOOP and not gain
-    closed = None if open_loop else functools.partial(law_for, name=law, gains=gain, torque_limit=torque_limit)
+    closed = None
+    if law != OPEN_LOOP or gain or stance_angle:
+        closed = functools.partial(law_for, name=law, gains=gain, torque_limit=torque_limit, stance_angle=stance_angle)
     subject = read_subject(source, setting or [], engine, starts, feedback=closed)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})

@@ -33,6 +33,7 @@ def computed_torque(
 
     all references functions of the time since touchdown.  T goes over from stick to slip smoothly while the foot
     gathers speed: a torque that jumped where a foot begins to slide would let it stick and slide in endless turns.
+    With zero gains it is the open loop on the plan only: beside it, it still cancels the robot's own dynamics.
 
     Parameters
     ----------
@@ -74,11 +75,5 @@ def computed_torque(
 
     values = np.concatenate([np.full(n_a, float(stiffness)), np.full(n_a, float(damping)), numbers])
     names = [f"{angle}_{kind}" for kind in ("stiffness", "damping") for angle in robot.angles]
-    law = Law(
-        "computed torque",
-        torque_function(robot, data, torque),
-        plan.breakpoints,
-        np.vstack([plan.table, np.tile(values[:, None], plan.breakpoints.size)]),
-        {name: plan.size + i for i, name in enumerate(names)},
-    )
+    law = plan.law("computed torque", torque_function(robot, data, torque), values, names)
     return limited(law, torque_limits(robot, torque_limit))

@@ -57,13 +57,7 @@ def joint_pd(
 
     names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
     values = np.concatenate([np.full(n_u, float(stiffness)), np.full(n_u, float(damping))])
-    law = Law(
-        "pd",
-        torque_function(robot, data, torque),
-        plan.breakpoints,
-        np.vstack([plan.table, np.tile(values[:, None], plan.breakpoints.size)]),
-        {name: plan.size + i for i, name in enumerate(names)},
-    )
+    law = plan.law("pd", torque_function(robot, data, torque), values, names)
     return limited(law, torque_limits(robot, torque_limit))
 
 

@@ -3,7 +3,7 @@
 A law is a CasADi Function (clock, q, v, data) -> torque and, for each stretch of the clock between breakpoints, the
 column of data it uses there.  Simulators, variational equations and exported code all run this one Function.  It may
 have two more inputs: values *held* over a step, which another Function computes from the state after the touchdown,
-and the sign of the foot's *slide*.
+and the sign of the foot's *slide*.  The pieces may also be stretches of an angle instead of the clock.
 """
 
 import functools
@@ -30,8 +30,8 @@ class Law:
         The clock is the time since the last touchdown [s], `slide` is 1, -1 or 0 by the contact mode.  Laws that
         compute alike hold the same Function, whatever their numbers, so that what is derived or compiled from it is
         made once.
-    breakpoints : (K,) array [s]
-        Where each piece of the clock begins; the first is 0 and the last piece never ends.
+    breakpoints : (K,) array [s, or rad]
+        Where each piece begins, of the clock or of what `index` names; the last piece never ends.
     table : (n_d, K) array
         Data of each piece.
     gains : mapping of str to int
@@ -40,6 +40,10 @@ class Law:
         Values held over a step, from the state after the touchdown and the first column of the table.
     demand : Function or None
         What `torque` would be without its limits, which are the last rows of the table.
+    index : int or None
+        Entry of the state (q, v, held) that tells the piece; None for the clock.  The first two rows of the table are
+        then the bounds of each piece, and what is left to both is a second output of `torque` and of `demand`, so that
+        engines stop there.
 
     Examples
     --------
@@ -56,6 +60,7 @@ class Law:
     gains: Mapping[str, int] = field(default_factory=dict, repr=False)
     hold: ca.Function | None = field(default=None, repr=False)
     demand: ca.Function | None = field(default=None, repr=False)
+    index: int | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "torque", _shared(self.torque.serialize()))
@@ -63,9 +68,21 @@ class Law:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _shared(getattr(self, name).serialize()))
 
-    def piece(self, clock: float) -> int:
-        """Return the number of the piece a clock time lies in."""
-        return max(int(np.searchsorted(self.breakpoints, clock, side="right")) - 1, 0)
+    def measure(self, clock: float, y: Array) -> float:
+        """Return what tells the piece in a state y = (q, v, held): the clock, or an entry of the state."""
+        return clock if self.index is None else float(y[self.index])
+
+    def piece(self, measure: float) -> int:
+        """Return the number of the piece that a clock time, or a value of what `index` names, lies in."""
+        return max(int(np.searchsorted(self.breakpoints, measure, side="right")) - 1, 0)
+
+    def split(self, points: Array) -> "Law":
+        """Return the same law with pieces that begin at further points, too."""
+        begins = np.union1d(self.breakpoints, points)
+        table = self.table[:, [self.piece(begin) for begin in begins]]
+        if self.index is not None:
+            table[0], table[1, :-1] = begins, begins[1:]
+        return replace(self, breakpoints=begins, table=table)
 
     @property
     def gain_values(self) -> dict[str, float]:

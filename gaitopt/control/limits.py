@@ -50,12 +50,12 @@ def limited(law: Law, limits: Array) -> Law:
     inputs = law.torque.sx_in()
     rows = ca.SX.sym("limits", limits.size)
     wider = [*inputs[:3], ca.vertcat(inputs[3], rows), *inputs[4:]]
-    demand = law.torque.call(inputs)[0]
+    demand, *switches = law.torque.call(inputs)
     return replace(
         law,
-        torque=ca.Function("torque", wider, [ca.fmin(ca.fmax(demand, -rows), rows)]),
+        torque=ca.Function("torque", wider, [ca.fmin(ca.fmax(demand, -rows), rows), *switches]),
         table=np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)]),
-        demand=ca.Function("demand", wider, [demand]),
+        demand=ca.Function("demand", wider, [demand, *switches]),
         hold=law.hold and _wider_hold(law.hold, rows),
     )
 
@@ -69,7 +69,8 @@ def _wider_hold(hold: ca.Function, rows: ca.SX) -> ca.Function:
 def by_sides(demand: ca.Function) -> ca.Function:
     """Return the torque of a law with limits, and what stays positive while no actuator changes its side.
 
-    Its data are those of `demand` followed by the side of each actuator.
+    What the demand's own second output keeps positive comes last.  Its data are those of `demand` followed by the side
+    of each actuator.
 
     Parameters
     ----------
@@ -78,10 +79,10 @@ def by_sides(demand: ca.Function) -> ca.Function:
     """
     inputs, n_u = demand.sx_in(), demand.size1_out(0)
     side, limits = ca.SX.sym("side", n_u), inputs[3][-n_u:]
-    value = demand.call(inputs)[0]
+    value, *switches = demand.call(inputs)
     free, held = 1 - side**2, side**2
     torque = free * value + side * limits
     beyond = free * (limits - value) + held * (side * value - limits)
     below = free * (limits + value) + held
     wider = [*inputs[:3], ca.vertcat(inputs[3], side), *inputs[4:]]
-    return ca.Function("by_sides", wider, [torque, ca.vertcat(beyond, below)])
+    return ca.Function("by_sides", wider, [torque, ca.vertcat(beyond, below, *switches)])

@@ -39,12 +39,8 @@ def prescribed_angles(robot: Robot, motion: Motion, parameters: Mapping[str, flo
     error, rate = q[2:] - desired.angles, v[2:] - desired.rates
     asked = desired.accelerations - STIFFNESS * error - DAMPING * rate
     torque = ca.cse(inverse_dynamics(robot, q, v, data[plan.size :], asked, slide))
-    return Law(
-        "prescribed angles",
-        ca.Function("torque", [clock, q, v, data, held, slide], [torque]),
-        plan.breakpoints,
-        np.vstack([plan.table, np.tile(numbers[:, None], plan.breakpoints.size)]),
-    )
+    inputs = [clock, q, v, data, held, slide]
+    return plan.law("prescribed angles", ca.Function("torque", inputs, [torque]), numbers)
 
 
 def inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, p: ca.SX, asked: ca.SX, slide: ca.SX) -> ca.SX:

@@ -1,10 +1,12 @@
 """The reference of a feedback law: one step of a motion as piecewise polynomials of the clock."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, Segment
@@ -54,15 +56,30 @@ class Reference:
         """Number of rows of the table."""
         return int(self.table.shape[0])
 
+    def law(self, name: str, torque: ca.Function, numbers: Array, gains: Sequence[str] = ()) -> Law:
+        """Return a law about this reference, with numbers below its table that are the same in every piece.
+
+        Parameters
+        ----------
+        name : str
+        torque : Function
+            As in :class:`gaitopt.Law`, its data the reference's, followed by the numbers.
+        numbers : (n,) array
+        gains : sequence of str
+            Names of the first numbers, which are gains.
+        """
+        table = np.vstack([self.table, np.tile(numbers[:, None], self.breakpoints.size)])
+        return Law(name, torque, self.breakpoints, table, {gain: self.size + i for i, gain in enumerate(gains)})
+
     def desired(self, clock: ca.SX, data: ca.SX) -> Desired:
         """Return what the reference asks for at a clock time, given a column of its table."""
         n_u, n_a = self.robot.n_u, len(self.robot.angles)
         since = clock - data[0]
         rows = [1, n_u, n_u, *[6] * n_a, 4]
         _, value, slope, *angles, foot = ca.vertsplit(data[: self.size], np.cumsum([0, *rows]).tolist())
-        curves = [_derivatives(coefficients, since) for coefficients in angles]
+        curves = [polynomial(coefficients, since) for coefficients in angles]
         positions, rates, accelerations = (ca.vertcat(*column) for column in zip(*curves, strict=True))
-        return Desired(value + slope * since, positions, rates, accelerations, _derivatives(foot, since)[0])
+        return Desired(value + slope * since, positions, rates, accelerations, polynomial(foot, since)[0])
 
 
 def reference(robot: Robot, motion: Motion) -> Reference:
@@ -96,7 +113,7 @@ def _columns(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
     torque = segment.torque
     rows = [(segment.time[:-1] - began)[None], torque[:, :-1], np.diff(torque, axis=1) / steps]
     for i in range(2, robot.n_q):
-        rows.append(_quintic(segment.q[i], segment.v[i], a[i], steps))
+        rows.append(quintic(segment.q[i], segment.v[i], a[i], steps))
     rows.append(_cubic(segment.v[0], a[0], steps))
     return np.vstack(rows)[:, steps > 0]
 
@@ -110,7 +127,7 @@ def _afterwards(robot: Robot, segment: Segment, began: float, p: Array) -> Array
     return np.concatenate([*rows, [segment.v[0, -1], a[0], 0, 0]])[:, None]
 
 
-def _quintic(q: Array, v: Array, a: Array, h: Array) -> Array:
+def quintic(q: Array, v: Array, a: Array, h: Array) -> Array:
     """Return the coefficients of the quintics that meet q, v and a at both ends of steps h, shape (6, K)."""
     gap = (q[1:] - q[:-1] - v[:-1] * h - a[:-1] * h**2 / 2) / h**3
     turn = (v[1:] - v[:-1] - a[:-1] * h) / h**2
@@ -127,7 +144,7 @@ def _cubic(v: Array, a: Array, h: Array) -> Array:
     return np.array([v[:-1], a[:-1], 3 * gap - turn, (turn - 2 * gap) / h])
 
 
-def _derivatives(coefficients: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+def polynomial(coefficients: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Return a polynomial and its first two derivatives, by Horner's rule."""
     value, first, second = ca.SX(0), ca.SX(0), ca.SX(0)
     for k in reversed(range(coefficients.numel())):

@@ -55,9 +55,9 @@ def step_to_step(
     array([0.  , 0.35])
     """
     n_q, n_u = robot.n_q, robot.n_u
-    if law.hold is not None or law.demand is not None:
+    if law.hold is not None or law.demand is not None or law.index is not None:
         raise InputError(
-            f"Step-to-step feedback is added to a law without limits that holds nothing, not {law.name!r}."
+            f"Step-to-step feedback is added to a law by the clock without limits that holds nothing, not {law.name!r}."
         )
     places = [*range(2, n_q - 1), *range(n_q + 2, 2 * n_q), n_q]
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
@@ -75,11 +75,12 @@ def step_to_step(
     error = ca.vertcat(q, v)[places] - numbers[: state.size]
     hold = -ca.reshape(numbers[state.size :], windows * n_u, len(places)) @ error
     begins = np.arange(windows) * duration / windows
-    times = np.union1d(law.breakpoints, begins)
+    base_law = law.split(begins)
+    times = base_law.breakpoints
     now = np.searchsorted(begins, times, side="right") - 1
     table = np.vstack(
         [
-            law.table[:, [law.piece(time) for time in times]],
+            base_law.table,
             (now == np.arange(windows)[:, None]).astype(float),
             np.tile(np.concatenate([state, gains.T.ravel()])[:, None], times.size),
         ]

@@ -78,8 +78,14 @@ def _functions(robot: Robot, law: Law) -> list[ca.Function]:
     """Return what is written: the equations of motion in every mode, contact, impact, and the law."""
     found = [robot.dynamics, *robot.acceleration.values(), robot.energy, robot.joint_rates, robot.wellposed]
     found += [robot.landing, robot.collision, robot.touchdown, robot.swap]
-    found.append(_renamed(law.torque, "torque", _TORQUE_INPUTS[: law.torque.n_in()], ["torque"]))
+    found.append(_torque(law))
     return found if law.hold is None else [*found, _renamed(law.hold, "hold", ["q", "v", "data"], ["held"])]
+
+
+def _torque(law: Law) -> ca.Function:
+    """Return the law's torque alone, without what tells an engine where its pieces end."""
+    inputs = law.torque.sx_in()
+    return ca.Function("torque", inputs, law.torque.call(inputs)[:1], list(_TORQUE_INPUTS[: len(inputs)]), ["torque"])
 
 
 def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Array) -> str:
@@ -207,12 +213,13 @@ def _control(prefix: str, law: Law) -> str:
     """Return the functions that hand the right column of the law's table over."""
     given = ["&clock", "q", "v", "table[low]", "held", "&slide"][: law.torque.n_in()]
     unused = "" if law.torque.n_in() > 4 else "\n  (void)held;\n  (void)slide;"
+    place = "clock" if law.index is None else f"q[{law.index}]"
     control = f"""
 {_control_signature(prefix)} {{
   int low = 0, high = {law.breakpoints.size}; /* the piece lies in [low, high) */
   while (high - low > 1) {{
     const int middle = (low + high) / 2;
-    if (clock < breakpoints[middle]) high = middle;
+    if ({place} < breakpoints[middle]) high = middle;
     else low = middle;
   }}{unused}
   {prefix}_torque({", ".join(given)}, torque);

@@ -8,10 +8,12 @@ import functools
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
-from gaitopt.control.law import demanded, held_size
+from gaitopt.control.law import Law, demanded, held_size
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
 
 SLIP_GUARDS = ("painleve", "at rest", "lift-off", "touchdown", "fall")
 STICK_GUARDS = ("lift-off", "slip+", "slip-", "touchdown", "fall")
@@ -109,3 +111,19 @@ def demand_of(torque: ca.Function, mode: Mode) -> ca.Function:
     clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * torque.size1_in(1) + held_size(torque))
     data = ca.SX.sym("data", torque.size1_in(3))
     return ca.Function("demand", [clock, y, data], [ca.densify(demanded(torque, clock, y, data, mode.sign)[0])])
+
+
+def piece_shift(law: Law, before: Array) -> Array:
+    """Return d (instant at which a law goes over into another piece) / d y, shape (n_y,).
+
+    Zero where the clock tells the piece; else the entry of the state that does meets the bound that much earlier.
+
+    Parameters
+    ----------
+    before : (n_y,) array
+        dy/dt until then.
+    """
+    shift = np.zeros(before.size)
+    if law.index is not None:
+        shift[law.index] = -1 / before[law.index]
+    return shift

@@ -36,7 +36,7 @@ class ContactChoice:
     def __init__(self, robot: Robot, law: Law, p: Array) -> None:
         self.friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
         self._robot, self._law, self._p, self._speed = robot, law, p, 1 + robot.n_q
-        self._breaks = law.breakpoints.tolist()
+        self._breaks, self._index = law.breakpoints.tolist(), law.index
         self._forces: dict[int, Buffered] = {}
         self._here = np.zeros(1 + 2 * robot.n_q + held_size(law.torque))
 
@@ -66,7 +66,8 @@ class ContactChoice:
                     f"must be 0, got {speed:g} m/s."
                 )
             return Mode.slipping(speed)
-        piece = max(bisect_right(self._breaks, clock) - 1, 0)  # as Law.piece, but ten times faster
+        measure = clock if self._index is None else here.item(1 + self._index)
+        piece = max(bisect_right(self._breaks, measure) - 1, 0)  # as Law.piece, but ten times faster
         tangential, normal = (self._forces.get(piece) or self._force(piece)).here().tolist()
         if abs(tangential) <= self.friction * normal or math.isinf(self.friction):
             return Mode.STICK

@@ -72,7 +72,10 @@ class HeyokaEngine:
         program = varying(robot, mode, phase.torque, self.tolerance, get_ident())
         n, y = len(program.entries), np.array(state, dtype=float)
         program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
-        for column, begin, end in phase.stretches(clock, y, until):
+        within = np.ix_(program.entries, program.entries)
+        for column, begin, end, jump in phase.stretches(clock, y, until):
+            if jump is not None:
+                program.state[n:] = (jump[within] @ program.state[n:].reshape(n, n)).ravel()
             program.numbers[:] = program.row(p, column, y)
             program.integrator.time = begin
             program.integrator.propagate_until(end)
@@ -80,7 +83,7 @@ class HeyokaEngine:
         matrix = np.eye(y.size)
         matrix[: robot.n_q, robot.n_q : 2 * robot.n_q] = max(until - clock, 0) * np.eye(robot.n_q)
         matrix[program.entries] = 0
-        matrix[np.ix_(program.entries, program.entries)] = program.state[n:].reshape(n, n)
+        matrix[within] = program.state[n:].reshape(n, n)
         return matrix
 
 

@@ -7,7 +7,6 @@ start unless it counts.
 """
 
 import functools
-from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from threading import get_ident
 
@@ -19,10 +18,11 @@ from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import SWITCH, closed_loop, demand_of
+from gaitopt.simulation.closed_loop import SWITCH, closed_loop, piece_shift
+from gaitopt.simulation.course import pieces
+from gaitopt.simulation.heyoka_course import InForce
 from gaitopt.simulation.heyoka_expressions import heyoka_module
 from gaitopt.simulation.heyoka_programs import watching
-from gaitopt.simulation.scipy_engine import pieces
 
 ZERO = 1e-9
 """A guard this little below zero at the start was put there by rounding; whether it falls decides."""
@@ -31,8 +31,6 @@ TOUCHING = 1e-13
 AT_LIMIT = 1e-7
 """A torque this near [N m] to where it meets or leaves its limit is there: it is known to about 1e-9 only, since the
 integrator's expressions are other sums than the law's."""
-MOST_SWITCHES = 20
-"""How often the torque may meet or leave its limits at one instant."""
 PATIENCE = 10_000
 """Taylor steps after which an integrator must show that it gets on."""
 
@@ -70,57 +68,34 @@ class Phase:
         self._program = watching(robot, mode, self.torque, tolerance, compact_mode, get_ident())
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
-        self._breaks = law.breakpoints.tolist()
         self._near = ZERO if law.demand is None else AT_LIMIT
-        self._demand = None if law.demand is None else Buffered(demand_of(law.demand, mode))
-        self._sides: tuple[float, ...] = ()
-        self._switched, self._repeats = np.nan, 0
+        self._law = InForce(law, mode, self.here)
         self._ready: dict[tuple[int, tuple[float, ...]], tuple[Buffered, Array | None]] = {}
         outcomes = heyoka_module().taylor_outcome
         self._in_time, self._stuck = int(outcomes.time_limit), int(outcomes.step_limit)
 
-    def column(self, piece: int) -> Array:
-        """Return the data in force in a piece of the law: its column of the table, and the sides of the actuators."""
-        column = self.law.table[:, piece]
-        return np.append(column, self._sides) if self._sides else column
+    def stretches(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float, Array | None]]:
+        """Yield the data in force in each stretch between two clock times, with its begin and end.
 
-    def take_sides(self, piece: int) -> None:
-        """Find out which actuators a law with limits holds at a limit here."""
-        if self._demand is not None:
-            piece = min(piece, len(self._breaks) - 1)
-            column = self.law.table[:, piece]
-            demand = self._demand(self.here[0], self.here[1:], column)[0]
-            limits = column[-demand.size :]
-            self._sides = tuple(np.where(np.abs(demand) > limits, np.sign(demand), 0.0).tolist())
-
-    def switch(self, event: str | None) -> bool:
-        """Change the side of an actuator if that is what an event asks for, and return whether it was.
-
-        Sides that change again and again at one instant are not changed further.
+        Last comes the jump of a deviation at its begin, (n_y, n_y), where the law goes over into another piece by the
+        state; None where deviations do not jump.
         """
-        if event is None or not event.startswith(SWITCH):
-            return False
-        self._repeats = self._repeats + 1 if self.here[0] == self._switched else 0
-        self._switched = self.here[0]
-        if self._repeats > MOST_SWITCHES:
-            return False
-        sides = list(self._sides)
-        number = int(event.removeprefix(SWITCH))
-        actuator, beyond = number % len(sides), number < len(sides)
-        sides[actuator] = 0.0 if sides[actuator] else 1.0 if beyond else -1.0
-        self._sides = tuple(sides)
-        return True
-
-    def stretches(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float]]:
-        """Yield the data in force in each stretch between two clock times, with its begin and end."""
-        if self._demand is None:
+        if self.law.demand is None and self.law.index is None:
             for piece, begin, end in pieces(self.law, clock, until):
-                yield self.law.table[:, piece], begin, end
+                yield self.law.table[:, piece], begin, end, None
             return
-        taken: list[tuple[Array, float, float]] = []
+        taken: list[tuple[Array, Array, Array]] = []
         self.here[0], self.here[1:] = clock, state
-        self.walk(until, lambda column, before, after, steps: taken.append((column, before[0], after[0])))
-        yield from taken
+        self.walk(until, lambda column, before, after, steps: taken.append((column, before, after.copy())))
+        last: tuple[Array, Array] | None = None
+        for column, before, after in taken:
+            jump = None if last is None or self.law.index is None else self._jump(last[0], column, last[1])
+            yield column, before[0], after[0], jump
+            last = column, after
+
+    def _jump(self, old: Array, new: Array, here: Array) -> Array:
+        rates = [np.asarray(self.loop.flow(here[0], here[1:], self.p, data)).ravel() for data in (old, new)]
+        return np.eye(here.size - 1) + np.outer(rates[0] - rates[1], piece_shift(self.law, rates[0]))
 
     def walk(self, until: float, tape: Tape | None = None) -> str | None:
         """Integrate through the pieces of the law, from what is in `here`, and return the event that ended it.
@@ -132,32 +107,25 @@ class Phase:
             Called with (data in force, `here` before, `here` after, Taylor steps) for each stretch between changes of
             the data.
         """
-        here, breaks, limited = self.here, self._breaks, self._demand is not None
+        here, law = self.here, self._law
         began = clock = here.item(0)
-        piece, last = max(bisect_right(breaks, clock) - 1, 0), len(breaks) - 1
-        if limited:
-            self.take_sides(piece)
+        law.begin()
         while clock < until:
             before = here if tape is None else here.copy()
-            end = until if piece >= last else min(until, breaks[piece + 1])
-            event, steps = self.run(piece, end, first=clock == began)
+            event, steps = self.run(law.end(until), first=clock == began)
             clock = here.item(0)
             if tape is not None:
-                tape(self.column(piece), before, here, steps)
-            if event is None:
-                piece += 1
-                if limited:
-                    self.take_sides(piece)
-            elif not (limited and self.switch(event)):
-                return "singular" if event.startswith(SWITCH) else event
+                tape(law.column, before, here, steps)
+            event = law.go_on(event)
+            if event is not None:
+                return event
         return None
 
-    def run(self, piece: int, end: float, *, first: bool) -> tuple[str | None, int]:
+    def run(self, end: float, *, first: bool) -> tuple[str | None, int]:
         """Integrate over one piece of the law, or until a guard falls through zero.
 
         Parameters
         ----------
-        piece : int
         end : float [s]
         first : bool
             Whether the phase begins here.
@@ -169,9 +137,9 @@ class Phase:
             Taylor steps taken.
         """
         here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
-        watch, row = self._ready.get((piece, self._sides)) or self._prepare(piece)
+        watch, row = self._ready.get((self._law.piece, self._law.sides)) or self._prepare()
         *values, armed = watch.here().tolist()
-        program.numbers[:] = self._row(piece) if row is None else row
+        program.numbers[:] = self._row() if row is None else row
         if not min(values) > self._near:
             event = self._start(values, armed > 0, first)
             if event is not None:
@@ -230,15 +198,15 @@ class Phase:
                 break
             here[0], y[program.entries] = integrator.time, program.state
 
-    def _prepare(self, piece: int) -> tuple[Buffered, Array | None]:
-        """Return the guards in a piece of the law, and the integrator's numbers unless they depend on the state."""
-        watch = Buffered(self.loop.guards, self.p, self.column(piece), shared=self.here)
-        ready = watch, None if self._program.rest_matters else self._row(piece)
-        self._ready[piece, self._sides] = ready
+    def _prepare(self) -> tuple[Buffered, Array | None]:
+        """Return the guards of what is in force, and the integrator's numbers unless they depend on the state."""
+        watch = Buffered(self.loop.guards, self.p, self._law.column, shared=self.here)
+        ready = watch, None if self._program.rest_matters else self._row()
+        self._ready[self._law.piece, self._law.sides] = ready
         return ready
 
-    def _row(self, piece: int) -> Array:
-        return self._program.row(self.p, self.column(piece), self._y)
+    def _row(self) -> Array:
+        return self._program.row(self.p, self._law.column, self._y)
 
 
 @functools.lru_cache(maxsize=128)

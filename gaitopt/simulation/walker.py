@@ -81,7 +81,8 @@ class Walker:
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
-        return self._torque[mode](clock, y, self.law.table[:, self.law.piece(clock)])[0]
+        piece = self.law.piece(self.law.measure(clock, y))
+        return self._torque[mode](clock, y, self.law.table[:, piece])[0]
 
     def begin(self, state: Array) -> Array:
         """Return the state y at the start of a step: (q, v), followed by what the law holds over it."""

@@ -18,7 +18,7 @@ from gaitopt.model.buffered import Buffered
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import closed_loop
+from gaitopt.simulation.closed_loop import closed_loop, piece_shift
 from gaitopt.simulation.walker import Stride, Walker
 
 BEYOND = 1e-7
@@ -93,7 +93,7 @@ class Linearisation:
         if event == "at rest":
             reset[n, n] = 0.0
         before, shift = self._time_shift(mode, event, clock, state)
-        after = self._slopes(following).flow(clock, reset @ state, self._data(clock))[0]
+        after = self._slopes(following).flow(clock, reset @ state, self._data(clock, state))[0]
         return reset + np.outer(reset @ before - after, shift)
 
     def _touchdown(self, mode: Mode, outcome: Mode, clock: float, state: Array) -> Array:
@@ -107,15 +107,15 @@ class Linearisation:
     def _time_shift(self, mode: Mode, event: str, clock: float, state: Array) -> tuple[Array, Array]:
         """Return the flow before an event, and d (event time) / d y, each of shape (n_y,).
 
-        A guard found well below zero did not fall through it: the law's torque jumped there, at a time that is fixed.
+        A guard found well below zero did not fall through it: the law's torque jumped there, with a piece of the law.
         """
-        slopes, data = self._slopes(mode), self._data(clock)
+        slopes, data = self._slopes(mode), self._data(clock, state)
         before = slopes.flow(clock, state, data)[0].copy()
         values, gradient, drift = slopes.guards(clock, state, data)
         names = closed_loop(self.walker.robot, mode, self.walker.law.torque).guard_names
         which = names.index(event)
         if values[which] < -BEYOND:
-            return before, np.zeros_like(before)
+            return before, piece_shift(self.walker.law, before)
         row = gradient.reshape(state.size, len(names))[:, which]
         return before, -row / (row @ before + drift[which])
 
@@ -127,8 +127,9 @@ class Linearisation:
         slope = _hold_slope(hold)(state[:n], state[n:], self.walker.law.table[:, 0])
         return np.vstack([np.eye(2 * n), np.asarray(slope)])
 
-    def _data(self, clock: float) -> Array:
-        return self.walker.law.table[:, self.walker.law.piece(clock)]
+    def _data(self, clock: float, state: Array) -> Array:
+        law = self.walker.law
+        return law.table[:, law.piece(law.measure(clock, state))]
 
     def _slopes(self, mode: Mode) -> _Slopes:
         if mode not in self._known:

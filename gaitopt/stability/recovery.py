@@ -54,6 +54,11 @@ class Recovery:
         """Whether all starts returned."""
         return self.returned == self.starts
 
+    @property
+    def fraction(self) -> float:
+        """Share of the ball that lies in the gait's basin, as far as the starts tell."""
+        return self.returned / self.starts
+
 
 @dataclass(frozen=True, kw_only=True)
 class PushTest:

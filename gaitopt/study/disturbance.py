@@ -1,23 +1,25 @@
 """How much a controlled gait takes: the largest disturbance of each kind it survives, by bisection."""
 
-import dataclasses
 import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limited
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.delay import LateReadings, reading_late
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.study.torque_noise import noisy
+
+DOUBLINGS = 6
+"""Between the first disturbance tried and the largest: what is survived among large ones may not be among small."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Endurance:
     ----------
     kind : str
     survived : float
-        The largest found to be survived, all smaller ones tried too; 0 where none is.
+        The largest found to be survived, like all smaller ones tried; 0 where none is.
     failed : float or None
         The smallest found not to be; None where the largest tried is survived.
     unit : str
@@ -84,8 +86,9 @@ def endurance(
 
     Push: a change of the state after touchdown, from which all seeded starts return to the gait (:class:`Recovery`).
     Slope: walked on for all steps, uphill and downhill.  Friction patch: the drop of friction over some steps in the
-    middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the period and
-    added before the torque limits.  In all but the push, surviving means to walk all steps.
+    middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step and
+    added before the torque limits.  Sensor delay: age of the state the law reads (:mod:`gaitopt.simulation.delay`), up
+    to half the period.  In all but the push, surviving means to walk all steps.
 
     Parameters
     ----------
@@ -105,7 +108,7 @@ def endurance(
     >>> quick = Walking(steps=3, resolution=0.5)
     >>> cycle, push = assess_stability(gait, law), PushTest(starts=1, resolution=0.5)
     >>> [each.kind for each in endurance(robot, law, cycle, walking=quick, test=push)]
-    ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise']
+    ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
     walking, engine = walking or Walking(), engine or default_engine(law)
     setting = _Setting(robot, law, cycle, engine, walking)
@@ -119,6 +122,7 @@ def endurance(
         found.append(setting.largest("friction patch", setting.on_patch, friction, "1"))
     if robot.n_u:
         found.append(setting.largest("torque noise", setting.with_noise, 10.0, "N m"))
+        found.append(setting.largest("sensor delay", setting.with_delay, cycle.period / 2, "s"))
     return tuple(found)
 
 
@@ -132,15 +136,17 @@ class _Setting:
     engine: Engine
     walking: Walking
 
-    def walker(self, changes: dict[str, float], law: Law | None = None) -> Walker:
+    def walker(self, changes: dict[str, float], law: Law | None = None, engine: Engine | None = None) -> Walker:
         p = self.robot.vector({**self.cycle.parameters, **changes})
-        return Walker(self.robot, law or self.law, p, self.engine, step_time_limit=3 * self.cycle.period)
+        return Walker(self.robot, law or self.law, p, engine or self.engine, step_time_limit=3 * self.cycle.period)
 
     def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> Endurance:
-        """Bisect the size of a disturbance between 0 and the largest tried."""
-        if survives(most):
-            return Endurance(kind, most, None, unit)
-        lower, upper = 0.0, most
+        """Double the size of a disturbance until one is not survived, `most` at the latest, and bisect the rest."""
+        lower, upper = 0.0, most / 2**DOUBLINGS
+        while survives(upper):
+            if upper == most:
+                return Endurance(kind, most, None, unit)
+            lower, upper = upper, min(2 * upper, most)
         while upper - lower > self.walking.resolution * upper and upper > 1e-6 * most:
             middle = (lower + upper) / 2
             lower, upper = (middle, upper) if survives(middle) else (lower, middle)
@@ -167,6 +173,10 @@ class _Setting:
             state = following
         return True
 
+    def with_delay(self, delay: float) -> bool:
+        late = self.walker({}, reading_late(self.law), LateReadings(self.engine, delay))
+        return _walks(late, self.start, self.walking.steps) is not None
+
     @property
     def start(self) -> Array:
         return self.cycle.section.embed(self.cycle.z)
@@ -180,42 +190,3 @@ def _walks(walker: Walker, state: Array, steps: int) -> Array | None:
             return None
         state = following
     return state
-
-
-def noisy(law: Law, noise: Array, period: float) -> Law:
-    """Return a law with torques added that are constant over equal parts of a period, before its limits.
-
-    Parameters
-    ----------
-    law : Law
-    noise : (n_u, n_parts) array [N m]
-        The last part never ends.
-    period : float [s]
-    """
-    n_u, parts = noise.shape
-    demand, limits = law.demand or law.torque, law.table[law.table.shape[0] - n_u :, 0]
-    rows = law.table.shape[0] - (n_u if law.demand is not None else 0)
-    inputs, added = demand.sx_in(), ca.SX.sym("noise", n_u)
-    inner = inputs[3] if law.demand is None else inputs[3][:rows]
-    whole = inner if law.demand is None else ca.vertcat(inner, limits)
-    torque = demand.call([*inputs[:3], whole, *inputs[4:]])[0] + added
-    times = np.union1d(law.breakpoints, np.arange(parts) * period / parts)
-    now = np.minimum((times / period * parts + 1e-9).astype(int), parts - 1)
-    columns = [law.piece(time) for time in times]
-    changed = dataclasses.replace(
-        law,
-        torque=ca.Function("torque", [*inputs[:3], ca.vertcat(inner, added), *inputs[4:]], [torque]),
-        breakpoints=times,
-        table=np.vstack([law.table[:rows, columns], noise[:, now]]),
-        demand=None,
-        hold=law.hold and _shorter(law.hold, rows, n_u, limits),
-    )
-    return limited(changed, limits) if law.demand is not None else changed
-
-
-def _shorter(hold: ca.Function, rows: int, n_u: int, limits: Array) -> ca.Function:
-    """Return what a law holds as a Function of its own rows and the noise's, which do not matter."""
-    q, v, _ = hold.sx_in()
-    data, added = ca.SX.sym("data", rows), ca.SX.sym("noise", n_u)
-    whole = ca.vertcat(data, limits)[: hold.size1_in(2)]
-    return ca.Function("hold", [q, v, ca.vertcat(data, added)], [hold(q, v, whole)])

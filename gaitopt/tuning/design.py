@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from gaitopt.control.computed_torque import computed_torque
 from gaitopt.control.joint_pd import joint_pd
 from gaitopt.control.law import Law
+from gaitopt.control.stance_angle import by_stance_angle
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
@@ -97,6 +98,10 @@ class Design:
         fixed = {name: gain.start for name, gain in known.items() if name not in bounds}
         free = tuple(_within(known[name], *span) for name, span in bounds.items())
         return Design(self.name, free, lambda values: self.law({**fixed, **values}))
+
+    def by_stance_angle(self, robot: Robot, motion: Motion) -> "Design":
+        """Return the design of the same law by the stance angle; see :func:`gaitopt.by_stance_angle`."""
+        return replace(self, law=lambda values: by_stance_angle(robot, motion, self.law(values)))
 
 
 def _within(gain: Gain, lower: float, upper: float) -> Gain:

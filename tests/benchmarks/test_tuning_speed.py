@@ -10,7 +10,7 @@ from gaitopt.simulation.walker import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 from gaitopt.tuning.objective import SpectralRadius
-from gaitopt.tuning.tune import _Task
+from gaitopt.tuning.search import GainSearch
 
 pytest.importorskip("heyoka")
 
@@ -34,7 +34,7 @@ def test_two_gains(benchmark):
     one = (time.perf_counter() - began) / 50
 
     def tune():
-        task = _Task(gait, robot, design, SpectralRadius(), (), None, lambda step: None)
+        task = GainSearch(gait, robot, design, SpectralRadius(), (), None, lambda step: None)
         return task.search(Search(samples=6, starts=1, evaluations=40, tolerance=1e-2)), len(task.trials)
 
     (best, count) = benchmark.pedantic(tune, rounds=3, iterations=1)

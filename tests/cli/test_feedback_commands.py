@@ -7,6 +7,10 @@ import pytest
 from gaitopt.cli.app import main
 
 GAIT = "docs/examples/compass_slip.h5"
+KEYS = [
+    *("law", "gains", "radius_before", "radius_after", "multipliers", "fixed_point_shift", "verified"),
+    *("evaluations", "seconds"),
+]
 
 
 def run(capsys, *arguments):
@@ -34,13 +38,36 @@ def test_tune_prints_what_was_found(capsys):
     assert len(facts["multipliers"]) == 4
     assert facts["verified"]["returned"] == facts["verified"]["starts"] == 2
     assert facts["verified"]["push_radius"] > 0
-    assert {"fixed_point_shift", "evaluations", "seconds"} <= set(facts)
+    assert list(facts) == KEYS
+    assert set(facts["verified"]) == {"starts", "returned", "push_radius"}
+
+
+def test_a_gait_that_cannot_be_held_is_reported(capsys):
+    """Nothing walks on level ground without torque."""
+    code, text = run(capsys, "tune", GAIT, "--law", "pd", "--torque-limit", "1e-3", "--starts", "1", "--json")
+    facts = json.loads(text.out)
+    assert code == 1
+    assert "not held by pd within its torque limits: no gains tried leave a periodic gait" in text.err
+    assert list(facts) == KEYS
+    assert (facts["radius_after"], facts["multipliers"], facts["fixed_point_shift"]) == ("inf", [], None)
+    assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0}
+
+
+def test_a_law_by_the_stance_angle(capsys):
+    code, text = run(capsys, "stability", GAIT, "--stance-angle", "--json")
+    assert code == 0
+    (gait,) = json.loads(text.out)["gaits"]
+    assert gait["stable"]
+    assert 0.3 < gait["radius"] < 0.95
 
 
 def test_push_prints_a_table(capsys):
     code, text = run(capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1")
     assert code == 0
     assert "friction patch" in text.out
+    assert "sensor delay" in text.out
+    assert "computed torque: 1 of 1 return from pushes up to 0.1 rad/s, in" in text.out
+    assert "open loop: 1 of 1 return" in text.out
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, feedforward, joint_pd, passive, step_to_step, write_c
+from gaitopt import InputError, Mode, by_stance_angle, feedforward, joint_pd, passive, step_to_step, write_c
 from gaitopt.control.prescribed_angles import prescribed_angles
 from gaitopt.model.modes import PHYSICAL
 
@@ -106,6 +106,17 @@ def test_a_feedback_law_sees_the_state(tmp_path, compass, slip_gait, rng):
         clock, q, v = rng.uniform(0, 0.8), rng.uniform(-0.3, 0.3, 4), rng.uniform(-1, 1, 4)
         expected = np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)])).ravel()
         assert torque_of(library, "fed_back", clock, q, v) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@compiled
+def test_a_law_by_the_stance_angle(tmp_path, compass, slip_gait, rng):
+    law = by_stance_angle(compass, slip_gait.motion, feedforward(compass, slip_gait.motion))
+    library = build(compass, law, slip_gait.motion.parameters, tmp_path, "angle")
+    for th1 in rng.uniform(-0.2, 0.2, 20):
+        q = [0, 0, th1, 0.1]
+        expected = law.torque(0, q, np.zeros(4), law.table[:, law.piece(th1)])[0]
+        ours = torque_of(library, "angle", 0.3, q, np.zeros(4))
+        assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-9, abs=1e-9)
 
 
 @compiled

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Law, Mode, ScipyEngine, feedforward, passive
-from gaitopt.simulation.scipy_engine import pieces
+from gaitopt.simulation.course import pieces
 
 
 def start(q, v):

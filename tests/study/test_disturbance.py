@@ -3,8 +3,19 @@
 import numpy as np
 import pytest
 
-from gaitopt import PushTest, Walking, assess_stability, compass_biped, computed_torque, endurance, load, step_lqr
-from gaitopt.study.disturbance import noisy
+from gaitopt import (
+    PushTest,
+    Walking,
+    assess_stability,
+    by_stance_angle,
+    compass_biped,
+    computed_torque,
+    endurance,
+    joint_pd,
+    load,
+    step_lqr,
+)
+from gaitopt.study.torque_noise import noisy
 
 
 @pytest.fixture(scope="module")
@@ -22,11 +33,12 @@ def test_every_kind_is_survived_up_to_a_limit(gait):
     cycle = assess_stability(gait, law)
     test, walking = PushTest(starts=3, resolution=0.4), Walking(steps=8, patch=2, resolution=0.3)
     found = {each.kind: each for each in endurance(robot, law, cycle, walking=walking, test=test)}
-    assert set(found) == {"push", "downhill slope", "uphill slope", "friction patch", "torque noise"}
+    assert set(found) == {"push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"}
     for each in found.values():
         assert each.survived > 0
         assert each.failed is None or each.failed >= each.survived
     assert found["uphill slope"].survived < 0.1
+    assert 0 < found["sensor delay"].survived < gait.period / 2
 
 
 @pytest.mark.parametrize("limit", [np.inf, 8.0])
@@ -43,3 +55,19 @@ def test_noise_is_added_before_the_limits(gait, limit):
             part = min(int(10 * clock / gait.period), 9)
             expected = np.clip(torque(law, clock, q, v, *more) + noise[:, part], -limit, limit)
             assert torque(shaken, clock, q, v, *more) == pytest.approx(expected, abs=1e-9)
+
+
+def test_noise_on_a_law_by_the_stance_angle_lasts_for_parts_of_the_angle(gait):
+    robot, first, last = compass_biped(), gait.motion.segments[0], gait.motion.segments[-1]
+    law = by_stance_angle(robot, gait.motion, joint_pd(robot, gait.motion, damping=5))
+    noise = np.array([np.linspace(0, 0.9, 10), np.linspace(-2, 2, 10)])
+    shaken, begin, end = noisy(law, noise, gait.period), first.q[2, 0], last.q[2, -1]
+    for share in (-0.1, 0.03, 0.46, 0.99, 1.2):
+        q, v = last.q[:, 9].copy(), last.v[:, 9]
+        q[2] = begin + share * (end - begin)
+        columns = [each.table[:, each.piece(q[2])] for each in (law, shaken)]
+        plain, added = (each.torque(0.0, q, v, column) for each, column in zip((law, shaken), columns, strict=True))
+        part = min(max(int(10 * share), 0), 9)
+        assert np.asarray(added[0] - plain[0]).ravel() == pytest.approx(noise[:, part], abs=1e-9)
+        assert np.all(np.asarray(added[1]) > 0)
+        assert columns[1][:2].tolist() == [shaken.breakpoints[shaken.piece(q[2])], columns[1][1]]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gaitopt import compass_biped, computed_torque, joint_pd, load, lqr, step_lqr
+from gaitopt import by_stance_angle, compass_biped, computed_torque, joint_pd, load, lqr, step_lqr
 
 LAWS = {
     "pd": lambda robot, motion: joint_pd(robot, motion, stiffness=20, damping=2, torque_limit=8),
@@ -10,6 +10,8 @@ LAWS = {
     "lqr": lambda robot, motion: lqr(robot, motion, torque_limit=8),
     "step-to-step": lambda robot, motion: step_lqr(robot, motion, torque_limit=8),
 }
+BY_ANGLE = ("pd", "step-to-step")
+"""Of which there is another by the stance angle."""
 
 
 @pytest.fixture(scope="session")
@@ -17,6 +19,9 @@ def slipping():
     return load("docs/examples/compass_slip.h5")
 
 
-@pytest.fixture(scope="session", params=LAWS)
+@pytest.fixture(scope="session", params=[*LAWS, *(f"{name} by th1" for name in BY_ANGLE)])
 def law(request, slipping):
-    return LAWS[request.param](compass_biped(), slipping.motion)
+    name, _, angle = request.param.partition(" by ")
+    robot = compass_biped()
+    law = LAWS[name](robot, slipping.motion)
+    return by_stance_angle(robot, slipping.motion, law) if angle else law

@@ -14,6 +14,7 @@ from gaitopt import (
     assess_stability,
     compass_biped,
     design_named,
+    joint_pd,
     tune_feedback,
 )
 
@@ -79,6 +80,30 @@ def test_what_cannot_be_held_is_reported_with_the_best_radius(slipping, design):
     assert found.radius_after > 1
     assert found.radius_after == pytest.approx(min(trial.objective for trial in found.trials), abs=1e-5)
     assert (found.verified.radius, found.verified.returned) == (0.0, 0)
+
+
+def test_no_gait_and_no_law_are_answers_too(slipping, design):
+    quick = {"search": Search(samples=1, starts=1, evaluations=1), "test": PushTest(starts=1, resolution=0.9)}
+
+    def none(gains):
+        raise InputError("no law")
+
+    for name, law in (
+        ("too weak", lambda g: joint_pd(compass_biped(), slipping.motion, torque_limit=1e-3)),
+        ("no law", none),
+    ):
+        found = tune_feedback(slipping, Design(name, (Gain("a", 0.5, 0.0, 1.0),), law), **quick)
+        assert not found.stable
+        assert (found.radius_after, found.cycle, found.verified.returned) == (np.inf, None, 0)
+        assert np.isnan(found.fixed_point_shift)
+        assert (found.law is None) is (name == "no law")
+
+
+def test_a_design_by_the_stance_angle(slipping, design):
+    by_angle = design.by_stance_angle(compass_biped(), slipping.motion)
+    law = by_angle.law({"hip_stiffness": 3.0, "hip_damping": 2.0})
+    assert law.name == "pd by th1"
+    assert law.gain_values["hip_stiffness"] == 3.0
 
 
 def test_mistakes_are_explained(slipping, design):
