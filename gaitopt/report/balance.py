@@ -56,7 +56,7 @@ def draw_multipliers(multipliers: Sequence[complex]) -> Element:
     >>> [mark.get("class") for mark in draw_multipliers([0.5, -2.0]).iter("circle")]
     ['unit', 'multiplier inside', 'multiplier outside']
     """
-    reach = 1.15 * min(max(1.0, *(abs(value) for value in multipliers)), LARGEST)
+    reach = 1.32 * min(max(1.0, *(abs(value) for value in multipliers)), LARGEST)
     x, y = Axis(-reach, reach, 8.0, SIDE - 8.0), Axis(-reach, reach, SIDE - 8.0, 8.0)
     axes = [
         element("path", class_="grid", d=f"M8 {y(0):.2f}H{SIDE - 8}"),

@@ -107,7 +107,7 @@ def cycle_card(cycle: Cycle) -> Element:
     return element(
         "div",
         table(facts, name="Facts"),
-        _figure("Multipliers", _multipliers(cycle)),
+        _figure("Multipliers", _multipliers(cycle.multipliers.tolist())),
         _figure("Energy of a period", draw_ledger(cycle.energy)),
         class_="grid-of-figures",
     )
@@ -121,10 +121,12 @@ def comparison_section(gaits: Mapping[str, Gait]) -> Element:
 def comparison_card(found: Comparison) -> Element:
     """Return gaits side by side, what energy each spends, and the multipliers that were assessed."""
     energies = [
-        _figure(label, draw_ledger(gait.energy)) for label, gait in found.gaits.items() if is_drawable(gait.motion)
+        _figure(f"Energy of the step, {label}", draw_ledger(gait.energy))
+        for label, gait in found.gaits.items()
+        if is_drawable(gait.motion)
     ]
     circles = [
-        _figure(f"{label}: multipliers", draw_multipliers(list(values))) for label, values in found.multipliers.items()
+        _figure(f"Multipliers, {label}", _multipliers(list(values))) for label, values in found.multipliers.items()
     ]
     return element("div", _side_by_side(found.gaits), element("div", *energies, *circles, class_="grid-of-figures"))
 
@@ -173,12 +175,11 @@ def _stability(gait: Gait, robot: Robot | None) -> Element:
     verdict = "stable" if cycle.stable else "unstable"
     note = element("p", f"{verdict}: largest modulus {cycle.radius:.4g} (engine {cycle.engine})", class_="note")
     title = "Multipliers, torques played back"
-    return _figure(title, _multipliers(cycle), note)
+    return _figure(title, _multipliers(cycle.multipliers.tolist()), note)
 
 
-def _multipliers(cycle: Cycle) -> Element:
+def _multipliers(values: list[complex]) -> Element:
     """Return multipliers as a picture, and beside it as numbers."""
-    values = cycle.multipliers.tolist()
     rows = [(spell_complex(value), spell_complex(abs(value))) for value in values]
     numbers = table(rows, ("multiplier", "modulus"), name="Multipliers")
     return element("div", draw_multipliers(values), numbers, class_="side-by-side")
