@@ -32,6 +32,8 @@ ORDER = (
 )
 FRONTIERS = ("frontier_friction", "frontier_energy", "frontier_speed_step", "frontier_ankle")
 DOTS_PER_INCH, LARGEST_IMAGE = 110, 150_000
+NEGLIGIBLE = 1e-2
+"""Part of a tolerance below which a difference is rounding."""
 
 HEAD = """# The study, reproduced
 
@@ -133,7 +135,7 @@ def row(number):
         number.unit,
         ours(number),
         reference(number),
-        f"{number.difference:+.1e}" if number.difference else "0",
+        difference(number),
         f"{number.tolerance:.0e}" if number.tolerance else "exact",
         "yes" if number.agrees else "**no**",
         number.source,
@@ -143,9 +145,17 @@ def row(number):
 
 def ours(number):
     """Return our value with one digit more than the tolerance."""
-    if 0 < abs(number.value) < 10 * number.tolerance:
+    if NEGLIGIBLE * number.tolerance <= abs(number.value) < 10 * number.tolerance:
         return f"{number.value:.1e}"
-    return f"{number.value:.{_decimals(number) + 1}f}" if number.tolerance else f"{number.value:g}"
+    return f"{number.value:z.{_decimals(number) + 1}f}" if number.tolerance else f"{number.value:g}"
+
+
+def difference(number):
+    """Return how far we are off; rounding, which every run does in its own way, only as a bound."""
+    negligible = NEGLIGIBLE * number.tolerance
+    if abs(number.difference) < negligible:
+        return f"< {negligible:.0e}"
+    return f"{number.difference:+.1e}" if number.difference else "0"
 
 
 def reference(number):

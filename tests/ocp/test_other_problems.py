@@ -92,7 +92,7 @@ def test_a_duration_on_its_bound_is_a_warning(solved):
     "impossible",
     [
         {"torque": 0.1},
-        {"speed": 2.5, "word": SLIP},
+        {"speed": 1.5, "word": SLIP},
         {"friction": 0.01},
     ],
 )

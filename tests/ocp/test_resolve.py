@@ -11,6 +11,11 @@ def builds():
     return transcribe.cache_info().misses, ipopt._compiled.cache_info().misses
 
 
+@pytest.fixture(scope="module")
+def first(reference_problem):
+    return solve(reference_problem(word="slip+ stick | slip+", intervals=12))
+
+
 @pytest.mark.parametrize(
     "changes",
     [
@@ -22,8 +27,7 @@ def builds():
         {"torque": 8.0},
     ],
 )
-def test_a_second_solve_rebuilds_nothing(reference_problem, changes):
-    first = solve(reference_problem(word="slip+ stick | slip+", intervals=12))
+def test_a_second_solve_rebuilds_nothing(reference_problem, first, changes):
     assert first.status is Status.SOLVED
     before = builds()
     second = solve(reference_problem(word="slip+ stick | slip+", intervals=12, **changes))
