@@ -11,6 +11,7 @@ from gaitopt.cli.feedback_output import basin_facts, print_endurance, print_tuni
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, design_for, law_for
 from gaitopt.cli.options import GaitFile, Json, Quiet
 from gaitopt.cli.output import err, print_json
+from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.control.law import Law, feedforward
 from gaitopt.errors import InputError
 from gaitopt.model.catalogue import robot_named
@@ -90,6 +91,8 @@ def push(
     steps: Annotated[int, typer.Option(min=6, max=100000, help="Steps to walk.")] = 50,
     starts: Starts = 50,
     ball: Annotated[float, typer.Option(min=0.0, help="Pushes of which the share that returns is told [rad/s].")] = 0.1,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     json: Json = False,
 ) -> None:
     """Find the largest push, slope, friction patch, torque noise and sensor delay a gait survives under a law.
@@ -109,7 +112,11 @@ def push(
     robot = robot_named(gait.robot)
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
-    found = endurance(robot, chosen, cycle, walking=Walking(steps=steps), test=test)
+    walking = Walking(steps=steps)
+    with workforce(workers, scheduler) as hands:
+        found = endurance(
+            robot, chosen, cycle, walking=walking, test=test, workers=hands.workers, executor=hands.executor
+        )
     laws = {chosen.name: chosen, "open loop": feedforward(robot, gait.motion)}
     basins = {name: _basin(gait, robot, each, ball, test) for name, each in laws.items()}
     facts = plain(

@@ -3,11 +3,13 @@
 import functools
 import math
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.control.law import Law
+from gaitopt.errors import GaitoptError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.arc import Engine
@@ -16,6 +18,8 @@ from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.study.runner import run_tasks
+from gaitopt.study.task import Task
 from gaitopt.study.torque_noise import noisy
 
 DOUBLINGS = 6
@@ -81,6 +85,8 @@ def endurance(
     walking: Walking | None = None,
     test: PushTest | None = None,
     engine: Engine | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
 ) -> tuple[Endurance, ...]:
     """Return the largest disturbances a controlled gait survives, one kind at a time.
 
@@ -99,6 +105,15 @@ def endurance(
     walking : Walking, optional
     test : PushTest, optional
     engine : Engine, optional
+    workers : int
+        Processes, of which each tries one kind at a time.
+    executor : concurrent.futures.Executor, optional
+        Tries them instead of own processes: a :class:`DaskCluster`, or any other, `workers` kinds at a time.
+
+    Raises
+    ------
+    GaitoptError
+        If processes die over a kind.
 
     Examples
     --------
@@ -110,20 +125,18 @@ def endurance(
     >>> [each.kind for each in endurance(robot, law, cycle, walking=quick, test=push)]
     ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
-    walking, engine = walking or Walking(), engine or default_engine(law)
-    setting = _Setting(robot, law, cycle, engine, walking)
-    push = largest_recovery(setting.walker({}), cycle, test)
-    most = (test or PushTest()).largest
-    friction = cycle.parameters["friction"]
-    found = [Endurance("push", push.radius, None if push.radius >= most else push.radius, "rad/s")]
-    for name, sign in (("downhill slope", 1), ("uphill slope", -1)):
-        found.append(setting.largest(name, functools.partial(setting.on_slope, sign), 0.2, "rad"))
-    if math.isfinite(friction):
-        found.append(setting.largest("friction patch", setting.on_patch, friction, "1"))
+    setting = _Setting(robot, law, cycle, engine or default_engine(law), walking or Walking(), test or PushTest())
+    kinds = ["push", "downhill slope", "uphill slope"]
+    if math.isfinite(cycle.parameters["friction"]):
+        kinds.append("friction patch")
     if robot.n_u:
-        found.append(setting.largest("torque noise", setting.with_noise, 10.0, "N m"))
-        found.append(setting.largest("sensor delay", setting.with_delay, cycle.period / 2, "s"))
-    return tuple(found)
+        kinds += ["torque noise", "sensor delay"]
+    planned, found = [Task(kind, kind) for kind in kinds], {}
+    for done in run_tasks(_endured, planned, setting, workers=workers, executor=executor):
+        if done.failure:
+            raise GaitoptError(f"The {done.task.key} could not be tried: {done.failure}.")
+        found[done.task.key] = done.result
+    return tuple(found[kind] for kind in kinds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +148,7 @@ class _Setting:
     cycle: Cycle
     engine: Engine
     walking: Walking
+    test: PushTest
 
     def walker(self, changes: dict[str, float], law: Law | None = None, engine: Engine | None = None) -> Walker:
         p = self.robot.vector({**self.cycle.parameters, **changes})
@@ -151,6 +165,10 @@ class _Setting:
             middle = (lower + upper) / 2
             lower, upper = (middle, upper) if survives(middle) else (lower, middle)
         return Endurance(kind, lower, upper, unit)
+
+    def pushed(self) -> Endurance:
+        radius, most = largest_recovery(self.walker({}), self.cycle, self.test).radius, self.test.largest
+        return Endurance("push", radius, None if radius >= most else radius, "rad/s")
 
     def on_slope(self, sign: int, change: float) -> bool:
         tilted = self.walker({"slope": self.cycle.parameters["slope"] + sign * change})
@@ -180,6 +198,19 @@ class _Setting:
     @property
     def start(self) -> Array:
         return self.cycle.section.embed(self.cycle.z)
+
+
+def _endured(setting: _Setting, kind: str) -> Endurance:
+    """Do a task: find the largest disturbance of a kind."""
+    parameters, period = setting.cycle.parameters, setting.cycle.period
+    trials: dict[str, tuple[Callable[[float], bool], float, str]] = {
+        "downhill slope": (functools.partial(setting.on_slope, 1), 0.2, "rad"),
+        "uphill slope": (functools.partial(setting.on_slope, -1), 0.2, "rad"),
+        "friction patch": (setting.on_patch, parameters["friction"], "1"),
+        "torque noise": (setting.with_noise, 10.0, "N m"),
+        "sensor delay": (setting.with_delay, period / 2, "s"),
+    }
+    return setting.pushed() if kind == "push" else setting.largest(kind, *trials[kind])
 
 
 def _walks(walker: Walker, state: Array, steps: int) -> Array | None:

@@ -62,7 +62,9 @@ def test_a_law_by_the_stance_angle(capsys):
 
 
 def test_push_prints_a_table(capsys):
-    code, text = run(capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1")
+    code, text = run(
+        capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1", "--workers", "1"
+    )
     assert code == 0
     assert "friction patch" in text.out
     assert "sensor delay" in text.out

@@ -1,5 +1,7 @@
 """Disturbances of controlled gaits."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,9 @@ def test_every_kind_is_survived_up_to_a_limit(gait):
     law = computed_torque(robot, gait.motion, stiffness=25, damping=10, torque_limit=8)
     cycle = assess_stability(gait, law)
     test, walking = PushTest(starts=3, resolution=0.4), Walking(steps=8, patch=2, resolution=0.3)
-    found = {each.kind: each for each in endurance(robot, law, cycle, walking=walking, test=test)}
+    with ThreadPoolExecutor(1) as executor:  # what it is sent is packed as for another process
+        every = endurance(robot, law, cycle, walking=walking, test=test, executor=executor)
+    found = {each.kind: each for each in every}
     assert set(found) == {"push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"}
     for each in found.values():
         assert each.survived > 0
