@@ -138,3 +138,26 @@ def objective_named(name: "str | Objective") -> Objective:
     if name not in OBJECTIVES:
         raise InputError(f"There is no objective {name!r}. {suggest(str(name), OBJECTIVES)}")
     return OBJECTIVES[name]()
+
+
+def check_objective(objective: Objective, n_u: int) -> None:
+    """Raise InputError unless an objective has what it needs and integrates one number; its own errors come through.
+
+    Examples
+    --------
+    >>> check_objective(TorqueSquared(), 2)
+    """
+    kind = type(objective).__name__
+    missing = [
+        name for name in ("name", "uses_power", "per_weight_and_travel", "smooth") if not hasattr(objective, name)
+    ]
+    if missing:
+        raise InputError(f"The objective {kind} does not say its {', '.join(missing)}: set it in the class.")
+    torque = ca.SX.sym("torque", n_u)
+    positive, negative = (ca.SX.sym(part, n_u if objective.uses_power else 0) for part in ("positive", "negative"))
+    rows, columns = ca.SX(objective.integrand(torque, positive, negative)).shape
+    if (rows, columns) != (1, 1):
+        raise InputError(
+            f"The integrand of {kind} must be one number, it is a table of {rows} x {columns}: sum it over the joints, "
+            "for example by ca.sum1 or ca.sumsqr."
+        )

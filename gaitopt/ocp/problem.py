@@ -14,7 +14,7 @@ from gaitopt.ocp.collocation import Collocation
 from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.method import Method
-from gaitopt.ocp.objective import CostOfTransport, Objective, objective_named
+from gaitopt.ocp.objective import CostOfTransport, Objective, check_objective, objective_named
 from gaitopt.ocp.reach import longest_reach
 
 
@@ -81,6 +81,7 @@ class GaitProblem:
         set_(self, "word", Word.parse(self.word).check_periodic())
         set_(self, "objective", objective_named(self.objective))
         self._check_parts()
+        check_objective(self.objective, self.robot.n_u)
         for ground in ("slope", "friction"):
             if ground in self.parameters:
                 raise InputError(f"Give {ground} as GaitProblem({ground}=...), not among the robot's parameters.")

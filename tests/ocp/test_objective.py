@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt import CostOfTransport, InputError, Objective, PositiveWork, TorqueSquared
-from gaitopt.ocp.objective import OBJECTIVES, objective_named
+from gaitopt.ocp.objective import OBJECTIVES, check_objective, objective_named
 
 REAL = st.floats(-10, 10)
 
@@ -59,3 +59,32 @@ def test_an_unknown_objective_lists_the_known_ones(name):
 def test_an_objective_needs_an_integrand():
     with pytest.raises(TypeError, match="abstract"):
         Objective()
+
+
+class Own(TorqueSquared):
+    """An objective of a user, with one mistake at a time."""
+
+    name = "own"
+
+    def __init__(self, integrand):
+        object.__setattr__(self, "own", integrand)
+
+    def integrand(self, torque, positive, negative):
+        return self.own(torque)
+
+
+def test_an_integrand_that_is_no_number_is_refused_with_its_shape():
+    with pytest.raises(InputError, match=r"integrand of Own must be one number, it is a table of 2 x 1: sum it"):
+        check_objective(Own(lambda torque: torque), 2)
+    check_objective(Own(lambda torque: 3.0), 2)
+
+
+def test_an_objective_that_does_not_say_what_it_is_is_refused():
+    class Nameless(Objective):
+        uses_power = per_weight_and_travel = smooth = False
+
+        def integrand(self, torque, positive, negative):
+            return ca.sumsqr(torque)
+
+    with pytest.raises(InputError, match="Nameless does not say its name: set it in the class"):
+        check_objective(Nameless(), 2)
