@@ -117,6 +117,7 @@ class DaskCluster(Executor):
     def _hand_on(self, inner: Any, call: bytes, outer: Future) -> None:
         """Give the outcome of a call to its future; a result that died with its worker before we had it is redone."""
         from distributed import KilledWorker
+        from distributed.comm import CommClosedError
 
         if outer.cancelled():
             return
@@ -129,6 +130,8 @@ class DaskCluster(Executor):
                 _settle(outer, error=self._lost())
         except KilledWorker as error:
             _settle(outer, error=BrokenExecutor(str(error)))
+        except CommClosedError:  # the client may not know yet that it is no longer connected
+            _settle(outer, error=self._lost())
         except BaseException as error:  # the task's own, or what came of a lost connection
             _settle(outer, error=error if self._connected else self._lost())
         else:

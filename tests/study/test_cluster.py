@@ -2,6 +2,7 @@
 
 import sys
 import time
+from concurrent.futures import Future
 
 import numpy as np
 import pytest
@@ -85,6 +86,20 @@ def test_a_lost_scheduler_ends_a_study_with_all_that_was_finished_kept(tmp_path)
             assert 3 <= len(kept) < 500
             with pytest.raises(GaitoptError, match="was lost"):
                 results(works.add, [Task("a", 1)], 0, executor=cluster)
+
+
+def test_a_connection_that_closes_under_a_result_is_a_lost_scheduler(cluster):
+    """As it does when the scheduler dies while a result is on its way, before the client notices."""
+    from distributed.comm import CommClosedError
+
+    class Inner:
+        def result(self):
+            raise CommClosedError("Stream is closed")
+
+    outer = Future()
+    cluster._hand_on(Inner(), b"", outer)
+    with pytest.raises(GaitoptError, match=r"was lost\..* run the same again to go on"):
+        outer.result(timeout=0)
 
 
 def test_a_wrong_address_is_said_within_seconds(monkeypatch):
