@@ -1,7 +1,8 @@
 """Which pushes a periodic gait recovers from, walked in the event-driven simulator."""
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,6 +36,8 @@ class Recovery:
         Largest difference of the state after touchdown that counts as back.
     settling : tuple of int
         Steps each start that returned took until it stayed within the tolerance.
+    beyond : float [rad/s]
+        Where the largest ball was looked for: the smallest one known from which not all starts return; inf if none.
 
     Examples
     --------
@@ -48,6 +51,7 @@ class Recovery:
     steps: int
     tolerance: float
     settling: tuple[int, ...] = ()
+    beyond: float = math.inf
 
     @property
     def complete(self) -> bool:
@@ -146,15 +150,15 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
     test = test or PushTest()
     best = _answer(test, 0.0, 0, ())
     if not cycle.stable:
-        return best
-    lower, upper = 0.0, test.largest
+        return replace(best, beyond=0.0)
+    lower, upper, beyond = 0.0, test.largest, math.inf
     radius = test.largest / 16
     while upper - lower > test.resolution * upper and upper > 1e-6:
         settling = []
         for push in _pushes(walker, cycle, test):
             settling.append(_settling(walker, cycle, radius * push, test))
             if settling[-1] is None:
-                upper = radius
+                upper = beyond = radius
                 break
         else:
             lower = radius
@@ -164,7 +168,7 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
             radius = upper / 2
         if lower == test.largest:
             break
-    return best
+    return replace(best, beyond=beyond)
 
 
 def _answer(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:

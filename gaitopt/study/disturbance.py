@@ -167,8 +167,8 @@ class _Setting:
         return Endurance(kind, lower, upper, unit)
 
     def pushed(self) -> Endurance:
-        radius, most = largest_recovery(self.walker({}), self.cycle, self.test).radius, self.test.largest
-        return Endurance("push", radius, None if radius >= most else radius, "rad/s")
+        found = largest_recovery(self.walker({}), self.cycle, self.test)
+        return Endurance("push", found.radius, found.beyond if math.isfinite(found.beyond) else None, "rad/s")
 
     def on_slope(self, sign: int, change: float) -> bool:
         tilted = self.walker({"slope": self.cycle.parameters["slope"] + sign * change})

@@ -33,7 +33,8 @@ def test_the_largest_radius_is_where_returning_ends(open_loop):
     found = largest_recovery(walker, cycle, TEST)
     assert found.complete
     assert recovery(walker, cycle, found.radius, TEST).complete
-    assert not recovery(walker, cycle, 1.3 * found.radius, TEST).complete
+    assert found.radius < found.beyond <= 1.3 * found.radius
+    assert not recovery(walker, cycle, found.beyond, TEST).complete
 
 
 def test_pushes_are_seeded(open_loop):
