@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, law_for
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript
 from gaitopt.cli.output import err, print_written
 from gaitopt.errors import InputError
@@ -101,16 +102,21 @@ def export(
         Path, typer.Option("--output", "-o", metavar="CSV/JSON/C", help="Where to write; the suffix says what.")
     ],
     problem: RobotScript = None,
+    law: LawName = OPEN_LOOP,
+    gain: GainValues = None,
+    torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
     json: Json = False,
 ) -> None:
-    """Write a gait for other programs: .csv trajectories, .json torque table, .c dynamics and controller.
+    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics and controller.
+
+    Without --law the controller plays the torques back and there are no gains.
 
     The gait file itself is HDF5, which MATLAB, Julia and others read as it is (docs/file_format.md).
 
-    Example: gaitopt export compass_slip.h5 -o walk.csv
+    Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
     from gaitopt.cli.script import build_problem
-    from gaitopt.control.law import feedforward
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.torque_table import write_torques
@@ -118,13 +124,17 @@ def export(
     from gaitopt.motion.archive import load
     from gaitopt.motion.atomic import checked_suffix
 
-    suffix = checked_suffix(output, {".csv": "trajectories", ".json": "torque table", ".c": "dynamics and controller"})
+    suffix = checked_suffix(
+        output, {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
+    )
     gait = load(file)
     if suffix == ".csv":
-        written = write_csv(gait.motion, output)
-    elif suffix == ".json":
-        written = write_torques(gait.motion, output)
+        print_written(write_csv(gait.motion, output), json=json)
+        return
+    robot = build_problem(problem, []).robot if problem else robot_named(gait.robot)
+    chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
+    if suffix == ".json":
+        written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
     else:
-        robot = build_problem(problem, []).robot if problem else robot_named(gait.robot)
-        written = write_c(robot, feedforward(robot, gait.motion), gait.motion.parameters, output)
+        written = write_c(robot, chosen, gait.motion.parameters, output)
     print_written(written, json=json)

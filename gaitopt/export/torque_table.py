@@ -4,13 +4,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from gaitopt import __version__
-from gaitopt.control.law import Law
+from gaitopt.control.law import Law, demanded, held_size
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import replacing
-from gaitopt.motion.motion import Motion
+from gaitopt.motion.motion import Motion, Segment
 from gaitopt.motion.summary import plain
 
 FORMAT, VERSION = "gaitopt torques", 1
@@ -28,7 +29,8 @@ def write_torques(motion: Motion, path: str | Path, *, law: Law | None = None) -
     path : str or Path
         Usually ends in ``.json``.
     law : Law, optional
-        A feedback law about this motion, whose gains are written too.
+        A feedback law about this motion, whose gains are written too, and how its torques change with the state at
+        each sample, ``torque_by_state``.
 
     Returns
     -------
@@ -85,5 +87,34 @@ def _table(motion: Motion, law: Law | None) -> dict[str, Any]:
         "law": None if law is None else law.name,
         "gains": {} if law is None else law.gain_values,
     }
+    if law is not None:
+        data["torque_by_state_unit"] = "N m/rad, N m s/rad, N s"
+        data["torque_by_state"] = _torque_by_state(law, motion, first)
     checked: dict[str, Any] = plain(data)
     return checked
+
+
+def _torque_by_state(law: Law, motion: Motion, segments: list[Segment]) -> dict[str, dict[str, list[float]]]:
+    """Return how each torque, without its limits, changes with angles, rates and foot speed, at every sample."""
+    function, n = law.torque if law.demand is None else law.demand, motion.segments[0].q.shape[0]
+    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * n + held_size(law.torque))
+    data, state = ca.SX.sym("data", law.table.shape[0]), ca.vertcat(y[2:n], y[n + 2 : 2 * n], y[n])
+    slopes = {
+        sign: ca.Function("slope", [clock, y, data], [ca.jacobian(demanded(function, clock, y, data, sign)[0], state)])
+        for sign in {segment.mode.sign for segment in segments}
+    }
+    begin, values = segments[0], []
+    held = np.zeros(0)
+    if law.hold is not None:
+        held = np.asarray(law.hold(begin.q[:, 0], begin.v[:, 0], law.table[:, 0])).ravel()
+    for segment in segments:
+        for k, time in enumerate(segment.time - begin.time[0]):
+            now = np.concatenate((segment.q[:, k], segment.v[:, k], held))
+            piece = law.piece(law.measure(time, now) - (1e-9 if k else 0.0))  # the last sample belongs to this phase
+            values.append(np.asarray(slopes[segment.mode.sign](time, now, law.table[:, piece])))
+    columns = [*motion.angles, *(f"{name}_rate" for name in motion.angles), "foot_speed"]
+    table = np.moveaxis(np.array(values), 0, -1)
+    return {
+        actuator: dict(zip(columns, rows.tolist(), strict=True))
+        for actuator, rows in zip(motion.actuators, table, strict=True)
+    }

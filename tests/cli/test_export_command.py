@@ -12,13 +12,18 @@ def test_the_suffix_says_what_is_written(command, slip_file, folder):
         assert run.out == f"wrote {name}\n"
     assert (folder / "walk.csv").read_text(encoding="utf-8").startswith("step,mode,time_s,")
     assert json.loads((folder / "walk.json").read_text(encoding="utf-8"))["format"] == "gaitopt torques"
+    run = command("export", slip_file, "-o", "gains.json", "--law", "pd", "--gain", "hip_stiffness=7", "--quiet")
+    assert (run.status, run.out) == (0, "")
+    gains = json.loads((folder / "gains.json").read_text(encoding="utf-8"))
+    assert gains["gains"]["hip_stiffness"] == 7
+    assert set(gains["torque_by_state"]["hip"]["th1"]) == {-7.0}
     assert "walk_control" in (folder / "walk.h").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("-o", "walk.mat"), "Use .csv (trajectories), .json (torque table), .c (dynamics and controller)"),
+        (("-o", "walk.mat"), "Use .csv (trajectories), .json (torques and gains), .c (dynamics and controller)"),
         (("-o", "nowhere/walk.csv"), "does not exist"),
         ((), "Missing option"),
     ],

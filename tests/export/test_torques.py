@@ -5,7 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from gaitopt import InputError, feedforward, joint_pd, simulate, write_torques
+from gaitopt import (
+    InputError,
+    by_stance_angle,
+    feedforward,
+    joint_pd,
+    lqr,
+    simulate,
+    step_lqr,
+    write_torques,
+)
 
 
 def test_interpolated_torques_are_those_of_the_law(tmp_path, slip_gait, compass):
@@ -30,6 +39,30 @@ def test_gains_of_a_law(tmp_path, slip_gait, compass):
         "ankle_damping": 5.0,
         "hip_damping": 5.0,
     }
+    ankle = table["torque_by_state"]["ankle"]
+    assert set(ankle["th1"]) == {-20.0}
+    assert set(ankle["th1_rate"]) == {-5.0}
+    assert set(table["torque_by_state"]["hip"]["th1"]) == {-20.0}  # it works on th1 + th2
+    assert set(ankle["th2"]) == set(ankle["foot_speed"]) == {0.0}
+
+
+def test_gains_over_time_are_differences_of_the_torque(tmp_path, slip_gait, compass):
+    laws = (lqr(compass, slip_gait.motion), step_lqr(compass, slip_gait.motion, torque_limit=9))
+    laws += (by_stance_angle(compass, slip_gait.motion, laws[0]),)
+    segment, step = slip_gait.motion.segments[1], 1e-6
+    for law in laws:
+        path = write_torques(slip_gait.motion, tmp_path / "t.json", law=law)
+        table = json.loads(path.read_text(encoding="utf-8"))["torque_by_state"]
+        first = slip_gait.motion.segments[0]
+        more = [] if law.hold is None else [law.hold(first.q[:, 0], first.v[:, 0], law.table[:, 0]), 0]
+        for k in (5, 40):
+            clock, q, v = segment.time[k] - first.time[0], segment.q[:, k], segment.v[:, k]
+            data = law.table[:, law.piece(law.measure(clock, np.concatenate((q, v))) - 1e-9)]
+            function = law.demand or law.torque
+            plus, minus = (function.call([clock, q, np.add(v, (0, 0, d, 0)), data, *more])[0] for d in (step, -step))
+            expected = np.asarray(plus - minus).ravel() / (2 * step)
+            ours = [table[name]["th1_rate"][first.time.size + k] for name in compass.actuators]
+            assert ours == pytest.approx(expected, abs=1e-5)
 
 
 def test_a_robot_without_actuators_has_no_torques(tmp_path, wheel):
