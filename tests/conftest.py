@@ -1,5 +1,6 @@
 """Robots, the example gait, and others made from it without solving anything, shared by all tests."""
 
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,10 @@ from gaitopt import Word, compass_biped, load, rimless_wheel
 from gaitopt.model.modes import Mode
 from gaitopt.status import Status
 from tests import dask
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # Started in the background of a shell: programs we start would ignore Ctrl-C like ourselves.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples at every run, however slow the machine.
 settings.register_profile("fixed", derandomize=True, deadline=None)
