@@ -18,6 +18,7 @@ from gaitopt.ocp.diagnosis import ROUNDING, violations, warnings
 from gaitopt.ocp.guess import Continued, Guess
 from gaitopt.ocp.ipopt import STOPPED, Ipopt, Outcome
 from gaitopt.ocp.method import Method
+from gaitopt.ocp.polish import polished
 from gaitopt.ocp.presolve import moved_inside, poorly_scaled
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.readout import Between, between_nodes, found_values, read_motion
@@ -63,6 +64,12 @@ class Step:
     def motion(self) -> Motion:
         """The planned step."""
         return read_motion(self.transcription, self.values, self.x)
+
+    def polished(self) -> "Step":
+        """Return the step with its equations met to rounding."""
+        limits = bounds(self.transcription, self.problem)
+        outcome = polished(self.transcription.nlp, self.outcome, data_vector(self.problem), limits)
+        return replace(self, outcome=outcome)
 
     def stopped(self, later: Outcome) -> "Step":
         """Return the step with the status of a later one that was stopped before it got anywhere."""
@@ -184,12 +191,14 @@ def _refined(own: Attempt, step: Step) -> tuple[Step, Between, float]:
     problem, between, error = own.problem, Between(math.inf, math.inf), math.inf
     doublings = MOST_DOUBLINGS if math.isfinite(problem.transcription.tolerance) else 0
     while step.outcome.status.ok:
-        between = between_nodes(step.transcription, step.values, step.x)
-        error = max(between.drift, ledger(step.motion).relative_residual)
-        finer = None
+        between, error = _judged(step)
         if error > problem.transcription.tolerance:
+            step = step.polished()
+            between, error = _judged(step)
+        finer, rough = None, error > problem.transcription.tolerance
+        if rough:
             finer = step.method.finer()
-        elif between.outside > ROUNDING and doublings:
+        if finer is None and doublings and (rough or between.outside > ROUNDING):
             finer, doublings = step.method.doubled(problem.word), doublings - 1
         if finer is None:
             break
@@ -197,3 +206,8 @@ def _refined(own: Attempt, step: Step) -> tuple[Step, Between, float]:
         if step.outcome.status in STOPPED:
             return last.stopped(step.outcome), between, error
     return step, between, error
+
+
+def _judged(step: Step) -> tuple[Between, float]:
+    between = between_nodes(step.transcription, step.values, step.x)
+    return between, max(between.drift, ledger(step.motion).relative_residual)

@@ -6,15 +6,16 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from scipy.integrate import DOP853
 
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_jump, make_motion, make_segment
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.stance import Stance, rk4
+from gaitopt.ocp.stance import Stance
 from gaitopt.ocp.transcription import Transcription
 
-STEPS = 200
+STEPS = 50
 """Least number of Runge-Kutta steps, for the whole period, by which a plan is read and checked."""
 
 
@@ -173,14 +174,17 @@ def _follower(stance: Stance, steps: int, count: int) -> ca.Function:
 
 @functools.lru_cache(maxsize=64)
 def _one_step(stance: Stance) -> ca.Function:
-    """Return (state and works, torque, torque after, step, p) -> the same after one Runge-Kutta step."""
-    state, step = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("step")
-    torque, after = ca.SX.sym("torque", stance.robot.n_u), ca.SX.sym("after", stance.robot.n_u)
+    """Return (state and works, torque, torque after, step, p) -> the same after one Runge-Kutta step of order 8."""
+    state, torque = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("torque", stance.robot.n_u)
     p = ca.SX.sym("p", len(stance.robot.parameters))
     rate = ca.Function("rate", [state, torque, p], ca.cse([stance.flow_and_energy(state, torque, p)]))
-    torques = (torque, (torque + after) / 2, after)
-    end = rk4(lambda at, u: rate(at, u, p), state, torques, step)
-    return ca.Function("step", [state, torque, after, step, p], [end])
+    begun, held, after, data = (ca.MX.sym(name, rate.size1_in(i)) for name, i in zip("xuvp", (0, 1, 1, 2), strict=True))
+    step = ca.MX.sym("h")
+    slopes = ca.MX(state.numel(), 0)
+    for row, c in zip(DOP853.A, DOP853.C, strict=True):
+        at = begun + step * (slopes @ ca.DM(row[: slopes.shape[1]]))
+        slopes = ca.horzcat(slopes, rate(at, held + c * (after - held), data))
+    return ca.Function("step", [begun, held, after, step, data], [begun + step * (slopes @ ca.DM(DOP853.B))])
 
 
 def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:

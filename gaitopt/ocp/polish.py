@@ -1,0 +1,56 @@
+"""The last digits: a solution's equations met to rounding, which a solver leaves met to its tolerance.
+
+An unstable walker multiplies what is left of them within one step, by 1e5 and more for five links, so that a plan can
+be optimal to all digits that matter and yet miss its own touchdown when its torques are played back.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.ipopt import Outcome
+from gaitopt.ocp.nlp import Nlp
+
+CORRECTIONS = 3
+"""Newton steps; each squares what is left."""
+
+NEGLIGIBLE = 1e-12
+"""Weight of equations against corrections: lets equations that repeat others be."""
+
+
+def polished(nlp: Nlp, outcome: Outcome, data: Array, bounds: Bounds) -> Outcome:
+    """Return a solution moved by the least that meets its equality constraints; what rests on a bound stays there.
+
+    Parameters
+    ----------
+    nlp : Nlp
+    outcome : Outcome
+        A solution.
+    data : (n_z,) array
+    bounds : Bounds
+    """
+    equal = np.flatnonzero(bounds.g_lower == bounds.g_upper)
+    best, x = math.inf, outcome.x
+    for _ in range(CORRECTIONS + 1):
+        g, jacobian = nlp.derivatives["jac_g"](x, data)
+        values = np.asarray(g).ravel()
+        unmet = (bounds.g_lower - values)[equal]
+        if not np.abs(unmet).max(initial=0.0) < best:
+            break
+        best = np.abs(unmet).max(initial=0.0)
+        outcome = replace(outcome, x=x, g=values, objective=float(nlp.derivatives["grad_f"](x, data)[0]))
+        free = np.flatnonzero((x > bounds.x_lower) & (x < bounds.x_upper))
+        pattern = jacobian.sparsity()
+        entries = (np.array(jacobian.nonzeros()), pattern.row(), pattern.colind())
+        rows = sp.csc_matrix(entries, shape=jacobian.shape)[equal][:, free]
+        system = sp.block_array([[sp.identity(free.size), rows.T], [rows, -NEGLIGIBLE * sp.identity(equal.size)]])
+        moved = splu(system.tocsc()).solve(np.concatenate([np.zeros(free.size), unmet]))[: free.size]
+        x = x.copy()
+        x[free] += moved
+        x = np.clip(x, bounds.x_lower, bounds.x_upper)
+    return outcome
