@@ -61,7 +61,9 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     layout, limits = transcription.variables, problem.limits
     lower, upper = np.full(layout.size, -math.inf), np.full(layout.size, math.inf)
     torque = np.array(limits.torques(problem.robot.actuators))[:, None]
-    symmetric: dict[str, float | Array] = {"angles": limits.angle, "rates": limits.rate, "torque": torque}
+    low, high = np.array(limits.angles(problem.robot.angles)).T[:, :, None]
+    lower[layout["angles"]], upper[layout["angles"]] = low, high
+    symmetric: dict[str, float | Array] = {"rates": limits.rate, "torque": torque}
     for name, size in symmetric.items():
         lower[layout[name]], upper[layout[name]] = -size, size
     lower[layout["duration"]], upper[layout["duration"]] = limits.shortest_phase, limits.longest_step

@@ -23,8 +23,9 @@ class Limits:
         time allowed with a huge torque), 0 leaves the actuator idle.
     torque_rate : float or mapping of actuator to float [N m/s]
         Largest rate of change of the torque within the step; it may jump at touchdown.
-    angle : float [rad]
-        Largest absolute angle.
+    angle : float, or mapping of angle to float or pair [rad]
+        Largest absolute angle, or for each angle named its largest absolute value or (lower, upper), as of a knee; the
+        others keep within 90 degrees.
     rate : float [rad/s]
         Largest absolute angular rate.
     shortest_phase : float [s]
@@ -36,22 +37,19 @@ class Limits:
     --------
     >>> Limits(torque={"ankle": 2, "hip": 6}).torques(("ankle", "hip"))
     [2.0, 6.0]
+    >>> Limits(angle={"knee": (0, 1.2), "thigh": 1}).angles(("thigh", "knee"))
+    [(-1.0, 1.0), (0.0, 1.2)]
     """
 
     torque: float | Mapping[str, float] = math.inf
     torque_rate: float | Mapping[str, float] = math.inf
-    angle: float = math.pi / 2
+    angle: float | Mapping[str, float | tuple[float, float]] = math.pi / 2
     rate: float = math.inf
     shortest_phase: float = 5e-3
     longest_step: float = 10.0
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("angle", "rad"),
-            ("rate", "rad/s"),
-            ("shortest_phase", "s"),
-            ("longest_step", "s"),
-        ):
+        for name, unit in (("rate", "rad/s"), ("shortest_phase", "s"), ("longest_step", "s")):
             _positive(f"Limits.{name}", unit, getattr(self, name))
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
@@ -75,6 +73,33 @@ class Limits:
         """
         given = _by_actuator("torque_rate", self.torque_rate, actuators)
         return [_positive(f"torque_rate of {name}", "N m/s", limit) for name, limit in given.items()]
+
+    def angles(self, names: tuple[str, ...]) -> list[tuple[float, float]]:
+        """Return the bounds of each angle [rad], in order.
+
+        Raises
+        ------
+        InputError
+            If a bound is not a number, a lower bound is not below the upper one, or no angle has a name given.
+        """
+        if not isinstance(self.angle, Mapping):
+            return [_angle_bounds("Limits.angle", self.angle)] * len(names)
+        for name in self.angle:
+            if name not in names:
+                raise InputError(f"Limits.angle: there is no angle {name!r}. {suggest(name, names)}")
+        return [_angle_bounds(f"Limits.angle of {name}", self.angle.get(name, math.pi / 2)) for name in names]
+
+
+def _angle_bounds(name: str, given: object) -> tuple[float, float]:
+    if not isinstance(given, tuple | list):
+        size = _positive(name, "rad", given)
+        return -size, size
+    if len(given) != 2:
+        raise InputError(f"{name} must be a number or a pair (lower, upper), got {given!r}.")
+    lower, upper = (Parameter(name, 0.0, "rad", "").check(bound) for bound in given)
+    if lower >= upper:
+        raise InputError(f"{name}: the lower bound {lower:g} is not below the upper bound {upper:g} [rad].")
+    return lower, upper
 
 
 def _by_actuator(field_name: str, given: float | Mapping[str, float], actuators: tuple[str, ...]) -> dict[str, float]:

@@ -19,6 +19,9 @@ from gaitopt.ocp.nlp import Nlp
 CORRECTIONS = 3
 """Newton steps; each squares what is left."""
 
+AT_BOUND = 1e-7
+"""Distance of what rests on a bound; Ipopt leaves it 1e-8 to either side."""
+
 NEGLIGIBLE = 1e-12
 """Weight of equations against corrections: lets equations that repeat others be."""
 
@@ -44,7 +47,7 @@ def polished(nlp: Nlp, outcome: Outcome, data: Array, bounds: Bounds) -> Outcome
             break
         best = np.abs(unmet).max(initial=0.0)
         outcome = replace(outcome, x=x, g=values, objective=float(nlp.derivatives["grad_f"](x, data)[0]))
-        free = np.flatnonzero((x > bounds.x_lower) & (x < bounds.x_upper))
+        free = np.flatnonzero(np.minimum(x - bounds.x_lower, bounds.x_upper - x) > AT_BOUND)
         pattern = jacobian.sparsity()
         entries = (np.array(jacobian.nonzeros()), pattern.row(), pattern.colind())
         rows = sp.csc_matrix(entries, shape=jacobian.shape)[equal][:, free]
@@ -52,5 +55,4 @@ def polished(nlp: Nlp, outcome: Outcome, data: Array, bounds: Bounds) -> Outcome
         moved = splu(system.tocsc()).solve(np.concatenate([np.zeros(free.size), unmet]))[: free.size]
         x = x.copy()
         x[free] += moved
-        x = np.clip(x, bounds.x_lower, bounds.x_upper)
     return outcome

@@ -143,7 +143,7 @@ class GaitProblem:
             "step_length": _plain(self.step_length),
             "torque_limit": dict(zip(actuators, limits.torques(actuators), strict=True)),
             "torque_rate_limit": dict(zip(actuators, limits.torque_rates(actuators), strict=True)),
-            "angle_limit": limits.angle,
+            "angle_limit": dict(zip(self.robot.angles, map(list, limits.angles(self.robot.angles)), strict=True)),
             "rate_limit": limits.rate,
             "shortest_phase": limits.shortest_phase,
             "longest_step": limits.longest_step,
@@ -189,11 +189,11 @@ class GaitProblem:
 
     def _check_targets(self) -> None:
         speed, step = self.speed_range, self.step_range
-        reach = longest_reach(self.robot, self.values, self.limits.angle)
+        reach = longest_reach(self.robot, self.values, self.limits.angles(self.robot.angles))
         if step.lower > reach:
             raise InputError(
-                f"step_length {step.lower:g} m is longer than the {reach:.3g} m the robot can reach with angles within "
-                f"{math.degrees(self.limits.angle):.3g} deg; shorten the step or lengthen the legs."
+                f"step_length {step.lower:g} m is longer than the {reach:.3g} m the robot can reach within "
+                f"Limits.angle; shorten the step or lengthen the legs."
             )
         shortest = self.limits.shortest_phase * len(self.word.phases)
         if shortest > self.limits.longest_step:

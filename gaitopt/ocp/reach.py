@@ -2,7 +2,7 @@
 
 import functools
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -12,15 +12,15 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
 
-def longest_reach(robot: Robot, values: Mapping[str, float], angle_limit: float) -> float:
-    """Return the largest forward distance between the feet [m] with angles within `angle_limit` [rad]."""
-    return _reach(robot, tuple(robot.vector(values)), min(angle_limit, np.pi / 2))
+def longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]]) -> float:
+    """Return the largest forward distance between the feet [m] with angles within their bounds [rad]."""
+    return _reach(robot, tuple(robot.vector(values)), tuple(limits))
 
 
 @functools.lru_cache(maxsize=256)
-def _reach(robot: Robot, p: tuple[float, ...], angle_limit: float) -> float:
+def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> float:
     # The distance is a sum of sines of the angles: extreme at the box's corners when the box is within 90 deg.
-    corners = itertools.product((-angle_limit, angle_limit), repeat=len(robot.angles))
+    corners = itertools.product(*np.clip(limits, -np.pi / 2, np.pi / 2))
     zero = np.zeros(robot.n_q)
     return max(float(robot.landing(np.array([0, 0, *corner]), zero, p)[0][0]) for corner in corners)
 

@@ -84,7 +84,7 @@ def _segment(
 
 @dataclass(frozen=True, eq=False)
 class Between:
-    """What a plan does between its nodes, followed from the first node of each phase with small steps.
+    """What a plan does between its nodes, followed from the first node of the step with small steps.
 
     Attributes
     ----------
@@ -102,16 +102,17 @@ class Between:
 def between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> Between:
     """Follow a plan between its nodes under the planned torques."""
     robot, drift, outside = transcription.structure.robot, 0.0, 0.0
-    p = robot.vector(values)
+    p, swung, reached = robot.vector(values), 2 * len(robot.angles), np.empty(0)
     for phase, stance in zip(transcription.phases, transcription.stances, strict=True):
         states, torque = planned_states(transcription, phase, x)
         parts = _parts(transcription, phase, x)
         step = x[transcription.variables["duration"][0, phase.number]] / (phase.count * parts)
-        begun = np.append(states[:, 0], np.zeros(robot.n_u + 1))
+        begun = np.concatenate([reached, states[reached.size :, 0], np.zeros(robot.n_u + 1)])
         fine = _subdivided(torque, parts)
         follow = _follower(stance, parts * phase.count, 1)
         ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))[: stance.n_x]
         drift = max(drift, float(np.max(np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))))
+        reached = ends[:swung, -1]  # the foot's own motion begins anew with each phase
         outside = max(outside, _outside(stance, ends[:, :-1], fine[:, 1:-1], p, values["friction"]))
     return Between(drift, outside)
 

@@ -14,7 +14,7 @@ from gaitopt.ocp.transcription import Transcription
 
 def setting(problem: GaitProblem) -> Setting:
     """Return the step and period a guess should aim at."""
-    reach = longest_reach(problem.robot, problem.values, problem.limits.angle)
+    reach = longest_reach(problem.robot, problem.values, problem.limits.angles(problem.robot.angles))
     speed, step = problem.speed_range, problem.step_range
     length = _typical(step.lower, step.upper, 0.15 * reach)
     # A swing leg falls forward in about the time of a pendulum of its length.
