@@ -91,7 +91,7 @@ def problem(
     friction=0.2,  # Coulomb coefficient
     speed=0.6,  # [m/s]
     step_length=0.4,  # travel per step [m]
-    torque_limit=100.0,  # of each actuator [N m]
+    torque_limit=30.0,  # of each actuator [N m]
     objective="torque_squared",
     intervals=80,  # grid intervals of a sticking phase (a slip phase gets a quarter)
     points=6,  # collocation points of an interval: many, as this walker magnifies errors 50 000 times within a step

@@ -13,7 +13,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart; dashes tell the lines apart in grey print.
-LINES = (("#0072B2", "-"), ("#D55E00", (0, (5, 1.5))), ("#009E73", (0, (5, 1.5, 1, 1.5))), ("#CC79A7", (0, (1, 1))))
+LINES = (
+    ("#0072B2", "-"),
+    ("#D55E00", (0, (5, 1.5))),
+    ("#009E73", (0, (5, 1.5, 1, 1.5))),
+    ("#CC79A7", (0, (1, 1))),
+    ("#000000", (0, (9, 2))),
+    ("#E69F00", "-"),
+    ("#56B4E9", (0, (5, 1.5))),
+)
 LIMIT: dict[str, Any] = {"color": "0.35", "linewidth": 0.9, "linestyle": (0, (2, 2))}
 
 # Two legs: dark and thick against light and thin, so that they differ in grey as well.
