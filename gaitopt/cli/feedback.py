@@ -9,12 +9,12 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from gaitopt.cli.feedback_output import basin_facts, print_endurance, print_tuning, print_unheld, tuning_facts
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, design_for, law_for
-from gaitopt.cli.options import GaitFile, Json, Quiet
+from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript
 from gaitopt.cli.output import err, print_json
+from gaitopt.cli.script import robot_of
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.control.law import Law, feedforward
 from gaitopt.errors import InputError
-from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
@@ -28,6 +28,7 @@ Starts = Annotated[int, typer.Option(min=1, max=100000, help="Seeded starts of t
 
 def tune(
     file: GaitFile,
+    problem: RobotScript = None,
     law: LawName = "lqr",
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
@@ -55,7 +56,7 @@ def tune(
     from gaitopt.tuning.tune import tune_feedback
 
     gait = load(file).require()
-    robot = robot_named(gait.robot)
+    robot = robot_of(gait, problem)
     design = design_for(gait, robot, law, torque_limit, stance_angle)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
@@ -67,6 +68,7 @@ def tune(
         tuned = tune_feedback(
             gait,
             design,
+            robot=robot,
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
             search=Search(seed=seed),
@@ -84,6 +86,7 @@ def tune(
 
 def push(
     file: GaitFile,
+    problem: RobotScript = None,
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
@@ -109,9 +112,9 @@ def push(
     from gaitopt.study.disturbance import Walking, endurance
 
     began, gait = time.perf_counter(), load(file).require()
-    robot = robot_named(gait.robot)
+    robot = robot_of(gait, problem)
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
-    cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
+    cycle, test = assess_stability(gait, chosen, robot=robot), PushTest(starts=starts)
     walking = Walking(steps=steps)
     with workforce(workers, scheduler) as hands:
         found = endurance(
@@ -146,7 +149,7 @@ def _basin(gait: Gait, robot: Robot, law: Law, ball: float, test: "PushTest") ->
     from gaitopt.stability.recovery import recovery
 
     try:
-        cycle = assess_stability(gait, law)
+        cycle = assess_stability(gait, law, robot=robot)
     except InputError:
         return None
     p = robot.vector(cycle.parameters)

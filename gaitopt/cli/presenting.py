@@ -116,11 +116,10 @@ def export(
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
-    from gaitopt.cli.script import build_problem
+    from gaitopt.cli.script import robot_of
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.torque_table import write_torques
-    from gaitopt.model.catalogue import robot_named
     from gaitopt.motion.archive import load
     from gaitopt.motion.atomic import checked_suffix
 
@@ -131,7 +130,7 @@ def export(
     if suffix == ".csv":
         print_written(write_csv(gait.motion, output), json=json)
         return
-    robot = build_problem(problem, []).robot if problem else robot_named(gait.robot)
+    robot = robot_of(gait, problem)
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)

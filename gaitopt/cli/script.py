@@ -12,6 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
+from gaitopt.model.catalogue import robot_named
+from gaitopt.model.robot import Robot
+from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.stability.walk_problem import WalkProblem
 
@@ -64,6 +67,17 @@ def build_problem(path: Path, settings: Sequence[str]) -> GaitProblem:
     if not isinstance(problem, GaitProblem):
         raise InputError(f"problem() of {path} must return a GaitProblem, it returned {type(problem).__name__}.")
     return problem
+
+
+def robot_of(gait: Gait, script: Path | None) -> Robot:
+    """Return the robot of a gait: the one of a problem script if one is named, else of gaitopt's catalogue.
+
+    Raises
+    ------
+    InputError
+        If the script has no gait problem, or the robot is not known.
+    """
+    return build_problem(script, []).robot if script else robot_named(gait.robot)
 
 
 def call_script(path: Path, settings: Sequence[str], function: str = "problem") -> Any:

@@ -98,13 +98,13 @@ def verify(
 
     Example: gaitopt verify compass_slip.h5
     """
-    from gaitopt.cli.script import build_problem
+    from gaitopt.cli.script import robot_of
     from gaitopt.motion.archive import load
     from gaitopt.motion.summary import summarise
     from gaitopt.simulation.verification import verify as verify_gait
 
-    robot = build_problem(problem, []).robot if problem else None
-    gait = verify_gait(load(file), robot)
+    gait = load(file)
+    gait = verify_gait(gait, robot_of(gait, problem))
     if json:
         print_json(summarise(gait) | {"file": str(file)})
     else:

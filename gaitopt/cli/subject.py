@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from gaitopt.cli.law import read_pairs
-from gaitopt.cli.script import call_script
+from gaitopt.cli.script import call_script, robot_of
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError, suggest
-from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
 from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
@@ -42,23 +41,27 @@ def read_subject(
     engine: str,
     starts: int,
     *,
+    script: Path | None = None,
     first: bool = False,
     feedback: Callable[[Gait, Robot], Law] | None = None,
 ) -> Subject:
     """Return what a script or a saved gait describes, with its gaits if `starts` > 0: all, or the first one found.
 
     `engine` names the engine to walk with, as :func:`gaitopt.simulation.engines.engine_named` takes it.  `feedback`
-    makes the law of a saved gait, whose torques are played back without it.
+    makes the law of a saved gait, whose torques are played back without it; `script` has its robot, where that is not
+    in the catalogue.
     """
     if source.suffix != ".py":
         if settings:
             raise InputError("--set changes parameters of a script; a saved gait has none to change.")
         gait = load(source)
-        robot = robot_named(gait.robot)
+        robot = robot_of(gait, script)
         law = feedforward(robot, gait.motion) if feedback is None else feedback(gait, robot)
         chosen = engine_named(engine, law)
-        cycle = assess_stability(gait, law, engine=chosen)
+        cycle = assess_stability(gait, law, robot=robot, engine=chosen)
         return Subject(robot, gait.motion.parameters, law, chosen, (cycle,))
+    if script is not None:
+        raise InputError("--problem names the robot of a saved gait; a script has its own.")
     if feedback is not None:
         raise InputError("--law is for a saved gait; the law of a walking problem is named in its script.")
     problem = call_script(source, settings)

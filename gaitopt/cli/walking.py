@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from gaitopt.cli.axis import grid
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, law_for
-from gaitopt.cli.options import Json, Quiet, Setting
+from gaitopt.cli.options import Json, Quiet, RobotScript, Setting
 from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written
 from gaitopt.cli.script import call_script, load_script
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
@@ -25,6 +25,7 @@ Starts = Annotated[int, typer.Option(min=1, max=100000, help="Random starts of t
 def stability(
     source: Source,
     setting: Setting = None,
+    problem: RobotScript = None,
     starts: Starts = 300,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
@@ -48,7 +49,7 @@ def stability(
     closed = None
     if law != OPEN_LOOP or gain or stance_angle:
         closed = functools.partial(law_for, name=law, gains=gain, torque_limit=torque_limit, stance_angle=stance_angle)
-    subject = read_subject(source, setting or [], engine, starts, feedback=closed)
+    subject = read_subject(source, setting or [], engine, starts, feedback=closed, script=problem)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
@@ -59,6 +60,7 @@ def stability(
 def simulate(
     source: Source,
     setting: Setting = None,
+    problem: RobotScript = None,
     state: Annotated[
         list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Change a coordinate of the start.")
     ] = None,
@@ -85,7 +87,7 @@ def simulate(
 
     if output is not None:
         check_writable(output)
-    subject = read_subject(source, setting or [], engine, 300, first=True)
+    subject = read_subject(source, setting or [], engine, 300, first=True, script=problem)
     p = subject.robot.vector(subject.parameters)
     start = read_start(subject, p, state or [])
     walker = Walker(subject.robot, subject.law, p, subject.engine)
@@ -123,6 +125,7 @@ def basin(
     engine: EngineName = "auto",
     json: Json = False,
     quiet: Quiet = False,
+    problem: RobotScript = None,
 ) -> None:
     """Walk from every start of a grid and tell in which gait, or how, each walk ends.
 
@@ -142,7 +145,9 @@ def basin(
     axes = dict(grid(text) for text in over)
     if len(axes) < len(over):
         raise InputError("--over names the same axis twice.")
-    subject = read_subject(source, setting or [], engine, 300 if coordinates_missing(state, axes) else 0, first=True)
+    subject = read_subject(
+        source, setting or [], engine, 300 if coordinates_missing(state, axes) else 0, first=True, script=problem
+    )
     advice = faster_walks(subject.engine)
     if advice and not (json or quiet):
         err.print(escape(advice), soft_wrap=True)

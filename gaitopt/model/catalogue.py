@@ -24,5 +24,8 @@ def robot_named(name: str) -> Robot:
     4
     """
     if name not in CATALOGUE:
-        raise InputError(f"There is no robot {name!r} in the catalogue. {suggest(name, CATALOGUE)}")
+        raise InputError(
+            f"There is no robot {name!r} in the catalogue. {suggest(name, CATALOGUE)} A robot of your own is passed as "
+            f"robot=..., or on the command line as --problem SCRIPT.py."
+        )
     return CATALOGUE[name]()

@@ -18,7 +18,8 @@ class Newton:
     Attributes
     ----------
     tolerance : float
-        Largest entry of P(z) - z accepted; the iteration goes on while it still improves.
+        Largest entry of P(z) - z accepted, or of the error of z it stands for, which is smaller where the map magnifies
+        (and with it its rounding); the iteration goes on while it still improves.
     max_iterations : int
     smallest_step : float
         Smallest damping s tried.
@@ -79,7 +80,8 @@ def find_fixed_point(returning: ReturnMap, z: Array, newton: Newton | None = Non
             return None
         found = None if last else _line_search(returning, z, direction, error, newton)
         if found is None:
-            return FixedPoint(z, matrix, error, passage, iteration) if error <= newton.tolerance else None
+            met = min(error, float(np.max(np.abs(direction)))) <= newton.tolerance
+            return FixedPoint(z, matrix, error, passage, iteration) if met else None
         z, passage, gap = found
     return None
 

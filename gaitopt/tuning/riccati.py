@@ -57,6 +57,8 @@ def periodic_gains(stretches: Sequence[Stretch], q: Array, r: Array) -> tuple[Ar
         for stretch, flow in zip(reversed(stretches), flows[::-1], strict=True):
             after = stretch.jump.T @ cost @ stretch.jump
             whole = flow @ np.vstack([np.eye(n_x), after])
+            if not np.linalg.cond(whole[:n_x]) < 1 / np.finfo(float).eps:
+                return None  # the cost-to-go is infinite
             cost = whole[n_x:] @ np.linalg.inv(whole[:n_x])
             cost = (cost + cost.T) / 2
             gains.append([inverse @ stretch.b.T @ each for each in (cost, after)])
