@@ -147,7 +147,7 @@ def test_the_longest_reach_of_straight_legs(limit):
     robot = compass_biped()
     # Both legs at the limit: l (sin + sin), and no farther than legs spread flat.
     expected = 2 * 1.6 * math.sin(min(limit, math.pi / 2))
-    assert longest_reach(robot, robot.resolve({}), limit) == pytest.approx(expected)
+    assert longest_reach(robot, robot.resolve({}), [(-limit, limit)] * 2) == pytest.approx(expected)
 
 
 def test_a_step_beyond_reach_has_no_touchdown_pose():

@@ -30,7 +30,31 @@ def test_torque_limits_that_cannot_be(torque):
         Limits(torque=torque).torques(ACTUATORS)
 
 
-@pytest.mark.parametrize("name", ["angle", "rate", "shortest_phase", "longest_step"])
+def test_angles_have_limits_of_their_own():
+    limits = Limits(angle={"knee": (0.1, 1.2), "thigh": 0.5})
+    assert limits.angles(("thigh", "knee", "torso")) == [(-0.5, 0.5), (0.1, 1.2), (-math.pi / 2, math.pi / 2)]
+    assert Limits(angle=1).angles(("thigh", "knee")) == [(-1.0, 1.0)] * 2
+
+
+@pytest.mark.parametrize(
+    ("angle", "message"),
+    [
+        (0, "Limits.angle"),
+        (-1, "Limits.angle"),
+        (math.nan, "Limits.angle"),
+        ("wide", "Limits.angle"),
+        ({"knee": (1.2, 0.1)}, "Limits.angle of knee: the lower bound 1.2 is not below"),
+        ({"knee": (0.1,)}, "Limits.angle of knee must be a number or a pair"),
+        ({"knee": (math.nan, 1)}, "Limits.angle of knee"),
+        ({"nee": 1}, "no angle 'nee'. Did you mean 'knee'"),
+    ],
+)
+def test_angle_limits_that_cannot_be(angle, message):
+    with pytest.raises(InputError, match=message):
+        Limits(angle=angle).angles(("thigh", "knee"))
+
+
+@pytest.mark.parametrize("name", ["rate", "shortest_phase", "longest_step"])
 @pytest.mark.parametrize("value", [0, -1, math.nan, "long"])
 def test_other_limits_that_cannot_be(name, value):
     with pytest.raises(InputError, match=f"Limits.{name}"):

@@ -1,11 +1,13 @@
 """Every problem script takes its parameters; those of optimised gaits give a verified gait at their defaults."""
 
+import functools
 import inspect
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, solve, verify
+from gaitopt import GaitProblem, check_robot, solve, verify
 from gaitopt.cli.script import build_problem, call_script, load_script, script_parameters
 
 SCRIPTS = [
@@ -19,8 +21,8 @@ every_script = pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.st
 every_optimised = pytest.mark.parametrize("path", OPTIMISED, ids=lambda path: path.stem)
 
 
-def test_the_scripts_of_issue_2_are_here():
-    assert {"compass_slip", "compass_stick"} <= {path.stem for path in OPTIMISED}
+def test_the_optimised_scripts_are_here():
+    assert {"compass_slip", "compass_stick", "five_link"} <= {path.stem for path in OPTIMISED}
 
 
 @every_script
@@ -49,13 +51,30 @@ def test_every_number_changes_the_problem(path):
             assert build_problem(path, [f"{name}={changed}"]).describe() != plain, name
 
 
+QUICK = {"five_link": ["word=stick | stick", "intervals=40"]}
+"""Settings of scripts whose defaults take long; tests/benchmarks solves those."""
+
+
+@functools.cache
+def solved(path):
+    problem = build_problem(path, QUICK.get(path.stem, []))
+    return problem, verify(solve(problem), problem.robot)
+
+
 @every_optimised
-def test_it_is_solved_and_verified_at_its_defaults(path):
-    problem = build_problem(path, [])
-    gait = verify(solve(problem), problem.robot)
+def test_it_is_solved_and_verified(path):
+    problem, gait = solved(path)
     assert gait.status.ok, gait.solver.violations
     assert gait.verification.passed, gait.verification.reasons
     assert gait.word == problem.word
+
+
+def test_the_five_link_walker_keeps_its_knees_from_bending_backwards():
+    problem, gait = solved(SCRIPTS[0].parent / "five_link.py")
+    assert check_robot(problem.robot).passed
+    for knee in ("stance knee", "swing knee"):
+        angles = np.concatenate([segment.q[2 + gait.motion.angles.index(knee)] for segment in gait.motion.segments])
+        assert angles.min() > 0.02 - 1e-4  # held at nodes, sampled between them too
 
 
 def test_the_two_compass_scripts_differ_in_their_word_only():

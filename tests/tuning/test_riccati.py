@@ -27,6 +27,7 @@ def test_jumps_are_part_of_the_step():
 
 def test_what_cannot_be_stabilised_is_none():
     assert periodic_gains([Stretch(0.1, A, np.zeros((2, 1)), np.eye(2))], Q, R) is None
+    assert periodic_gains([Stretch(0.1, 400 * np.eye(2), 1e-6 * B, np.eye(2))] * 3, Q, R) is None
     assert discrete_gains(2 * np.eye(2), np.zeros((2, 1)), Q, R) is None
 
 
