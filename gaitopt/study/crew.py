@@ -1,61 +1,24 @@
 """Crews: who does the tasks, own processes, somebody else's executor or a cluster."""
 
-import hashlib
 import os
-import pickle
 import signal
 import tempfile
-import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import GaitoptError
 from gaitopt.study.cluster import DaskCluster
-
-Work = Callable[..., Any]
-"""Called as ``work(shared, argument, *results needed)``; a function of a module, so that a worker can find it."""
-
-Prepare = Callable[[], object]
+from gaitopt.study.parcel import Parcel, Prepare, Work, call, call_carried, settle_in
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-
-
-@dataclass(frozen=True)
-class Parcel:
-    """What every task is given, packed once."""
-
-    digest: str
-    content: bytes
-
-    @classmethod
-    def of(cls, shared: Any) -> "Parcel":
-        """Pack an object.
-
-        Raises
-        ------
-        InputError
-            If it cannot be sent to another process.
-        """
-        try:
-            content = pickle.dumps(shared)
-        except Exception as error:  # whatever a user's own classes do when pickled
-            raise InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})") from error
-        return cls(hashlib.sha256(content).hexdigest(), content)
-
-
-_UNSENDABLE = (
-    "The problem cannot be sent to worker processes: put your own classes and functions at the top level of a module "
-    "or problem script, not in a notebook or another function, or use workers=1."
-)
 
 
 class Crew(ABC):
@@ -110,7 +73,7 @@ class Processes(Crew):
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Hand over a task; raises BrokenProcessPool if a worker has died."""
         with _undisturbed():  # a worker is started when there is work for it
-            return self._pool.submit(_call, self._work, self._digest, argument, needed)
+            return self._pool.submit(call, self._work, self._digest, argument, needed)
 
     def renew(self) -> None:
         """Start anew; raises GaitoptError if processes die whatever they do."""
@@ -145,7 +108,7 @@ class Processes(Crew):
     def _open(self) -> ProcessPoolExecutor:
         # A process that dies while much is being told to it leaves us waiting for ever: it reads a file instead.
         settings = (self._prepare, self._digest, self._file)
-        return ProcessPoolExecutor(self._workers, get_context("spawn"), initializer=_settle_in, initargs=settings)
+        return ProcessPoolExecutor(self._workers, get_context("spawn"), initializer=settle_in, initargs=settings)
 
 
 class Foreign(Crew):
@@ -157,7 +120,7 @@ class Foreign(Crew):
         self, executor: Executor, workers: int, work: Work, shared: Any, prepare: Prepare | None = None
     ) -> None:
         self._executor, self._workers = executor, workers
-        self._task = partial(_call_carried, work, Parcel.of(shared), prepare)
+        self._task = partial(call_carried, work, Parcel.of(shared), prepare)
         self._pending: set[Future] = set()
         self._cluster = executor if isinstance(executor, DaskCluster) else None
 
@@ -184,62 +147,6 @@ class Foreign(Crew):
         """Cancel what has not begun; the executor stays open."""
         for future in list(self._pending):
             future.cancel()
-
-
-_UNPACKED: dict[str, Any] = {}
-"""In a worker: the object every task is given, by its digest."""
-
-_UNPACKING = threading.Lock()
-
-
-def _settle_in(prepare: Prepare | None, digest: str, file: Path) -> None:
-    """Begin a worker's life: follow the parent into death, import what is needed, unpack what is shared."""
-    threading.Thread(target=_follow_parent, daemon=True).start()
-    try:
-        if prepare is not None:
-            prepare()
-        _unpack(digest, file.read_bytes())
-    except Exception as error:  # told when the first task is done, instead of dying without a word
-        _UNPACKED[digest] = InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})")
-
-
-def _follow_parent() -> None:
-    """End this process when its parent has ended, however that ended: nobody else would."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _unpack(digest: str, content: bytes) -> None:
-    _UNPACKED.clear()
-    _UNPACKED[digest] = pickle.loads(content)
-
-
-def _call(work: Work, digest: str, argument: Any, needed: list[Any]) -> Any:
-    """Do a task in a worker that has unpacked what is shared."""
-    shared = _UNPACKED[digest]
-    if isinstance(shared, InputError):
-        raise shared
-    return work(shared, argument, *needed)
-
-
-def _call_carried(work: Work, parcel: Parcel, prepare: Prepare | None, argument: Any, needed: list[Any]) -> Any:
-    """Do a task in a worker that we did not start: it gets what is shared with each task, and unpacks it once.
-
-    What the problem needs is imported only where it is not found: a problem script may not be there on that machine.
-    """
-    with _UNPACKING:
-        if parcel.digest not in _UNPACKED:
-            try:
-                _unpack(parcel.digest, parcel.content)
-            except (ImportError, AttributeError) as error:
-                if prepare is None:
-                    raise InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})") from error
-                prepare()
-                _unpack(parcel.digest, parcel.content)
-        shared = _UNPACKED[parcel.digest]
-    return work(shared, argument, *needed)
 
 
 @contextmanager

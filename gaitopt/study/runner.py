@@ -7,8 +7,9 @@ from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, E
 from typing import Any, Protocol
 
 from gaitopt.parameters import Parameter
-from gaitopt.study.crew import Crew, Foreign, Prepare, Processes, Work
+from gaitopt.study.crew import Crew, Foreign, Processes
 from gaitopt.study.interrupt import HeldInterrupt
+from gaitopt.study.parcel import Prepare, Work
 from gaitopt.study.task import Agenda, Done, Task
 
 PULSE = 0.5

@@ -9,8 +9,8 @@ from gaitopt.motion.word import Word
 from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.study.attempt import ALIKE, finished, found_cold, objective, own_starts, proven, scouted
-from gaitopt.study.crew import Prepare
 from gaitopt.study.gait_folder import GaitFolder
+from gaitopt.study.parcel import Prepare
 from gaitopt.study.question import question
 from gaitopt.study.ranking import Finding, Ranking, judge, rank, save_ranking
 from gaitopt.study.runner import Observer, collect_tasks, run_tasks

@@ -13,9 +13,9 @@ from gaitopt.motion.word import Word
 from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.study.attempt import best, finished, found_cold, objective, own_starts, proven, scouted
-from gaitopt.study.crew import Prepare
 from gaitopt.study.gait_folder import GaitFolder
 from gaitopt.study.grid import Duty, Grid, axis_values, tasks
+from gaitopt.study.parcel import Prepare
 from gaitopt.study.question import question
 from gaitopt.study.runner import Observer, collect_tasks, run_tasks
 from gaitopt.study.sweep_file import Findings, held_sweep, to_dataset, write_sweep
