@@ -10,6 +10,7 @@ import functools
 from collections.abc import Callable, Iterator
 from threading import get_ident
 
+import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
@@ -63,14 +64,16 @@ class Phase:
         self.robot, self.law, self.p = robot, law, p
         self.torque = law.torque if law.demand is None else by_sides(law.demand)
         self.loop = closed_loop(robot, mode, self.torque)
-        self.here = np.zeros(1 + self.loop.size)
-        self._y = self.here[1:]
+        guards = _parameters_last(self.loop.guards)
+        memory = np.zeros(1 + self.loop.size + guards.numel_in(2))
+        self.here, self._data = memory[: 1 + self.loop.size], memory[1 + self.loop.size :]
+        self._y, self._watch = self.here[1:], Buffered(guards, p, shared=memory)
         self._program = watching(robot, mode, self.torque, tolerance, compact_mode, get_ident())
         self._names = self.loop.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
         self._near = ZERO if law.demand is None else AT_LIMIT
         self._law = InForce(law, mode, self.here)
-        self._ready: dict[tuple[int, tuple[float, ...]], tuple[Buffered, Array | None]] = {}
+        self._ready: dict[tuple[int, tuple[float, ...]], tuple[Array, Array | None]] = {}
         outcomes = heyoka_module().taylor_outcome
         self._in_time, self._stuck = int(outcomes.time_limit), int(outcomes.step_limit)
 
@@ -137,7 +140,8 @@ class Phase:
             Taylor steps taken.
         """
         here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
-        watch, row = self._ready.get((self._law.piece, self._law.sides)) or self._prepare()
+        watch = self._watch
+        self._data[:], row = self._ready.get((self._law.piece, self._law.sides)) or self._prepare()
         *values, armed = watch.here().tolist()
         program.numbers[:] = self._row() if row is None else row
         if not min(values) > self._near:
@@ -198,15 +202,21 @@ class Phase:
                 break
             here[0], y[program.entries] = integrator.time, program.state
 
-    def _prepare(self) -> tuple[Buffered, Array | None]:
-        """Return the guards of what is in force, and the integrator's numbers unless they depend on the state."""
-        watch = Buffered(self.loop.guards, self.p, self._law.column, shared=self.here)
-        ready = watch, None if self._program.rest_matters else self._row()
+    def _prepare(self) -> tuple[Array, Array | None]:
+        """Return the data in force, and the integrator's numbers unless they depend on the state."""
+        ready = self._law.column, None if self._program.rest_matters else self._row()
         self._ready[self._law.piece, self._law.sides] = ready
         return ready
 
     def _row(self) -> Array:
         return self._program.row(self.p, self._law.column, self._y)
+
+
+@functools.lru_cache(maxsize=128)
+def _parameters_last(guards: ca.Function) -> ca.Function:
+    """Return (t, y, data, p) -> the same: what never changes comes last."""
+    t, y, p, data = guards.sx_in()
+    return ca.Function("guards", [t, y, data, p], guards.call([t, y, p, data]))
 
 
 @functools.lru_cache(maxsize=128)
