@@ -28,6 +28,8 @@ ORDER = (
     "compass_multipliers",
     "compass_actuated",
     "imitation_cost",
+    "feedback_figures",
+    "feedback_laws",
     "benchmarks",
 )
 FRONTIERS = ("frontier_friction", "frontier_energy", "frontier_speed_step", "frontier_ankle")

@@ -1,0 +1,99 @@
+"""The gaits that feedback is to hold, planned with 5 N m and held with 6 N m, and the laws tuned for them."""
+
+import functools
+
+from compass_setup import FRICTION, gait
+
+from gaitopt import (
+    Collocation,
+    GaitProblem,
+    Limits,
+    Margins,
+    PushTest,
+    Search,
+    assess_stability,
+    compass_biped,
+    computed_torque,
+    controlled_gait,
+    default_engine,
+    design_named,
+    feedforward,
+    imitate,
+    largest_recovery,
+    recovery,
+    solve,
+    tune_feedback,
+    verify,
+)
+from gaitopt.simulation.walker import Walker
+
+SLIP, STICK, IMITATED = "slip+ stick | slip+", "stick | stick", "Gait C imitated"
+PLANNED_WITH, HELD_WITH = 5.0, 6.0
+"""Torque limits [N m]: the difference is kept back for feedback."""
+
+OPEN_LOOP = "open loop"
+LAW_STYLE = {
+    OPEN_LOOP: {"color": "0.35", "linestyle": (0, (1.5, 1)), "marker": "s"},
+    "pd": {"color": "#D55E00", "linestyle": (0, (5, 1.5)), "marker": "^"},
+    "computed-torque": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
+    "lqr": {"color": "#009E73", "linestyle": (0, (5, 1.5, 1, 1.5)), "marker": "D"},
+    "step-to-step": {"color": "#AA4499", "linestyle": (0, (3, 1, 1, 1, 1, 1)), "marker": "v"},
+}
+LABEL = {"pd": "joint PD", "computed-torque": "computed torque", "lqr": "LQR", "step-to-step": "step to step"}
+LAWS = tuple(LABEL)
+
+
+@functools.cache
+def plan(name):
+    """Return a gait by name: one of SLIP, STICK and IMITATED.
+
+    The last walks the angles of the passive Gait C on level ground; where they ask for more torque than there is, the
+    walker under computed torque has a gait next to it, which is taken.
+    """
+    robot = compass_biped()
+    if name == IMITATED:
+        model = imitate(robot, gait("C", FRICTION), {"slope": 0.0}).gait(samples=100)
+        law = computed_torque(robot, model.motion, stiffness=100, damping=20, torque_limit=PLANNED_WITH)
+        return controlled_gait(robot, model, law)
+    problem = GaitProblem(
+        robot=robot,
+        word=name,
+        friction=FRICTION,
+        speed=0.633,
+        step_length=0.4713,
+        limits=Limits(torque=PLANNED_WITH),
+        margins=Margins(cone=0.05, impact_cone=0.1),
+        transcription=Collocation(intervals=40),
+    )
+    return verify(solve(problem))
+
+
+@functools.cache
+def tuned(name, law, evaluations=60, starts=200):
+    """Return a law tuned for a gait, both by name, for the least spectral radius."""
+    found = plan(name)
+    design = design_named(law, compass_biped(), found.motion, torque_limit=HELD_WITH)
+    return tune_feedback(found, design, search=Search(evaluations=evaluations), test=PushTest(starts=starts))
+
+
+def walker(name, law, **parameters):
+    """Return the walker of a gait under a law, on ground with other parameters if named."""
+    robot, found = compass_biped(), plan(name)
+    p = robot.vector({**found.motion.parameters, **parameters})
+    return Walker(robot, law, p, default_engine(law), step_time_limit=3 * found.period)
+
+
+def played_back(name):
+    """Return the law of the open loop and the cycle of the walker under it."""
+    law = feedforward(compass_biped(), plan(name).motion)
+    return law, assess_stability(plan(name), law)
+
+
+def largest_ball(name, law, cycle, starts):
+    """Return the recovery from the largest ball of pushes from which all starts return."""
+    return largest_recovery(walker(name, law), cycle, PushTest(starts=starts))
+
+
+def share_returned(name, law, cycle, radius, starts):
+    """Return the share of the starts in a ball of pushes from which the walker returns."""
+    return recovery(walker(name, law), cycle, radius, PushTest(starts=starts)).fraction
