@@ -2,8 +2,9 @@
 
 import dataclasses
 import json
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from gaitopt.motion.atomic import replacing
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.motion.word import Word
-from gaitopt.study.attempt import objective
+from gaitopt.study.attempt import ALIKE, objective
 from gaitopt.study.verdict import MERGED, why_not
 from gaitopt.study.vocabulary import disguised
 
@@ -25,8 +26,9 @@ class Finding:
     ----------
     word : Word
     status : str
-        That of its gait; ``"merged"`` for a gait that is a shorter word in disguise, ``"impossible"``, ``"lost"`` when
-        its process died, ``"pending"`` when the search was interrupted before.
+        That of its gait; ``"merged"`` for a gait that is a shorter word in disguise, and no cheaper than what was found
+        for that one; ``"impossible"``, ``"lost"`` when its process died, ``"pending"`` when the search was interrupted
+        before.
     reason : str
         Why it is not ranked; empty when it is.
     gait : Gait or None
@@ -128,11 +130,24 @@ def judge(gait: Gait, shortest_phase: float, file: Path | None) -> Finding:
 
 
 def rank(findings: list[Finding], complete: bool) -> Ranking:
-    """Return findings in order: ranked, merged, then the others."""
+    """Return findings in order: ranked, merged, then the others.
+
+    A gait in disguise that is cheaper than what was found for the shorter word is a gait of its own: its phase would
+    rather be shorter still, but not vanish.
+    """
+    costs = {finding.word: objective(finding.gait) for finding in findings if finding.gait is not None}
+
+    def settled(finding: Finding) -> Finding:
+        gait, other = finding.gait, finding.merged_into
+        if gait is None or other is None or objective(gait) >= (1 - ALIKE) * costs.get(other, math.inf):
+            return finding
+        return replace(finding, status=gait.status.key, reason="", merged_into=None)
+
+    findings = [settled(finding) for finding in findings]
     order = {"solved": 0, MERGED: 1}
 
     def place(finding: Finding) -> tuple[int, float]:
-        cost = float("inf") if finding.gait is None else objective(finding.gait)
+        cost = math.inf if finding.gait is None else objective(finding.gait)
         return order.get(finding.status, 2), cost
 
     return Ranking(tuple(sorted(findings, key=place)), complete)

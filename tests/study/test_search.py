@@ -1,10 +1,12 @@
 """The search for the cheapest word."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
-from gaitopt import InputError, load, search
+from gaitopt import InputError, Word, load, search
+from gaitopt.study.ranking import Finding, judge, rank
 from gaitopt.study.search import tasks
 from gaitopt.study.vocabulary import words_up_to
 from tests.study.conftest import quick_problem
@@ -79,3 +81,20 @@ def test_longer_words_start_from_shorter_ones_and_all_get_a_second_look():
     assert needs["stick__stick.first"] == ()
     assert "slip+_stick__slip+.first" in needs["stick__stick"]
     assert len(needs) == 2 * 35
+
+
+def test_a_gait_in_disguise_is_merged_unless_it_is_cheaper(slip_gait):
+    """At friction 0.205 the cheapest slide is shorter than allowed, and yet cheaper than none."""
+    slip, word = slip_gait, Word.parse("stick | stick")
+    disguised = judge(slip, slip.motion.segments[0].duration, None)
+    assert disguised.merged_into == word
+    for factor, status in ((1.01, "solved"), (1.0, "merged"), (None, "solved")):
+        others = []
+        if factor is not None:
+            other = replace(slip, solver=replace(slip.solver, objective=factor * slip.solver.objective))
+            others = [Finding(word=word, status="solved", gait=other)]
+        ranking = rank([disguised, *others], complete=True)
+        found = {finding.word: finding for finding in ranking.findings}[slip.word]
+        assert found.status == status
+        assert found.ranked == (found.reason == "") == (found.merged_into is None)
+        assert (ranking.best is slip) == (status == "solved")
