@@ -44,6 +44,18 @@ def force_ratio(gait: Gait) -> float:
     return float(np.max(np.abs(force[0]) / force[1]))
 
 
+def shortest_phase(gait: Gait) -> float:
+    """Return the duration of the shortest phase of a gait [s].
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> round(shortest_phase(load("docs/examples/compass_slip.h5")), 4)
+    0.0196
+    """
+    return min(segment.duration for segment in gait.motion.segments)
+
+
 def peak_torques(gait: Gait) -> dict[str, float]:
     """Return the largest absolute torque of each actuator [N m].
 
@@ -81,6 +93,7 @@ MEASURES = (
     Measure("achieved_speed", "m/s", "average forward speed", lambda gait: gait.speed),
     Measure("travel", "m", "forward travel in a step, foot slide included", lambda gait: gait.step_length),
     Measure("period", "s", "duration of a step", lambda gait: gait.period),
+    Measure("shortest_phase", "s", "duration of the shortest phase", shortest_phase),
     Measure("foot_slide", "m", "net forward slide of the stance foot in a step", lambda gait: gait.motion.foot_slide),
     Measure("force_ratio", "1", "largest tangential over normal contact force", force_ratio),
     Measure("impulse_ratio", "1", "tangential over normal impulse at touchdown", lambda g: g.motion.jumps[0].ratio),

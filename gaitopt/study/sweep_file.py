@@ -25,7 +25,11 @@ from gaitopt.study.verdict import IMPOSSIBLE, why_not
 if TYPE_CHECKING:
     import xarray as xr
 
-KIND, VERSION, GAITS = "sweep", 1, "gaits"
+KIND, VERSION = "sweep", 1
+
+GAITS = "word_gaits"
+"""Group of the gaits.  It sorts behind the table's axes: the HDF5 library looks for the name of an axis by walking
+through the file in the order of names, and would pass all gaits on the way, every time."""
 
 TABLE = 2000
 """More than a point takes in the table [bytes]."""
@@ -118,7 +122,9 @@ def write_sweep(findings: Findings, path: Path, room: int) -> None:
     """
     with replacing(path) as temporary:
         reserve(temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
-        to_dataset(findings).to_netcdf(temporary, engine="h5netcdf")
+        with h5py.File(temporary, "w"):
+            pass  # in the order of names; h5netcdf would keep that of creation
+        to_dataset(findings).to_netcdf(temporary, mode="a", engine="h5netcdf")
         with h5py.File(temporary, "a") as file:
             for point in findings.grid.points():
                 gait = findings.gait(point)

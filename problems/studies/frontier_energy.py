@@ -1,9 +1,9 @@
 """Why a foot that slips walks cheaper: where the energy of two words goes, over friction.
 
 At equal speed and step length both words pay for what is lost at impact, by friction, and twice for what the motors
-brake. A touchdown that slips forward loses less at impact: it lets part of the motion along the ground go on, which a
-sticking impact destroys. That saving is larger than what sliding and braking cost, until friction is so high that a
-slip would have to be forced.
+brake. A touchdown that slips forward loses less at impact: the ground may push the landing foot back only as hard as
+friction lets it, so that part of the motion along the ground goes on, which a sticking impact destroys. That saving is
+larger than what sliding and braking cost, until friction is so high that a slip would have to be forced.
 """
 
 import numpy as np
@@ -26,14 +26,24 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
     table = sweep(walker(), friction=frictions, words=[STICK, SLIP], workers=workers)
     terms = {name: factor * table[name] / table.travel for name, factor, *_ in TERMS}
     with STYLE.figure(3.8) as figure:
-        left, right = figure.subplots(1, 2, width_ratios=(3, 2))
-        _draw_piles(left, frictions, terms)
-        for name, _, label, color, _ in TERMS:
-            right.plot(frictions, _difference(terms[name]), label=label, color=color, marker="o", markersize=3)
-        right.plot(frictions, sum(map(_difference, terms.values())), color="0.1", linewidth=2, label="in all")
-        right.axhline(0, color="0.5", linewidth=0.8)
+        left, right = figure.subplots(1, 2)
+        for word, shift in ((STICK, -0.2), (SLIP, 0.2)):
+            _pile(left, shift, 0.36, [terms[name].sel(word=word).values for name, *_ in TERMS])
+        left.set(xlabel=f"friction $\\mu$ (left bar {spelled(STICK)}, right bar {spelled(SLIP)})")
+        left.set(ylabel="work of the motors over distance [J/m]", ylim=(0, None))
+        _pile(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
+        right.plot(sum(map(_difference, terms.values())), "D", color="0.1", markeredgecolor="white", label="in all")
+        right.axhline(0, color="0.3", linewidth=0.8)
+        right.margins(y=0.08)
         right.set(xlabel=r"friction $\mu$", ylabel="slipping less sticking [J/m]")
-        right.legend(loc="best")
+        for axes in (left, right):
+            axes.set_xticks(range(len(frictions)), [f"{friction:g}" for friction in frictions])
+            axes.grid(visible=False, axis="x")
+        handles, labels = right.get_legend_handles_labels()
+        order = [*range(1, len(labels)), 0]
+        figure.legend(
+            [handles[i] for i in order], [labels[i] for i in order], loc="outside upper center", ncols=len(labels)
+        )
     return Study(figure, tuple(_numbers(table, terms)), tuple(_remarks(frictions, terms)))
 
 
@@ -41,21 +51,17 @@ def _difference(term):
     return term.sel(word=SLIP).values - term.sel(word=STICK).values
 
 
-def _draw_piles(axes, frictions, terms):
-    """Draw two piles at each friction: sticking on the left, slipping on the right."""
-    places = np.arange(len(frictions))
-    for word, shift in ((STICK, -0.2), (SLIP, 0.2)):
-        base = np.zeros(len(frictions))
-        for name, _, label, color, hatch in TERMS:
-            height = terms[name].sel(word=word).values
-            key = label if word == STICK else None
-            axes.bar(places + shift, height, 0.36, bottom=base, color=color, hatch=hatch, edgecolor="white", label=key)
-            base = base + height
-    axes.set_xticks(places, [f"{friction:g}" for friction in frictions])
-    axes.set(xlabel=rf"friction $\mu$ (left bar {spelled(STICK)}, right bar {spelled(SLIP)})")
-    axes.set_ylabel("absolute work per distance [J/m]")
-    axes.grid(visible=False, axis="x")
-    axes.legend(loc="upper right")
+def _pile(axes, shift, width, heights):
+    """Draw a pile of the terms at each friction, what is negative below zero."""
+    places, tops = np.arange(len(heights[0])) + shift, {True: 0.0, False: 0.0}
+    for (_, _, label, color, hatch), height in zip(TERMS, heights, strict=True):
+        for up in (True, False):
+            part = np.where((height > 0) == up, height, 0.0)
+            style = {"color": color, "hatch": hatch, "edgecolor": "white", "linewidth": 0.5}
+            bars = axes.bar(places, part, width, bottom=tops[up], label=label if up else None, **style)
+            for bar in bars:
+                bar.sticky_edges.y.clear()
+            tops[up] = tops[up] + part
 
 
 def _numbers(table, terms):
@@ -71,7 +77,7 @@ def _numbers(table, terms):
 
 def _remarks(frictions, terms):
     """Say in numbers what slipping saves and what it costs."""
-    for number in (0, len(frictions) // 2):
+    for number in range(0, len(frictions), 2):
         saved, slid, braked = (_difference(terms[name])[number] for name, *_ in TERMS)
         yield (
             f"At friction {frictions[number]:g} the slipping touchdown loses {-saved:.3f} J/m less at impact; "

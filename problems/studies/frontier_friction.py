@@ -1,40 +1,57 @@
 """Cost of transport over friction for four words, and where the cheapest of them changes.
 
 Each word is swept over friction in both directions, and every gait is replayed. The less friction, the more it pays to
-let the foot slip: forward at touchdown, and backward at the end of the step.
+let the foot slip: forward at touchdown, and backward at the end of the step. The band on top has the colour of the
+cheapest word. Marks are hollow where a slide lasts as short as it may: the word would rather do without it.
 """
 
 import numpy as np
 from drawing import STYLE, spelled
-from frontier_setup import FRICTION, WORD_STYLE, standard_numbers, walker
+from frontier_setup import FRICTION, WORD_STYLE, resting, standard_numbers, walker
+from matplotlib.lines import Line2D
 
 from gaitopt import Study, sweep
+
+SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 
 
 def study(least=0.1, most=0.25, step=0.005, words=tuple(WORD_STYLE), workers=2, path=None):
     """Return the study; `path` keeps the sweep, so that it can be gone on with."""
     friction = np.round(np.arange(least, most + step / 2, step), 6)
     table = sweep(walker(), friction=friction, words=words, workers=workers, path=path)
-    cost = table.cost_of_transport
-    with STYLE.figure(4.6) as figure:
-        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        reference = cost.sel(word="stick | stick").values
-        for word in words:
-            style = WORD_STYLE[word] | {"markersize": 3, "linewidth": 1.2}
-            above.plot(friction, cost.sel(word=word), label=spelled(word), **style)
-            below.plot(friction, 100 * (cost.sel(word=word).values / reference - 1), **style)
-        changes = crossovers(friction, cost.values)
-        for axes in (above, below):
-            for at, _, _ in changes:
-                axes.axvline(at, color="0.4", linewidth=0.8, linestyle=(0, (2, 2)))
-        for at, _, _ in changes:
-            above.annotate(f"{at:.3f}", (at, 1), (0, 2), ("data", "axes fraction"), "offset points", ha="center")
-        above.set(ylabel="cost of transport", ylim=(None, 1.03 * np.nanmax(reference)))
-        above.legend(loc="upper center")
-        below.set(xlabel=r"friction $\mu$", ylabel="dearer than sticking [%]", ylim=(-8, 4))
+    changes = crossovers(friction, table.cost_of_transport.values)
     at = table.cost_of_transport.sel(friction=FRICTION, method="nearest")
     numbers = standard_numbers({word: at.sel(word=word) for word in words})
-    return Study(figure, tuple(numbers), tuple(_remarks(table, words, changes)))
+    return Study(_drawn(table, words, changes), tuple(numbers), tuple(_remarks(table, words, changes)))
+
+
+def _drawn(table, words, changes):
+    """Return the figure: costs above, their difference from sticking below."""
+    friction, cost = table.friction.values, table.cost_of_transport
+    reference = cost.sel(word=STICK).values
+    with STYLE.figure(4.8) as figure:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        for word in words:
+            own = cost.sel(word=word).values
+            shown = np.where(own < 1.1 * reference, own, np.nan)
+            hollow = resting(table.sel(word=word))
+            style, mark = dict(WORD_STYLE[word]), {"color": WORD_STYLE[word]["color"], "linestyle": "", "markersize": 4}
+            marker = style.pop("marker")
+            for axes, values in ((above, shown), (below, 100 * (shown / reference - 1))):
+                axes.plot(friction, values, linewidth=1.2, **style)
+                axes.plot(friction[~hollow], values[~hollow], marker, **mark)
+                axes.plot(friction[hollow], values[hollow], marker, markerfacecolor="white", markeredgewidth=0.8, **mark)
+        for at, _, _ in changes:
+            for axes in (above, below):
+                axes.axvline(at, color="0.4", linewidth=0.8, linestyle=(0, (2, 2)))
+            above.annotate(f"{at:.3f}", (at, 1), (0, 2), ("data", "axes fraction"), "offset points", ha="center")
+        for word, low, high in _winners(table, words, changes):
+            above.axvspan(low, high, 0.97, 1, color=WORD_STYLE[word]["color"], linewidth=0)
+        above.set(ylabel="cost of transport", ylim=(None, 1.05 * np.nanmax(reference)))
+        keys = [Line2D([], [], label=spelled(word), markersize=4, **WORD_STYLE[word]) for word in words]
+        above.legend(handles=keys, loc="upper center", bbox_to_anchor=(0.5, 0.95))
+        below.set(xlabel=r"friction $\mu$", ylabel="dearer than sticking [%]", ylim=(-7.5, 4.5))
+    return figure
 
 
 def crossovers(friction, cost):
@@ -51,18 +68,40 @@ def crossovers(friction, cost):
     return found
 
 
-def _remarks(table, words, changes):
-    """Say which word is cheapest where, where slipping at touchdown pays, and whether all gaits passed."""
+def _winners(table, words, changes):
+    """Yield the cheapest word from one friction to another."""
     friction = table.friction.values
     borders = [friction[0], *(at for at, _, _ in changes), friction[-1]]
     cheapest = [int(np.nanargmin(table.cost_of_transport.values[:, 0])), *(above for _, _, above in changes)]
     for number, low, high in zip(cheapest, borders, borders[1:], strict=False):
-        yield f"From friction {low:.3f} to {high:.3f} `{words[number]}` is the cheapest of these words."
-    cost = table.cost_of_transport
-    pays = friction[(cost.sel(word="slip+ stick | slip+") < cost.sel(word="stick | stick")).values]
-    yield f"`slip+ stick | slip+` costs less than `stick | stick` from friction {pays.min():.3f} to {pays.max():.3f}."
+        yield words[number], low, high
+
+
+def _remarks(table, words, changes):
+    """Say which word is cheapest where, where slipping at touchdown pays, and whether all gaits passed."""
+    for word, low, high in _winners(table, words, changes):
+        yield f"From friction {low:.3f} to {high:.3f} `{word}` is the cheapest of these words."
+    friction, pair = table.friction.values, table.cost_of_transport.sel(word=[STICK, SLIP]).values
+    ends = [at for at, below, _ in crossovers(friction, pair) if below == 1]
+    saved = 100 * (1 - pair[1] / pair[0])
+    most = int(np.nanargmax(saved))
+    yield (
+        f"`{SLIP}` beats `{STICK}` at every friction from {friction[0]:.3f}, the least here, to "
+        f"{ends[-1] if ends else friction[-1]:.3f}, by {saved[most]:.1f} % at {friction[most]:.3f}, where it saves most."
+    )
+    idle = friction[resting(table.sel(word=SLIP))]
+    if idle.size:
+        yield f"From friction {idle[0]:.3f} on its slide lasts as short as it may."
     solved = int((table.status == "solved").sum())
     yield f"{solved} of {table.status.size} gaits were found, and {int(table.verified.sum())} passed their replay."
+    for word, at, reason in _missing(table):
+        yield f"None was found for `{word}` at friction {at:.3f}: {reason}."
+
+
+def _missing(table):
+    """Yield words, frictions and reasons of the gaits that were not found."""
+    for word, number in zip(*np.nonzero(table.status.values != "solved"), strict=True):
+        yield table.word.values[word], table.friction.values[number], table.reason.values[word, number]
 
 
 if __name__ == "__main__":

@@ -25,6 +25,11 @@ def standard_numbers(costs):
             yield Number(name, float(costs[word]), reference, tolerance, "own computation, to 0.1 %")
 
 
+def resting(table):
+    """Return at which points of a sweep a phase lasts as short as the limits of the problem let it."""
+    return table.shortest_phase.values < 1.01 * Limits().shortest_phase
+
+
 def walker(speed=SPEED, step_length=STEP, friction=FRICTION, torque=TORQUE, **changes):
     """Return the problem the studies vary."""
     return GaitProblem(

@@ -1,12 +1,15 @@
 """Cost of transport over speed and step length at one friction, and what slipping at touchdown saves there.
 
-The colour is the cost of the cheaper of two words. The numbers say by how many percent the gait that slips at touchdown
-is cheaper than the one that always sticks; the dot marks the gait of the other studies.
+On the left the cost of the cheaper of two words; on the right by how many percent the gait that slips at touchdown is
+cheaper than the one that always sticks, in brackets where its slide lasts as short as it may. The frame marks the gait
+of the other studies.
 """
 
 import numpy as np
 from drawing import STYLE
-from frontier_setup import FRICTION, SPEED, STEP, standard_numbers, walker
+from frontier_setup import FRICTION, SPEED, STEP, resting, standard_numbers, walker
+from matplotlib.colors import LogNorm
+from matplotlib.patches import Rectangle
 
 from gaitopt import Study, sweep
 
@@ -20,26 +23,45 @@ def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, worker
     problem = walker(friction=friction)
     table = sweep(problem, speed=speed, step_length=step, words=[STICK, SLIP], workers=workers, path=path)
     cost = table.cost_of_transport
-    cheapest, saving = cost.min("word"), 100 * (1 - cost.sel(word=SLIP) / cost.sel(word=STICK))
-    with STYLE.figure(3.6) as figure:
-        axes = figure.subplots()
-        shading = axes.pcolormesh(speed, step, cheapest.T, shading="nearest", cmap="viridis")
-        figure.colorbar(shading, label="cost of transport of the cheaper word")
-        for i, j in np.ndindex(*saving.shape):
-            if np.isfinite(saving.values[i, j]):
-                axes.text(speed[i], step[j], f"{saving.values[i, j]:+.1f}", color="white", ha="center", va="bottom")
-        axes.plot(SPEED, STEP, "o", markersize=4, color="white")
-        axes.set(xlabel="speed [m/s]", ylabel="step length [m]")
-        axes.grid(visible=False)
+    saving = 100 * (1 - cost.sel(word=SLIP) / cost.sel(word=STICK))
+    with STYLE.figure(3.4) as figure:
+        left, right = figure.subplots(1, 2, sharey=True)
+        shading = left.pcolormesh(cost.min("word").values.T, cmap="viridis_r", norm=LogNorm())
+        bar = figure.colorbar(shading, location="top", label="cost of transport of the cheaper word")
+        bar.ax.minorticks_off()
+        bar.set_ticks([0.01, 0.015, 0.02, 0.03], labels=["0.01", "0.015", "0.02", "0.03"])
+        shading = right.pcolormesh(saving.values.T, cmap="RdBu", vmin=-15, vmax=15)
+        figure.colorbar(shading, location="top", extend="both", label="slipping at touchdown is cheaper by [%]")
+        _write(right, saving.values, resting(table.sel(word=SLIP)))
+        for axes in (left, right):
+            corner = int(np.searchsorted(speed, SPEED)), int(np.searchsorted(step, STEP))
+            axes.add_patch(Rectangle(corner, 1, 1, fill=False, edgecolor="black", linewidth=1.5))
+            axes.set_xticks(np.arange(speed.size) + 0.5, [f"{value:.3g}" for value in speed])
+            axes.set_yticks(np.arange(step.size) + 0.5, [f"{value:.3g}" for value in step])
+            axes.set(xlabel="speed [m/s]")
+            axes.grid(visible=False)
+        left.set(ylabel="step length [m]")
     standard = cost.sel(speed=SPEED, step_length=STEP)
     at = {word: standard.sel(word=word) for word in (STICK, SLIP)}
     return Study(figure, tuple(standard_numbers(at)), tuple(_remarks(table, saving)))
 
 
+def _write(axes, saving, hollow):
+    """Write numbers into cells, in brackets where `hollow`, in a colour that can be read there."""
+    for i, j in np.argwhere(np.isfinite(saving)):
+        text = f"{saving[i, j]:.1f}".replace("-", "\N{MINUS SIGN}")
+        color = "white" if abs(saving[i, j]) > 10 else "black"
+        axes.text(i + 0.5, j + 0.5, f"({text})" if hollow[i, j] else text, color=color, ha="center", va="center")
+
+
 def _remarks(table, saving):
-    """Say how large the saving is and how many gaits were found."""
-    low, high = float(saving.min()), float(saving.max())
-    yield f"Slipping at touchdown saves between {low:.1f} and {high:.1f} % over these speeds and step lengths."
+    """Say where slipping saves, how much, and how many gaits were found."""
+    best, worst = (saving.isel(found) for found in (saving.argmax(...), saving.argmin(...)))
+    yield (
+        f"Slipping at touchdown is cheaper at {int((saving > 0).sum())} of {saving.size} points: most at "
+        f"{float(best.speed):g} m/s with steps of {float(best.step_length):g} m, by {float(best):.1f} %. Least it pays at "
+        f"{float(worst.speed):g} m/s and {float(worst.step_length):g} m: {float(worst):+.1f} %."
+    )
     solved = int((table.status == "solved").sum())
     yield f"{solved} of {table.status.size} gaits were found, and {int(table.verified.sum())} passed their replay."
 

@@ -23,7 +23,7 @@ SMALL = {
     "compass_portraits": {},
     "feedback_figures": {"laws": ("lqr",), "evaluations": 2, "starts": 1, "steps": 4, "pushes": 2},
     "feedback_laws": {"names": ("stick | stick",), "laws": ("lqr",), "evaluations": 2, "starts": 2, "sizes": 2},
-    "frontier_ankle": {"limits": (6.0,), "frictions": (0.14,)},
+    "frontier_ankle": {"limits": (6.0,), "speeds": (0.6, 0.6, 1), "workers": 1},
     "frontier_energy": {"frictions": (0.14,), "workers": 1},
     "frontier_friction": {"least": 0.14, "most": 0.14, "step": 0.04, "words": WORDS, "workers": 1},
     "frontier_speed_step": {"speeds": (0.633, 0.633, 1), "steps": (0.4713, 0.4713, 1), "workers": 1},
