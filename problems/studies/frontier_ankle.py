@@ -88,8 +88,8 @@ def _remarks_alone(speed, alone):
         if cost is not both and np.any(np.isfinite(cost)):
             best = int(np.nanargmin(cost / both))
             yield (
-                f"{name.capitalize()}, at friction {GRIPPY:g}: found at {np.isfinite(cost).sum()} of {speed.size} speeds, "
-                f"and nearest to both motors at {speed[best]:g} m/s, with {cost[best] / both[best]:.2f} times their cost."
+                f"{name.capitalize()} at friction {GRIPPY:g}: found at {np.isfinite(cost).sum()} of {speed.size} "
+                f"speeds; nearest to both motors at {speed[best]:g} m/s, at {cost[best] / both[best]:.2f} times the cost."
             )
 
 

@@ -35,12 +35,12 @@ def _drawn(table, words, changes):
             own = cost.sel(word=word).values
             shown = np.where(own < 1.1 * reference, own, np.nan)
             hollow = resting(table.sel(word=word))
-            style, mark = dict(WORD_STYLE[word]), {"color": WORD_STYLE[word]["color"], "linestyle": "", "markersize": 4}
-            marker = style.pop("marker")
+            style = dict(WORD_STYLE[word])
+            mark = {"color": style["color"], "linestyle": "", "markersize": 4, "marker": style.pop("marker")}
             for axes, values in ((above, shown), (below, 100 * (shown / reference - 1))):
                 axes.plot(friction, values, linewidth=1.2, **style)
-                axes.plot(friction[~hollow], values[~hollow], marker, **mark)
-                axes.plot(friction[hollow], values[hollow], marker, markerfacecolor="white", markeredgewidth=0.8, **mark)
+                axes.plot(friction[~hollow], values[~hollow], **mark)
+                axes.plot(friction[hollow], values[hollow], markerfacecolor="white", markeredgewidth=0.8, **mark)
         for at, _, _ in changes:
             for axes in (above, below):
                 axes.axvline(at, color="0.4", linewidth=0.8, linestyle=(0, (2, 2)))
@@ -86,8 +86,8 @@ def _remarks(table, words, changes):
     saved = 100 * (1 - pair[1] / pair[0])
     most = int(np.nanargmax(saved))
     yield (
-        f"`{SLIP}` beats `{STICK}` at every friction from {friction[0]:.3f}, the least here, to "
-        f"{ends[-1] if ends else friction[-1]:.3f}, by {saved[most]:.1f} % at {friction[most]:.3f}, where it saves most."
+        f"`{SLIP}` beats `{STICK}` from friction {friction[0]:.3f}, the least here, to "
+        f"{ends[-1] if ends else friction[-1]:.3f}; most, by {saved[most]:.1f} %, at {friction[most]:.3f}."
     )
     idle = friction[resting(table.sel(word=SLIP))]
     if idle.size:

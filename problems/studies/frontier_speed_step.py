@@ -59,8 +59,8 @@ def _remarks(table, saving):
     best, worst = (saving.isel(found) for found in (saving.argmax(...), saving.argmin(...)))
     yield (
         f"Slipping at touchdown is cheaper at {int((saving > 0).sum())} of {saving.size} points: most at "
-        f"{float(best.speed):g} m/s with steps of {float(best.step_length):g} m, by {float(best):.1f} %. Least it pays at "
-        f"{float(worst.speed):g} m/s and {float(worst.step_length):g} m: {float(worst):+.1f} %."
+        f"{float(best.speed):g} m/s with steps of {float(best.step_length):g} m, by {float(best):.1f} %. Least it pays "
+        f"at {float(worst.speed):g} m/s and {float(worst.step_length):g} m: {float(worst):+.1f} %."
     )
     solved = int((table.status == "solved").sum())
     yield f"{solved} of {table.status.size} gaits were found, and {int(table.verified.sum())} passed their replay."
