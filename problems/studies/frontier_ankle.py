@@ -89,7 +89,7 @@ def _remarks_alone(speed, alone):
             best = int(np.nanargmin(cost / both))
             yield (
                 f"{name.capitalize()} at friction {GRIPPY:g}: found at {np.isfinite(cost).sum()} of {speed.size} "
-                f"speeds; nearest to both motors at {speed[best]:g} m/s, at {cost[best] / both[best]:.2f} times the cost."
+                f"speeds; nearest to both at {speed[best]:g} m/s, at {cost[best] / both[best]:.2f} times their cost."
             )
 
 
