@@ -24,6 +24,10 @@ TERMS = (
 """Terms of the energy per distance: name, label, colour, hatch."""
 
 
+MOST_UPRIGHT = 2
+"""Bars whose labels have room side by side."""
+
+
 def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None) -> "Figure":
     """Draw gaits over each other, over the percentage of the step, and their energy per distance as bars.
 
@@ -99,9 +103,17 @@ def _draw_energy(axes: "Axes", comparison: Comparison) -> None:
         total = term["absolute_work"]
         axes.plot([place - 0.35, place + 0.35], [total, total], color="0.1", linewidth=1.2)
         axes.annotate(
-            f"{total:.3g}", (place, above[place]), (0, 2), textcoords="offset points", ha="center", va="bottom"
+            f"{total:#.3g}".rstrip("."),
+            (place, above[place]),
+            (0, 2),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
         )
-    axes.set_xticks(places, [_folded(label) for label in comparison.gaits])
+    if len(terms) <= MOST_UPRIGHT:
+        axes.set_xticks(places, [_folded(label) for label in comparison.gaits])
+    else:
+        axes.set_xticks(places, list(comparison.gaits), rotation=60, ha="right", rotation_mode="anchor")
     axes.set_ylabel("energy per distance [J/m]")
     axes.set_ylim(top=1.25 * max(above))
     axes.grid(visible=False, axis="x")

@@ -101,12 +101,23 @@ def finished(problem: GaitProblem, coarse: Sequence[Gait]) -> list[Gait]:
     """Return the cheapest of coarse solutions on the problem's own grid, cheapest first; a failure as it is."""
     if not coarse[0].status.ok:
         return [coarse[0]]
+    return sorted((attempt(problem, gait) for gait in _rivals(coarse)), key=_rank)
+
+
+def leading(problem: GaitProblem, coarse: Sequence[Gait]) -> Gait:
+    """Return the coarse solution that is the cheapest on the problem's own grid, on which two may change places."""
+    rivals = _rivals(coarse) if coarse[0].status.ok else []
+    return coarse[0] if len(rivals) < 2 else min(rivals, key=lambda gait: _rank(attempt(problem, gait)))
+
+
+def _rivals(coarse: Sequence[Gait]) -> list[Gait]:
+    """Return of coarse solutions, cheapest first, those that may be the cheapest on a finer grid."""
     chosen: list[Gait] = []
     for gait in coarse:
         near = objective(gait) <= objective(coarse[0]) * (1 + WORTH)
         if near and len(chosen) < FINISHED and not any(_alike(gait, other) for other in chosen):
             chosen.append(gait)
-    return sorted((attempt(problem, gait) for gait in chosen), key=_rank)
+    return chosen
 
 
 def best(gaits: Sequence[Gait]) -> Gait:

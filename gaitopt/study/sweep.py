@@ -12,7 +12,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
 from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.study.attempt import best, finished, found_cold, objective, own_starts, proven, scouted
+from gaitopt.study.attempt import best, finished, found_cold, leading, objective, own_starts, proven, scouted
 from gaitopt.study.gait_folder import GaitFolder
 from gaitopt.study.grid import Duty, Grid, axis_values, tasks
 from gaitopt.study.parcel import Prepare
@@ -155,7 +155,7 @@ def solve_task(grid: Grid, duty: Duty, *found: Gait | None) -> Gait:
             ready = [*ready, *found_cold(problem, grid.starts)]
         return proven(problem, ready)
     if duty.kind == "cold" or not gaits:
-        return scouted(problem, own_starts(problem, grid.starts))[0]
+        return leading(problem, scouted(problem, own_starts(problem, grid.starts)))
     own = [gait for gait in found[-1:] if duty.own and gait is not None]
     return _continued(problem, own, [gait for gait in gaits if gait not in own])
 

@@ -1,6 +1,7 @@
-"""A solver that knows the stages of a problem, ``pytest tests/benchmarks/test_structured_solver.py --benchmark-only -s``.
+"""A solver that knows the stages of a problem.
 
-Ipopt with MUMPS and Fatrop on one programme, laid out in stages by hand, from the same start.
+``pytest tests/benchmarks/test_structured_solver.py --benchmark-only -s``: Ipopt with MUMPS and Fatrop on one programme,
+laid out in stages by hand, from the same start.
 """
 
 import sys
@@ -22,7 +23,7 @@ def test_stages(benchmark, intervals, limited):
     for name, (cost, iterations, seconds, inside) in found.items():
         print(
             f"{intervals} intervals, {'absolute work' if limited else 'squared torques'}, {name}: {cost:.8f}, "
-            f"{iterations} iterations, {1e3 * seconds:.1f} ms, of an iteration {1e3 * inside / iterations:.2f} ms inside",
+            f"{iterations} iterations, {1e3 * seconds:.1f} ms, {1e3 * inside / iterations:.2f} ms each without the model",
             file=sys.stderr,
         )
     # Of absolute work there may be several optima; that of squared torques is one.
