@@ -23,7 +23,7 @@ def test_stages(benchmark, intervals, limited):
     for name, (cost, iterations, seconds, inside) in found.items():
         print(
             f"{intervals} intervals, {'absolute work' if limited else 'squared torques'}, {name}: {cost:.8f}, "
-            f"{iterations} iterations, {1e3 * seconds:.1f} ms, {1e3 * inside / iterations:.2f} ms each without the model",
+            f"{iterations} iterations, {1e3 * seconds:.1f} ms, {1e3 * inside:.1f} ms without the model",
             file=sys.stderr,
         )
     # Of absolute work there may be several optima; that of squared torques is one.
