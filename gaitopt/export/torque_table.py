@@ -4,11 +4,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from gaitopt import __version__
-from gaitopt.control.law import Law, demanded, held_size
+from gaitopt.control.law import Law, demand_slope
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import replacing
 from gaitopt.motion.motion import Motion, Segment
@@ -96,13 +95,9 @@ def _table(motion: Motion, law: Law | None) -> dict[str, Any]:
 
 def _torque_by_state(law: Law, motion: Motion, segments: list[Segment]) -> dict[str, dict[str, list[float]]]:
     """Return how each torque, without its limits, changes with angles, rates and foot speed, at every sample."""
-    function, n = law.torque if law.demand is None else law.demand, motion.segments[0].q.shape[0]
-    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * n + held_size(law.torque))
-    data, state = ca.SX.sym("data", law.table.shape[0]), ca.vertcat(y[2:n], y[n + 2 : 2 * n], y[n])
-    slopes = {
-        sign: ca.Function("slope", [clock, y, data], [ca.jacobian(demanded(function, clock, y, data, sign)[0], state)])
-        for sign in {segment.mode.sign for segment in segments}
-    }
+    n = segments[0].q.shape[0]
+    slopes = {sign: demand_slope(law, n, sign) for sign in {segment.mode.sign for segment in segments}}
+    columns = [*range(2, n), *range(n + 2, 2 * n), n]
     begin, values = segments[0], []
     held = np.zeros(0)
     if law.hold is not None:
@@ -111,10 +106,10 @@ def _torque_by_state(law: Law, motion: Motion, segments: list[Segment]) -> dict[
         for k, time in enumerate(segment.time - begin.time[0]):
             now = np.concatenate((segment.q[:, k], segment.v[:, k], held))
             piece = law.piece(law.measure(time, now) - (1e-9 if k else 0.0))  # the last sample belongs to this phase
-            values.append(np.asarray(slopes[segment.mode.sign](time, now, law.table[:, piece])))
-    columns = [*motion.angles, *(f"{name}_rate" for name in motion.angles), "foot_speed"]
+            values.append(np.asarray(slopes[segment.mode.sign](time, now, law.table[:, piece]))[:, columns])
+    names = [*motion.angles, *(f"{name}_rate" for name in motion.angles), "foot_speed"]
     table = np.moveaxis(np.array(values), 0, -1)
     return {
-        actuator: dict(zip(columns, rows.tolist(), strict=True))
+        actuator: dict(zip(names, rows.tolist(), strict=True))
         for actuator, rows in zip(motion.actuators, table, strict=True)
     }
