@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -200,3 +201,23 @@ def test_who_starts_from_whom_is_decided_by_the_grid():
     assert needs["point-0-001-001"] == ("forward-0-001-001", "backward-0-001-001")
     assert needs["forward-0-002-001"][-1] == "cold-0-002-001"
     assert len(needs) == 3 * 12 + 9
+
+
+def test_two_coarse_gaits_may_change_places_on_the_fine_grid(slip_gait, monkeypatch):
+    import gaitopt.study.attempt as module
+
+    def costing(factor):
+        return replace(slip_gait, solver=replace(slip_gait.solver, objective=factor * slip_gait.solver.objective))
+
+    first, second, far = map(costing, (1.0, 1.01, 1.1))
+    finer, tried = {first: costing(1.02), second: costing(1.0)}, []
+
+    def attempt(problem, start):
+        tried.append(start)
+        return finer[start]
+
+    monkeypatch.setattr(module, "attempt", attempt)
+    assert module.leading(quick_problem(), [first, second, far]) is second
+    assert tried == [first, second]
+    assert module.leading(quick_problem(), [first, far]) is first  # alone near the best: not solved finely for this
+    assert len(tried) == 2
