@@ -94,8 +94,7 @@ def endurance(
     Slope: walked on for all steps, uphill and downhill.  Friction patch: the drop of friction over some steps in the
     middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step and
     added before the torque limits.  Sensor delay: age of the state the law reads (:mod:`gaitopt.simulation.delay`), up
-    to half the period.  In all but the push, surviving means to walk all steps, if need be in another
-    gait.
+    to half the period.  In all but the push, surviving means to walk all steps, if need be in another gait.
 
     Parameters
     ----------
