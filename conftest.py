@@ -17,6 +17,18 @@ from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 ROOT = Path(__file__).parent
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config):
+    """Let two processes share the whole of the tests; parts of it run in this one unless ``-n`` says otherwise."""
+    option, whole = config.option, config.args_source is config.ArgsSource.TESTPATHS
+    if "PYTEST_XDIST_WORKER" in os.environ:  # this is one of the two
+        return
+    if whole and option.numprocesses is None:
+        option.numprocesses = 2
+    if option.numprocesses:
+        option.dist = "loadscope"  # a file's tests stay together and share its fixtures
+
+
 def run_commands(example):
     """Run the gaitopt commands of a block; each must succeed."""
     from gaitopt.cli.app import main
