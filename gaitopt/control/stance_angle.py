@@ -15,7 +15,7 @@ from gaitopt.motion.motion import Array, Motion
 NEVER = 1e3
 """An angle [rad] that is never reached, beyond the last piece."""
 ACCURACY = 1e-9
-"""To which the planned time is known as a function of the angle [s]: pieces are halved until it is."""
+"""To which the planned time is known as a function of the angle [s]: pieces are halved until it is, but not shorter."""
 HALVINGS = 12
 """How often they are at most; an angle that needs more all but rests."""
 ROWS = 9
@@ -61,7 +61,8 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
         raise InputError(f"The law {law.name!r} does not go by the clock, so its clock cannot be replaced.")
     place, plan = robot.angles.index(name), reference(robot, motion)
     _check_growing(plan, place, name)
-    times = _halved(plan, place, np.union1d(plan.breakpoints, law.breakpoints[law.breakpoints < plan.duration]), name)
+    times = np.union1d(plan.breakpoints, law.breakpoints[law.breakpoints < plan.duration])
+    times = _halved(plan, place, times[np.append(np.diff(times) > ACCURACY, True)], name)
     begins, coefficients = _planned_times(plan, place, times)
     held = np.zeros((6, 2))
     held[0] = times[[0, -1]]

@@ -55,6 +55,13 @@ def test_the_ends_are_held_beyond_the_planned_angles(compass, slip_gait):
             assert torque(law, 0.0, q + beyond, first.v[:, 0]) == pytest.approx(planned, abs=1e-12)
 
 
+def test_pieces_that_begin_together_but_for_rounding_are_one(compass, slip_gait):
+    plain = feedforward(compass, slip_gait.motion)
+    law = by_stance_angle(compass, slip_gait.motion, plain.split(plain.breakpoints[3:6] + 1e-15))
+    assert law.breakpoints.size == by_stance_angle(compass, slip_gait.motion, plain).breakpoints.size
+    assert np.all(np.isfinite(law.table))
+
+
 def test_what_is_held_over_a_step_stays(compass, slip_gait):
     plain = step_lqr(compass, slip_gait.motion, torque_limit=8)
     law, first = by_stance_angle(compass, slip_gait.motion, plain), slip_gait.motion.segments[0]
