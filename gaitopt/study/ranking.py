@@ -27,8 +27,8 @@ class Finding:
     word : Word
     status : str
         That of its gait; ``"merged"`` for a gait that is a shorter word in disguise, and no cheaper than what was found
-        for that one; ``"impossible"``, ``"lost"`` when its process died, ``"pending"`` when the search was interrupted
-        before.
+        with fewer phases; ``"impossible"``, ``"lost"`` when its process died, ``"pending"`` when the search was
+        interrupted before.
     reason : str
         Why it is not ranked; empty when it is.
     gait : Gait or None
@@ -132,14 +132,15 @@ def judge(gait: Gait, shortest_phase: float, file: Path | None) -> Finding:
 def rank(findings: list[Finding], complete: bool) -> Ranking:
     """Return findings in order: ranked, merged, then the others.
 
-    A gait in disguise that is cheaper than what was found for the shorter word is a gait of its own: its phase would
+    A gait in disguise that is cheaper than all that was found with fewer phases is a gait of its own: its phase would
     rather be shorter still, but not vanish.
     """
-    costs = {finding.word: objective(finding.gait) for finding in findings if finding.gait is not None}
+    costs = [(len(finding.word.phases), objective(finding.gait)) for finding in findings if finding.gait is not None]
 
     def settled(finding: Finding) -> Finding:
-        gait, other = finding.gait, finding.merged_into
-        if gait is None or other is None or objective(gait) >= (1 - ALIKE) * costs.get(other, math.inf):
+        gait, count = finding.gait, len(finding.word.phases)
+        simpler = min((cost for phases, cost in costs if phases < count), default=math.inf)
+        if gait is None or finding.status != MERGED or objective(gait) >= (1 - ALIKE) * simpler:
             return finding
         return replace(finding, status=gait.status.key, reason="", merged_into=None)
 
