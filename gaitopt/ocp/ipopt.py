@@ -37,8 +37,8 @@ _STATUS = {
 STOPPED = (Status.ITERATION_LIMIT, Status.TIME_LIMIT, Status.INTERRUPTED)
 """Endings that come from outside; the best iterate that meets the constraints is then the answer."""
 
-LINEAR_SOLVERS = ("mumps", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso", "spral")
-"""Linear solvers the Ipopt of CasADi's wheel knows; only the first one comes with it."""
+LINEAR_SOLVERS = ("mumps", "spral", "ma27", "ma57", "ma77", "ma86", "pardiso")
+"""Linear solvers the Ipopt of CasADi's wheel knows; the first two come with it (MA97 would crash the process)."""
 
 
 _ONE_AT_A_TIME = threading.RLock()
@@ -82,7 +82,7 @@ class Ipopt:
     max_iterations : int
     time_limit : float [s]
     linear_solver : str
-        ``"mumps"`` comes with CasADi; others must be installed.
+        ``"mumps"`` and the slower ``"spral"`` come with CasADi; others must be installed.
 
     Raises
     ------
