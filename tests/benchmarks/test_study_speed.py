@@ -90,13 +90,13 @@ KILLED = """
 
     if __name__ == "__main__":
         show = lambda done, total: print(done, flush=True)
-        sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 16), words={words}, starts=1, workers=2,
+        sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), words={words}, starts=1, workers=2,
               path=sys.argv[1], observer=show)
 """
 
 
 def test_twenty_kills_lose_nothing_that_was_finished(benchmark, tmp_path):
-    whole = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 16), words=WORDS, starts=1, workers=2)
+    whole = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), words=WORDS, starts=1, workers=2)
     script, path, moments = tmp_path / "killed.py", tmp_path / "frontier.nc", random.Random(20)
     script.write_text(textwrap.dedent(KILLED).format(words=WORDS))
     kills = 0
@@ -118,7 +118,7 @@ def test_twenty_kills_lose_nothing_that_was_finished(benchmark, tmp_path):
             assert not told or kept >= int(told[-1])
 
     benchmark.pedantic(to_the_end, rounds=1)
-    table = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 16), words=WORDS, starts=1, path=path)
+    table = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), words=WORDS, starts=1, path=path)
     report(benchmark, kills=kills)
     assert kills == 20
     assert table.identical(whole)
