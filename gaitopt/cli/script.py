@@ -75,9 +75,9 @@ def robot_of(gait: Gait, script: Path | None) -> Robot:
     Raises
     ------
     InputError
-        If the script has no gait problem, or the robot is not known.
+        If the script has no gait problem, or its robot is another one, or the robot is not known.
     """
-    return build_problem(script, []).robot if script else robot_named(gait.robot)
+    return robot_named(gait.robot, build_problem(script, []).robot if script else None)
 
 
 def call_script(path: Path, settings: Sequence[str], function: str = "problem") -> Any:

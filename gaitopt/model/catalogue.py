@@ -10,19 +10,23 @@ from gaitopt.model.robot import Robot
 CATALOGUE: dict[str, Callable[[], Robot]] = {"compass_biped": compass_biped, "rimless_wheel": rimless_wheel}
 
 
-def robot_named(name: str) -> Robot:
-    """Return a robot of the catalogue.
+def robot_named(name: str, given: Robot | None = None) -> Robot:
+    """Return the robot a gait names: the one given, or else that of the catalogue.
 
     Raises
     ------
     InputError
-        If there is no such robot; the message names the nearest.
+        If the robot given has another name, or there is no such robot; the message then names the nearest.
 
     Examples
     --------
     >>> robot_named("compass_biped").n_q
     4
     """
+    if given is not None:
+        if given.name != name:
+            raise InputError(f"The gait belongs to robot {name!r}, not to {given.name!r}.")
+        return given
     if name not in CATALOGUE:
         raise InputError(
             f"There is no robot {name!r} in the catalogue. {suggest(name, CATALOGUE)} A robot of your own is passed as "

@@ -169,7 +169,7 @@ def _energy(motion: Motion) -> Element:
 def _stability(gait: Gait, robot: Robot | None) -> Element:
     """Return the multipliers of the gait's torques played back in open loop, or why there are none."""
     try:
-        cycle = assess_stability(gait, robot=robot)
+        cycle = assess_stability(gait, robot=robot if robot is not None and robot.name == gait.robot else None)
     except InputError as error:
         return _figure("Multipliers, torques played back", element("p", f"Not assessed. {error}", class_="note"))
     verdict = "stable" if cycle.stable else "unstable"

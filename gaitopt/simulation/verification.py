@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.control.law import feedforward
-from gaitopt.errors import InputError
 from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
@@ -107,9 +106,7 @@ def verify(
     >>> verify(load("docs/examples/compass_slip.h5")).verification.passed
     True
     """
-    robot = robot or robot_named(gait.robot)
-    if robot.name != gait.robot:
-        raise InputError(f"The gait belongs to robot {gait.robot!r}, not to {robot.name!r}.")
+    robot = robot_named(gait.robot, robot)
     return gait.with_verification(_compare(gait, replay(gait, robot, engine=engine), tolerances or Tolerances()))
 
 

@@ -37,7 +37,7 @@ def assess_stability(
     Raises
     ------
     InputError
-        If the gait is not a solution, or no periodic gait is found near it.
+        If the gait is not a solution, the robot is another one, or no periodic gait is found near it.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def assess_stability(
     (True, 0.63)
     """
     gait.require()
-    robot = robot or robot_named(gait.robot)
+    robot = robot_named(gait.robot, robot)
     p = robot.vector(gait.motion.parameters)
     law = law or feedforward(robot, gait.motion)
     walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=3 * gait.period)

@@ -89,7 +89,7 @@ def gain_sensitivity(
     >>> found.multipliers.shape, bool(abs(found.state).max() < 1e-6)  # the plan stays the gait whatever the gains
     ((4, 1), True)
     """
-    robot, names = robot or robot_named(cycle.robot), tuple(gains if gains is not None else law.gains)
+    robot, names = robot_named(cycle.robot, robot), tuple(gains if gains is not None else law.gains)
     for name in names:
         law.with_gains({name: law.gain_values.get(name, 0.0)})  # says which gains there are
     _, point = _at(cycle, law, robot, engine)

@@ -75,7 +75,7 @@ def tune_feedback(
     True
     """
     gait.require()
-    robot, search = robot or robot_named(gait.robot), search or Search()
+    robot, search = robot_named(gait.robot, robot), search or Search()
     objective, began = objective or SpectralRadius(), time.perf_counter()
     task = GainSearch(gait, robot, design, objective, tuple(frictions), engine, observer)
     best = task.search(search)

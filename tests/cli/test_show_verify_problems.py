@@ -60,6 +60,14 @@ def test_a_gait_of_an_unknown_robot_needs_its_script(command, folder, slip_file)
     assert "my_robot" in run.err
 
 
+@pytest.mark.parametrize("verb", ["verify", "stability", "simulate", "tune", "push", "export"])
+def test_a_script_with_another_robot_is_refused(command, root, slip_file, verb):
+    more = ("-o", "controller.c") if verb == "export" else ()
+    run = command(verb, slip_file, "--problem", root / "problems/five_link.py", *more)
+    assert run.status == 2
+    assert "The gait belongs to robot 'compass_biped', not to 'five_link'." in run.err
+
+
 def test_problems_lists_scripts_with_descriptions_and_parameters(command, root):
     run = command("problems", root / "problems", "--json")
     assert run.status == 0

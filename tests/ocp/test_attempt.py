@@ -144,6 +144,15 @@ def test_a_grid_too_coarse_for_the_cone_is_doubled(reference_problem):
     assert any("between nodes the contact leaves its mode" in warning for warning in gait.solver.warnings)
 
 
+def test_a_grid_too_coarse_for_its_tolerance_is_doubled_once_points_are_exhausted(reference_problem):
+    method = Collocation(intervals=4, points=6, tolerance=1e-9)
+    gait = solve(reference_problem(torque=60.0, friction=0.2, objective="torque_squared", transcription=method))
+    assert gait.status is Status.SOLVED
+    assert gait.problem["transcription"] == "collocation, 6 Lobatto points"
+    assert gait.problem["intervals"][0] in (8, 16)
+    assert gait.solver.error_between_nodes <= 1e-9
+
+
 def test_a_small_margin_makes_up_for_a_coarse_grid(reference_problem):
     method = Collocation(intervals=4, points=3, tolerance=0.1)
     gait = solve(reference_problem(torque=60.0, friction=0.1, margins=Margins(cone=5e-3), transcription=method))

@@ -67,6 +67,13 @@ def test_the_error_between_nodes_grows_with_a_perturbation(gait, transcription):
     assert between_nodes(transcription, values, x).drift > 0.9e-3
 
 
+def test_a_plan_is_followed_through_all_its_phases(gait, transcription):
+    # Only the node that slide and stance share is off: the path goes by it and on to the other nodes of the stance.
+    x, shared = unknowns(gait, transcription), transcription.phases[1].first
+    x[transcription.variables["rates"][0, shared]] += 1e-3
+    assert between_nodes(transcription, gait.motion.parameters, x).drift == pytest.approx(1e-3, rel=1e-4)
+
+
 def test_a_coarse_plan_is_refined_until_it_holds_between_nodes(reference_problem):
     coarse = {tolerance: solve(_coarse(reference_problem, tolerance)) for tolerance in (np.inf, 1e-8)}
     assert all(gait.status is Status.SOLVED for gait in coarse.values())

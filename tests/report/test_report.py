@@ -178,6 +178,8 @@ def test_the_multipliers_of_a_robot_of_ones_own(tmp_path, slipping, compass):
     own = replace(slipping, robot="my_robot")
     unknown = write_report({"a": own}, tmp_path / "unknown.html").read_text(encoding="utf-8")
     assert "Not assessed. There is no robot 'my_robot' in the catalogue." in unknown.replace("&#x27;", "'")
-    assert "largest modulus" in write_report({"a": own}, tmp_path / "own.html", robot=compass).read_text(
-        encoding="utf-8"
-    )
+    named = replace(compass, name="my_robot")
+    both = write_report({"a": own, "b": slipping}, tmp_path / "own.html", robot=named).read_text(encoding="utf-8")
+    alone = write_report({"b": slipping}, tmp_path / "alone.html").read_text(encoding="utf-8")
+    assert both.count("largest modulus") == 2 * alone.count("largest modulus") > 0
+    assert "Not assessed" not in both
