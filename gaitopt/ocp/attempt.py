@@ -23,6 +23,7 @@ from gaitopt.ocp.presolve import moved_inside, poorly_scaled
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.readout import Between, between_nodes, found_values, read_motion
 from gaitopt.ocp.start import guessed, start
+from gaitopt.ocp.tap import undivided
 from gaitopt.ocp.transcription import Transcription, transcribe
 from gaitopt.progress import Observer
 
@@ -109,12 +110,13 @@ class Attempt:
         """Solve on one grid, from a solution or else from the guess."""
         problem = self.problem
         began, known = time.perf_counter(), transcribe.cache_info().misses
-        transcription = transcribe(structure(problem, method))
-        if transcribe.cache_info().misses > known:
-            self.build_seconds += time.perf_counter() - began
-        x, multipliers = start(transcription, problem, self.guess), None
-        if before is not None:
-            x, multipliers = carried(before, transcription, x)
+        with undivided():
+            transcription = transcribe(structure(problem, method))
+            if transcribe.cache_info().misses > known:
+                self.build_seconds += time.perf_counter() - began
+            x, multipliers = start(transcription, problem, self.guess), None
+            if before is not None:
+                x, multipliers = carried(before, transcription, x)
         outcome = self.solver.minimise(
             transcription.nlp,
             x,
@@ -209,5 +211,6 @@ def _refined(own: Attempt, step: Step) -> tuple[Step, Between, float]:
 
 
 def _judged(step: Step) -> tuple[Between, float]:
-    between = between_nodes(step.transcription, step.values, step.x)
-    return between, max(between.drift, ledger(step.motion).relative_residual)
+    with undivided():
+        between = between_nodes(step.transcription, step.values, step.x)
+        return between, max(between.drift, ledger(step.motion).relative_residual)

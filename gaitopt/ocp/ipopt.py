@@ -13,7 +13,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp import Nlp
-from gaitopt.ocp.tap import Tap, interruptible
+from gaitopt.ocp.tap import Tap, interruptible, undivided
 from gaitopt.parameters import Parameter
 from gaitopt.progress import Observer
 from gaitopt.status import Status
@@ -137,7 +137,8 @@ class Ipopt:
             How close: the barrier parameter to go on with, about the complementarity the start is expected to have
             (in units of the scaled objective).
         """
-        solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
+        with undivided():
+            solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         try:

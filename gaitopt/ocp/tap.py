@@ -116,3 +116,23 @@ def interruptible(tap: Tap) -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, former)
+
+
+@contextmanager
+def undivided() -> Iterator[None]:
+    """Hold a Ctrl-C back until the block has ended.
+
+    Where CasADi's wrapper looks at arguments it clears whatever Python raises, and an interrupt would be lost.
+    """
+    normal = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not normal or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if came:
+        raise KeyboardInterrupt

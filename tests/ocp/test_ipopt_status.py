@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve, summarise
+from gaitopt.ocp.tap import undivided
 
 
 @pytest.fixture(scope="module")
@@ -146,3 +147,21 @@ def test_a_loose_tolerance_is_used(problem):
     assert loose.status is Status.SOLVED
     assert loose.solver.objective != tight.solver.objective
     assert loose.solver.objective == pytest.approx(tight.solver.objective, rel=1e-2)
+
+
+def test_an_interrupt_while_something_is_built_comes_when_it_is_built():
+    done = []
+
+    def build():
+        with undivided():
+            signal.raise_signal(signal.SIGINT)
+            done.append("built")
+
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            build()
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, former)
+    assert done == ["built"]
