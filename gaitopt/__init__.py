@@ -43,6 +43,7 @@ _PUBLIC = {
     "gaitopt.ocp.guess": ("Continued", "Guess", "Keyframes", "Line", "Previous", "Scattered"),
     "gaitopt.ocp.homotopy": ("Homotopy",),
     "gaitopt.ocp.ipopt": ("Ipopt",),
+    "gaitopt.ocp.newton": ("Newton",),
     "gaitopt.ocp.limits": ("Limits", "Margins"),
     "gaitopt.ocp.objective": ("CostOfTransport", "Objective", "PositiveWork", "TorqueSquared"),
     "gaitopt.ocp.passive": ("passive_cycle",),

@@ -1,11 +1,12 @@
 """assemble: a robot's Functions from its symbolic description, those of motion, of the landing foot and of the step."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
 
 from gaitopt.errors import InputError
+from gaitopt.later import Deferred
 from gaitopt.model import contact
 from gaitopt.model.mechanics import Body, Mechanics, derive
 from gaitopt.model.modes import PHYSICAL, Mode
@@ -111,14 +112,14 @@ def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[st
         joint.T @ u - parts.bias,
         coordinates.parameter("friction"),
     )
-    momentum = {"linear": parts.momentum, "angular": parts.angular_momentum, "total_mass": parts.total_mass}
     dynamics = {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T}
     return {
         "acceleration": acceleration,
         "wellposed": wellposed,
         "dynamics": _function("dynamics", qvp, dynamics),
-        "energy": _function("energy", qvp, {"kinetic": parts.kinetic, "potential": parts.potential}),
-        "momentum": _function("momentum", qvp, momentum),
+        "mass": _function("mass", {"p": coordinates.p}, {"total_mass": parts.total_mass}),
+        "energy": _later("energy", qvp, lambda: {"kinetic": parts.kinetic, "potential": parts.potential}),
+        "momentum": _later("momentum", qvp, lambda: {"linear": parts.momentum, "angular": parts.angular_momentum}),
     }
 
 
@@ -127,15 +128,18 @@ def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[
     q, v, p, qvp = coordinates.q, coordinates.v, coordinates.p, _inputs(coordinates)[1]
     w, impulse = ca.SX.sym("w", q.numel()), ca.SX.sym("impulse", 2)
     jacobian = ca.jacobian(foot, q)
-    spread = contact.solve_symmetric(mass_matrix, jacobian.T)
     residual = mass_matrix @ (w - v) - jacobian.T @ impulse
+
+    def collision() -> dict[str, ca.SX]:
+        spread = contact.solve_symmetric(mass_matrix, jacobian.T)
+        return {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
+
     landing = {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}
-    collision = {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
     impact = {"residual": residual, "foot_velocity": jacobian @ w}
     return {
         "landing": _function("landing", qvp, landing),
         "impact": _function("impact", {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p}, impact),
-        "collision": _function("collision", qvp, collision),
+        "collision": _later("collision", qvp, collision),
     }
 
 
@@ -166,7 +170,7 @@ def _inputs(coordinates: Coordinates) -> tuple[dict[str, ca.SX], dict[str, ca.SX
 
 def contact_functions(
     q: ca.SX, v: ca.SX, u: ca.SX, p: ca.SX, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX
-) -> tuple[dict[Mode, ca.Function], ca.Function]:
+) -> tuple[Mapping[Mode, ca.Function], Deferred[ca.Function]]:
     """Return the Functions `acceleration` and `wellposed` of a robot.
 
     Parameters
@@ -176,13 +180,40 @@ def contact_functions(
     mass_matrix, drive, friction : SX
         As in :func:`gaitopt.model.contact.accelerations`, expressions of the inputs.
     """
-    acceleration = {}
-    for mode in PHYSICAL:
+
+    def of(mode: Mode) -> ca.Function:
         a, f = contact.accelerations(mode, mass_matrix, drive, friction)
         label = "acceleration_" + mode.name.lower()
-        acceleration[mode] = _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
-    share = contact.sliding_inertia(mass_matrix, friction)
-    return acceleration, _function("wellposed", {"q": q, "p": p}, {"share": share})
+        return _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
+
+    return PerMode(of), _later(
+        "wellposed", {"q": q, "p": p}, lambda: {"share": contact.sliding_inertia(mass_matrix, friction)}
+    )
+
+
+class PerMode(Mapping[Mode, ca.Function]):
+    """The Functions of the modes a foot can be in, each made when it is first asked for."""
+
+    def __init__(self, make: Callable[[Mode], ca.Function]) -> None:
+        self._make, self._made = make, dict[Mode, ca.Function]()
+
+    def __getitem__(self, mode: Mode) -> ca.Function:
+        if mode not in self._made:
+            if mode not in PHYSICAL:
+                raise KeyError(mode)
+            self._made[mode] = self._make(mode)
+        return self._made[mode]
+
+    def __iter__(self) -> Iterator[Mode]:
+        return iter(PHYSICAL)
+
+    def __len__(self) -> int:
+        return len(PHYSICAL)
+
+
+def _later(label: str, inputs: dict[str, ca.SX], outputs: Callable[[], dict[str, ca.SX]]) -> Deferred[ca.Function]:
+    """Return a Function that is made when first used: most programmes need few of a robot's."""
+    return Deferred(lambda: _function(label, inputs, outputs()))
 
 
 def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -> ca.Function:

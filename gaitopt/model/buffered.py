@@ -12,7 +12,7 @@ class Buffered:
     Parameters
     ----------
     function : Function
-        All inputs and outputs dense.
+        Of sparse inputs and outputs, the nonzeros are handed over.
     fixed : arrays
         Values of its last inputs, the same in every call.
     shared : (k,) array, optional
@@ -35,10 +35,10 @@ class Buffered:
     def __init__(self, function: ca.Function, *fixed: Any, shared: np.ndarray | None = None) -> None:
         self._buffer, self._evaluate = function.buffer()
         # CasADi keeps bare pointers into this memory: it must live as long as the buffer.
-        free, sizes = function.n_in() - len(fixed), [function.numel_in(i) for i in range(function.n_in())]
+        free, sizes = function.n_in() - len(fixed), [function.nnz_in(i) for i in range(function.n_in())]
         self._packed = np.zeros(sum(sizes[:free])) if shared is None else shared
         inputs = (*_split(self._packed, sizes[:free]), *map(np.zeros, sizes[free:]))
-        sizes = [function.numel_out(i) for i in range(function.n_out())]
+        sizes = [function.nnz_out(i) for i in range(function.n_out())]
         self._result = np.zeros(sum(sizes))
         self._outputs = _split(self._result, sizes)
         for i, array in enumerate(inputs):

@@ -135,7 +135,7 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
         scale = abs(power) + abs(energy[0]) + 1
         energy_error = abs((energy[0] - energy[1]) / (2 * step) - power) / scale
         momentum = [np.asarray(robot.momentum(*state, p)[0]).ravel() for state in (ahead, behind)]
-        weight = float(robot.momentum(q, speed, p)[2]) * gravity * np.array([np.sin(slope), -np.cos(slope)])
+        weight = float(robot.mass(p)) * gravity * np.array([np.sin(slope), -np.cos(slope)])
         change = (momentum[0] - momentum[1]) / (2 * step)
         force_error = np.max(np.abs(change - f - weight)) / (np.max(np.abs(weight)) + np.max(np.abs(f)))
         mass, bias, actuation = (np.asarray(part) for part in robot.dynamics(q, speed, p))
@@ -163,7 +163,7 @@ def _impact_errors(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) ->
 
 
 def _momenta(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:
-    linear, angular, _ = (np.asarray(part).ravel() for part in robot.momentum(q, v, p))
+    linear, angular = (np.asarray(part).ravel() for part in robot.momentum(q, v, p))
     return np.array([*linear, angular[0] - about[1] * linear[0] + about[0] * linear[1]])
 
 

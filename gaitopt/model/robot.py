@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.later import Deferring, Later
 from gaitopt.model.modes import Mode
 from gaitopt.parameters import Parameter, as_vector, resolve
 
@@ -67,7 +68,7 @@ class Coordinates:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Robot:
+class Robot(Deferring):
     """A planar single-support walker.  Build one with :func:`gaitopt.assemble`.
 
     Every attribute from `dynamics` on is a CasADi Function of q (n_q), v (n_q), u (n_u) and the parameter
@@ -84,8 +85,9 @@ class Robot:
         Names of the points drawn, and pairs of their indices joined by a line.
     dynamics : (q, v, p) -> mass_matrix (n_q, n_q), bias (n_q), actuation (n_q, n_u)
     acceleration : mode -> ((q, v, u, p) -> acceleration (n_q), force (2))
+    mass : p -> total mass [kg]
     energy : (q, v, p) -> kinetic, potential [J]
-    momentum : (q, v, p) -> linear (2), angular (1), total_mass (1)
+    momentum : (q, v, p) -> linear (2), angular (1)
     wellposed : (q, p) -> (2), share of the mass that resists slip+ / slip-, positive where that slip is well posed
     landing : (q, v, p) -> position (2), velocity (2), jacobian (2, n_q) of the landing foot
     impact : (q, v_minus, v_plus, impulse, p) -> momentum residual (n_q), landing-foot velocity after (2)
@@ -114,12 +116,13 @@ class Robot:
     links: tuple[tuple[int, int], ...]
     dynamics: ca.Function
     acceleration: Mapping[Mode, ca.Function] = field(repr=False)
-    energy: ca.Function
-    momentum: ca.Function
-    wellposed: ca.Function
+    mass: ca.Function
+    energy: Later[ca.Function] = Later()
+    momentum: Later[ca.Function] = Later()
+    wellposed: Later[ca.Function] = Later()
     landing: ca.Function
     impact: ca.Function
-    collision: ca.Function
+    collision: Later[ca.Function] = Later()
     touchdown: ca.Function
     swap: ca.Function
     unswap: ca.Function

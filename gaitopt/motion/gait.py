@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.later import Deferring, Later
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.proposal import Proposal
@@ -41,8 +42,8 @@ class Violation:
         return f"{self.name} at {self.place} violated by {self.size:.2e}"
 
 
-@dataclass(frozen=True)
-class SolverReport:
+@dataclass(frozen=True, kw_only=True)
+class SolverReport(Deferring):
     """What the solver did.
 
     Attributes
@@ -74,12 +75,12 @@ class SolverReport:
     iterations: int
     objective: float
     constraint_violation: float
-    error_between_nodes: float
+    error_between_nodes: Later[float] = Later()
     build_seconds: float
     solve_seconds: float
     message: str
     violations: tuple[Violation, ...] = ()
-    warnings: tuple[str, ...] = ()
+    warnings: Later[tuple[str, ...]] = Later(())
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class Verification:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Gait:
+class Gait(Deferring):
     """One step of an optimised gait.
 
     Attributes
@@ -160,7 +161,7 @@ class Gait:
     robot: str
     word: Word
     status: Status
-    motion: Motion
+    motion: Later[Motion] = Later()
     problem: dict[str, Any]
     solver: SolverReport
     versions: dict[str, str]

@@ -98,13 +98,12 @@ def make_motion(
     robot: Robot, values: dict[str, float], segments: tuple[Segment, ...], jumps: tuple[Jump, ...]
 ) -> Motion:
     """Return a motion of a robot with the given parameter values."""
-    zero = np.zeros(robot.n_q)
     return Motion(
         angles=robot.angles,
         actuators=robot.actuators,
         points=robot.points,
         links=robot.links,
-        total_mass=float(robot.momentum(zero, zero, robot.vector(values))[2]),
+        total_mass=float(robot.mass(robot.vector(values))),
         parameters=dict(values),
         segments=segments,
         jumps=jumps,

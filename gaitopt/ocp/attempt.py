@@ -7,17 +7,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.later import Deferred
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.solution import Solution
 from gaitopt.motion.versions import versions
-from gaitopt.ocp.bounds import bounds, data_vector, structure
-from gaitopt.ocp.carrying import carried, solution_of
+from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
+from gaitopt.ocp.carrying import carried, is_complete, solution_of
 from gaitopt.ocp.diagnosis import ROUNDING, violations, warnings
 from gaitopt.ocp.guess import Continued, Guess
-from gaitopt.ocp.ipopt import STOPPED, Ipopt, Outcome
+from gaitopt.ocp.ipopt import STOPPED
 from gaitopt.ocp.method import Method
+from gaitopt.ocp.outcome import Minimiser, Outcome
 from gaitopt.ocp.polish import polished
 from gaitopt.ocp.presolve import moved_inside, poorly_scaled
 from gaitopt.ocp.problem import GaitProblem
@@ -43,13 +45,18 @@ class Step:
     problem : GaitProblem
     method : Method
     transcription : Transcription
+    limits : Bounds
     outcome : Outcome
+    kept : bool
+        Whether this is a solution whose refinement was stopped, which its status then tells.
     """
 
     problem: GaitProblem
     method: Method
     transcription: Transcription
+    limits: Bounds
     outcome: Outcome
+    kept: bool = False
 
     @property
     def x(self) -> Array:
@@ -64,18 +71,39 @@ class Step:
     @functools.cached_property
     def motion(self) -> Motion:
         """The planned step."""
-        return read_motion(self.transcription, self.values, self.x)
+        with undivided():
+            return read_motion(self.transcription, self.values, self.x)
+
+    @functools.cached_property
+    def between(self) -> Between:
+        """What the plan does between its nodes."""
+        with undivided():
+            return between_nodes(self.transcription, self.values, self.x)
+
+    @functools.cached_property
+    def error(self) -> float:
+        """Drift between the nodes or closing error of the energy ledger, whichever is larger."""
+        return max(self.between.drift, ledger(self.motion).relative_residual)
 
     def polished(self) -> "Step":
         """Return the step with its equations met to rounding."""
-        limits = bounds(self.transcription, self.problem)
-        outcome = polished(self.transcription.nlp, self.outcome, data_vector(self.problem), limits)
+        outcome = polished(self.transcription.nlp, self.outcome, data_vector(self.problem), self.limits)
         return replace(self, outcome=outcome)
 
     def stopped(self, later: Outcome) -> "Step":
         """Return the step with the status of a later one that was stopped before it got anywhere."""
         message = f"{later.message}; kept is the solution before this refinement"
-        return replace(self, outcome=replace(self.outcome, status=later.status, message=message))
+        return replace(self, outcome=replace(self.outcome, status=later.status, message=message), kept=True)
+
+    def drift(self) -> float:
+        """Return the error between nodes; infinite where there is no solution."""
+        return self.between.drift if self.outcome.status.ok or self.kept else math.inf
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return what in a solution deserves a look."""
+        if not self.outcome.status.ok:
+            return ()
+        return warnings(self.transcription, self.problem, self.outcome.x, self.error, self.between.outside)
 
 
 class Attempt:
@@ -85,11 +113,11 @@ class Attempt:
     ----------
     problem : GaitProblem
     guess : Guess
-    solver : Ipopt
+    solver : Minimiser
     observer : Observer
     """
 
-    def __init__(self, problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observer) -> None:
+    def __init__(self, problem: GaitProblem, guess: Guess, solver: Minimiser, observer: Observer) -> None:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
         self.iterations, self.build_seconds = 0, 0.0
 
@@ -114,49 +142,43 @@ class Attempt:
             transcription = transcribe(structure(problem, method))
             if transcribe.cache_info().misses > known:
                 self.build_seconds += time.perf_counter() - began
-            x, multipliers = start(transcription, problem, self.guess), None
-            if before is not None:
-                x, multipliers = carried(before, transcription, x)
-        outcome = self.solver.minimise(
-            transcription.nlp,
-            x,
-            data_vector(problem),
-            bounds(transcription, problem),
-            self.observer,
-            multipliers,
-            barrier,
-        )
+            if before is not None and is_complete(before, transcription):
+                x, multipliers = carried(before, transcription, np.zeros(transcription.variables.size))
+            else:
+                x, multipliers = start(transcription, problem, self.guess), None
+                if before is not None:
+                    x, multipliers = carried(before, transcription, x)
+        limits, data = bounds(transcription, problem), data_vector(problem)
+        outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
-        return Step(problem, method, transcription, outcome)
+        return Step(problem, method, transcription, limits, outcome)
 
 
-def attempt(problem: GaitProblem, guess: Guess, solver: Ipopt, observer: Observer) -> Gait:
+def attempt(problem: GaitProblem, guess: Guess, solver: Minimiser, observer: Observer) -> Gait:
     """Solve from one start."""
     began, own = time.perf_counter(), Attempt(problem, guess, solver, observer)
-    step, between, error = _refined(own, _approached(own))
-    transcription, outcome = step.transcription, step.outcome
-    remarks = own.remarks()
-    if outcome.status.ok:
-        remarks += warnings(transcription, problem, outcome.x, error, between.outside)
-    else:
+    step = _refined(own, _approached(own))
+    transcription, outcome, remarks = step.transcription, step.outcome, own.remarks()
+    if not outcome.status.ok:
         remarks += poorly_scaled(transcription, start(transcription, problem, guess), data_vector(problem))
-    unmet = violations(transcription, bounds(transcription, problem), outcome.x, outcome.g)
+    unmet = violations(transcription, step.limits, outcome.x, outcome.g)
+    # Without a tolerance nothing has been looked at between the nodes; that can wait until somebody asks.
     return Gait(
         robot=problem.robot.name,
         word=problem.word,
         status=outcome.status,
-        motion=step.motion,
+        motion=Deferred(lambda: step.motion),
         problem=problem.describe() | own.found(step),
         solver=SolverReport(
             iterations=own.iterations,
             objective=outcome.objective,
             constraint_violation=unmet[0].size if unmet else 0.0,
-            error_between_nodes=between.drift,
+            error_between_nodes=Deferred(step.drift),
             build_seconds=own.build_seconds,
             solve_seconds=time.perf_counter() - began - own.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=remarks,
+            warnings=Deferred(lambda: remarks + step.warnings()),
         ),
         versions=versions(),
         solution=solution_of(transcription, outcome),
@@ -184,33 +206,21 @@ def _approached(own: Attempt) -> Step:
     return own.run(path[-1], None, SAME)  # the coarse grid has misled
 
 
-def _refined(own: Attempt, step: Step) -> tuple[Step, Between, float]:
-    """Return the solution once it is accurate enough, or refinement ends.
-
-    With it come what it does between its nodes, and its error: the drift there or the closing error of the energy
-    ledger, whichever is larger; infinite where there is no solution.
-    """
-    problem, between, error = own.problem, Between(math.inf, math.inf), math.inf
-    doublings = MOST_DOUBLINGS if math.isfinite(problem.transcription.tolerance) else 0
-    while step.outcome.status.ok:
-        between, error = _judged(step)
-        if error > problem.transcription.tolerance:
+def _refined(own: Attempt, step: Step) -> Step:
+    """Return the solution once it is accurate enough, or refinement ends."""
+    problem, doublings = own.problem, MOST_DOUBLINGS
+    tolerance = problem.transcription.tolerance
+    while step.outcome.status.ok and math.isfinite(tolerance):
+        if step.error > tolerance:
             step = step.polished()
-            between, error = _judged(step)
-        finer, rough = None, error > problem.transcription.tolerance
+        finer, rough = None, step.error > tolerance
         if rough:
             finer = step.method.finer()
-        if finer is None and doublings and (rough or between.outside > ROUNDING):
+        if finer is None and doublings and (rough or step.between.outside > ROUNDING):
             finer, doublings = step.method.doubled(problem.word), doublings - 1
         if finer is None:
             break
         last, step = step, own.run(finer, solution_of(step.transcription, step.outcome), SAME)
         if step.outcome.status in STOPPED:
-            return last.stopped(step.outcome), between, error
-    return step, between, error
-
-
-def _judged(step: Step) -> tuple[Between, float]:
-    with undivided():
-        between = between_nodes(step.transcription, step.values, step.x)
-        return between, max(between.drift, ledger(step.motion).relative_residual)
+            return last.stopped(step.outcome)
+    return step

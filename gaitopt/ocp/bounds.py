@@ -90,11 +90,12 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     }
     for name, rate in zip(problem.robot.actuators, limits.torque_rates(problem.robot.actuators), strict=True):
         rows[f"torque rate of {name}"] = (-rate, rate)
-    for index, (_, name) in enumerate(transcription.constraints.labels):
-        if name in rows:
-            g_lower[index], g_upper[index] = rows[name]
-        elif name.startswith("normal force"):
-            g_lower[index] = problem.margins.normal_force
+    for table, names in transcription.constraints.rows.items():
+        for name, places in zip(names, transcription.constraints[table], strict=True):
+            if name in rows:
+                g_lower[places], g_upper[places] = rows[name]
+            elif name.startswith("normal force"):
+                g_lower[places] = problem.margins.normal_force
     return Bounds(lower, upper, g_lower, g_upper)
 
 

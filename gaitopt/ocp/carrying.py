@@ -10,8 +10,8 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution, Table
-from gaitopt.ocp.ipopt import Outcome
-from gaitopt.ocp.layout import Index, Layout
+from gaitopt.ocp.layout import Layout
+from gaitopt.ocp.outcome import Outcome
 from gaitopt.ocp.span import DYNAMICS
 from gaitopt.ocp.transcription import NODE_TABLES, Transcription
 
@@ -21,7 +21,7 @@ def solution_of(transcription: Transcription, outcome: Outcome) -> Solution:
 
     def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
         return {
-            name: Table(_rows(layout, places), values[places], multipliers[places])
+            name: Table(layout.rows[name], values[places], multipliers[places])
             for name, places in layout.tables.items()
         }
 
@@ -50,13 +50,13 @@ def carried(solution: Solution, transcription: Transcription, x: Array) -> tuple
             if name not in tables:
                 continue
             table, own = tables[name], part(tables[name])
-            if solution.intervals == counts and own.shape == places.shape and table.rows == _rows(layout, places):
+            if solution.intervals == counts and own.shape == places.shape and table.rows == layout.rows[name]:
                 found[places] = own  # nothing to interpolate
                 continue
             before = _fractions(name, own.shape[1], solution.intervals)
             after = _fractions(name, places.shape[1], counts)
             for row, index in enumerate(places):
-                label = layout.label(places[row, 0])[1]
+                label = layout.rows[name][row]
                 if label in table.rows:
                     found[index] = np.interp(after, before, own[table.rows.index(label)])
                     if part is _multipliers and not label.startswith(DYNAMICS):
@@ -70,8 +70,10 @@ def carried(solution: Solution, transcription: Transcription, x: Array) -> tuple
     )
 
 
-def _rows(layout: Layout, places: Index) -> tuple[str, ...]:
-    return tuple(layout.label(i)[1] for i in places[:, 0])
+def is_complete(solution: Solution, transcription: Transcription) -> bool:
+    """Return whether a solution has a value for every unknown of a programme."""
+    layout, known = transcription.variables, solution.unknowns
+    return all(name in known and set(rows) <= set(known[name].rows) for name, rows in layout.rows.items())
 
 
 def _values(table: Table) -> Array:

@@ -9,8 +9,8 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
-from gaitopt.ocp.ipopt import Ipopt, Outcome
 from gaitopt.ocp.method import check_count
+from gaitopt.ocp.outcome import Minimiser, Outcome
 from gaitopt.ocp.relaxation import ExactPenalty, Relaxation
 from gaitopt.ocp.transcription import Transcription
 from gaitopt.parameters import Parameter
@@ -91,7 +91,7 @@ def follow(
     data: Array,
     limits: Bounds,
     residual: Callable[[Array], float],
-    solver: Ipopt,
+    solver: Minimiser,
     observer: SolveObserver,
 ) -> Trail:
     """Solve relaxed problems from a start until the pairs hold, or a relaxed problem cannot be solved.
@@ -106,7 +106,7 @@ def follow(
     limits : Bounds
     residual : callable
         Computes the complementarity residual of a decision vector.
-    solver : Ipopt
+    solver : Minimiser
     observer : SolveObserver
     """
     steps: list[HomotopyStep] = []

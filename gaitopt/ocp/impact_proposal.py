@@ -11,7 +11,7 @@ from gaitopt.ocp.candidates import Candidates, Relaxed, fitting, plainest
 from gaitopt.ocp.carrying import solution_of
 from gaitopt.ocp.guess import Guess, Sample
 from gaitopt.ocp.homotopy import Homotopy, follow
-from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.outcome import Minimiser
 from gaitopt.ocp.pairs import residual
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.readout import found_values, planned_states
@@ -24,7 +24,7 @@ AGREEMENT = 1e-3
 
 
 def propose_impact(
-    problem: GaitProblem, guess: Guess, solver: Ipopt, observer: SolveObserver, homotopy: Homotopy
+    problem: GaitProblem, guess: Guess, solver: Minimiser, observer: SolveObserver, homotopy: Homotopy
 ) -> Candidates:
     """Follow the homotopy of a word whose phases are known, on the coarsest grid of its transcription."""
     method = problem.transcription.approach(problem.word)[0]
@@ -56,8 +56,8 @@ def propose_impact(
 def landing(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[float, float, float]:
     """Return the impulse per mass, tangential and normal, and the speed of the landing foot after it [m/s]."""
     layout, robot, first = transcription.variables, transcription.structure.robot, transcription.phases[0]
-    zero, p = np.zeros(robot.n_q), robot.vector(found_values(transcription, problem, x))
-    tangential, normal = x[layout["impulse"][:, 0]] / float(robot.momentum(zero, zero, p)[2])
+    p = robot.vector(found_values(transcription, problem, x))
+    tangential, normal = x[layout["impulse"][:, 0]] / float(robot.mass(p))
     speed = x[layout[f"slide {first.number}"][1, 0]] if first.slides else 0.0
     return float(tangential), float(normal), float(speed)
 

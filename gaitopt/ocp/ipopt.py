@@ -13,6 +13,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp import Nlp
+from gaitopt.ocp.outcome import Outcome
 from gaitopt.ocp.tap import Tap, interruptible, undivided
 from gaitopt.parameters import Parameter
 from gaitopt.progress import Observer
@@ -41,34 +42,8 @@ LINEAR_SOLVERS = ("mumps", "spral", "ma27", "ma57", "ma77", "ma86", "pardiso")
 """Linear solvers the Ipopt of CasADi's wheel knows; the first two come with it (MA97 would crash the process)."""
 
 
-_ONE_AT_A_TIME = threading.RLock()
+ONE_AT_A_TIME = threading.RLock()
 """Ipopt with MUMPS is not safe in threads: parallel solves belong in processes."""
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What a solver returned.
-
-    Attributes
-    ----------
-    status : Status
-    message : str
-        The solver's own words.
-    x : (n_variables,) array
-    g : (n_constraints,) array
-    objective : float
-    iterations : int
-    multipliers : (n_variables,), (n_constraints,) arrays
-        Of the bounds and of the constraints.
-    """
-
-    status: Status
-    message: str
-    x: Array
-    g: Array
-    objective: float
-    iterations: int
-    multipliers: tuple[Array, Array]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,28 +96,13 @@ class Ipopt:
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
     ) -> Outcome:
-        """Solve a programme from a starting point.
-
-        Parameters
-        ----------
-        nlp : Nlp
-        x : (n_variables,) array
-        data : (n_z,) array
-        bounds : Bounds
-        observer : Observer
-            Called once per iteration.
-        multipliers : (n_variables,), (n_constraints,) arrays, optional
-            Of a solution close by, from which Ipopt then goes on instead of starting anew.
-        barrier : float
-            How close: the barrier parameter to go on with, about the complementarity the start is expected to have
-            (in units of the scaled objective).
-        """
+        """Solve a programme from a starting point, see :class:`gaitopt.ocp.outcome.Minimiser`."""
         with undivided():
             solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         try:
-            with _ONE_AT_A_TIME, interruptible(tap):
+            with ONE_AT_A_TIME, interruptible(tap):
                 tap.watch(observer, bounds)
                 answer = solver(x0=x, p=data, **limits, **near)
         finally:

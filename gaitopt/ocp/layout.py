@@ -25,13 +25,14 @@ class Layout:
 
     size: int = 0
     tables: dict[str, Index] = field(default_factory=dict)
+    rows: dict[str, tuple[str, ...]] = field(default_factory=dict)
     labels: list[tuple[str, str]] = field(default_factory=list)
 
     def add(self, name: str, rows: Sequence[str], places: Sequence[str]) -> Index:
         """Append a table and return its indices, shape (len(rows), len(places))."""
         count = len(rows) * len(places)
         table = np.arange(self.size, self.size + count).reshape(len(places), len(rows)).T
-        self.tables[name] = table
+        self.tables[name], self.rows[name] = table, tuple(rows)
         self.labels += [(place, row) for place in places for row in rows]
         self.size += count
         return table

@@ -57,6 +57,8 @@ class Nlp:
     n_variables, n_constraints : int
     typical : float
         Size of the objective, by which a solver scales it.
+    smooth : bool
+        Whether optima are smooth functions of the data, as against such that switch on and off.
     """
 
     functions: dict[str, ca.MX]
@@ -64,6 +66,7 @@ class Nlp:
     n_variables: int
     n_constraints: int
     typical: float = 1.0
+    smooth: bool = False
 
     def solver(self, name: str, plugin: str, options: dict[str, object]) -> ca.Function:
         """Return a CasADi solver of the programme."""
@@ -73,7 +76,13 @@ class Nlp:
 
 
 def assemble_nlp(
-    blocks: Sequence[Block], data: ca.SX, n_variables: int, n_constraints: int, *, typical: float = 1.0
+    blocks: Sequence[Block],
+    data: ca.SX,
+    n_variables: int,
+    n_constraints: int,
+    *,
+    typical: float = 1.0,
+    smooth: bool = False,
 ) -> Nlp:
     """Assemble blocks into one programme.
 
@@ -86,6 +95,8 @@ def assemble_nlp(
         Sizes of the decision vector and of the constraint vector.
     typical : float
         Size of the objective.
+    smooth : bool
+        Whether optima are smooth functions of the data.
 
     Returns
     -------
@@ -134,7 +145,7 @@ def assemble_nlp(
             "nlp_hess_l", [x, z, lam_f, lam_g], [hess], ["x", "p", "lam:f", "lam:g"], ["triu:hess:gamma:x:x"]
         ),
     }
-    return Nlp({"x": x, "p": z, "f": cost, "g": g}, derivatives, n_variables, n_constraints, typical)
+    return Nlp({"x": x, "p": z, "f": cost, "g": g}, derivatives, n_variables, n_constraints, typical, smooth)
 
 
 def _shared(block: Block) -> Block:

@@ -13,8 +13,8 @@ from gaitopt.ocp.candidates import Candidates, Relaxed, fitting, plainest
 from gaitopt.ocp.guess import Guess, Sample
 from gaitopt.ocp.homotopy import Homotopy, follow
 from gaitopt.ocp.impact_proposal import impact_residual, landing, outcomes_near
-from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.open_phase import CONTACT, transcribe_open
+from gaitopt.ocp.outcome import Minimiser
 from gaitopt.ocp.pairs import residual
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.start import setting
@@ -32,7 +32,7 @@ BRIEF = 2
 
 
 def propose_phases(
-    problem: GaitProblem, guess: Guess, solver: Ipopt, observer: SolveObserver, homotopy: Homotopy
+    problem: GaitProblem, guess: Guess, solver: Minimiser, observer: SolveObserver, homotopy: Homotopy
 ) -> Candidates:
     """Follow the homotopy of a word with open phases on a grid of its own."""
     parts = {Mode.ANY: 1, Mode.STICK: 2}
@@ -122,8 +122,8 @@ def open_start(transcription: Transcription, problem: GaitProblem, guess: Guess)
     x[layout["torque"]] = middles.torque
     x[layout[CONTACT][0]], x[layout[CONTACT][3]] = 1.0, np.abs(nodes.slide_rate[1:])
     x[layout["travel"]] = aim.step
-    p, zero = robot.vector(problem.values), np.zeros(robot.n_q)
-    mass = float(robot.momentum(zero, zero, p)[2])
+    p = robot.vector(problem.values)
+    mass = float(robot.mass(p))
     x[layout["impulse"][1]] = mass  # the momentum of a walk at about 1 m/s
     if "slope" in layout:
         x[layout["slope"]] = aim.values["slope"]

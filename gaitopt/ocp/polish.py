@@ -13,8 +13,8 @@ from scipy.sparse.linalg import splu
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
-from gaitopt.ocp.ipopt import Outcome
 from gaitopt.ocp.nlp import Nlp
+from gaitopt.ocp.outcome import Outcome
 
 CORRECTIONS = 3
 """Newton steps; each squares what is left."""

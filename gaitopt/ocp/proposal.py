@@ -14,6 +14,7 @@ from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.homotopy import Homotopy
 from gaitopt.ocp.impact_proposal import propose_impact
 from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.outcome import Minimiser
 from gaitopt.ocp.phase_proposal import propose_phases
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.progress import SolveObserver, silent
@@ -43,7 +44,7 @@ class Check:
 
 
 def attempt_open(
-    problem: GaitProblem, guess: Guess, solver: Ipopt, observer: SolveObserver, *, homotopy: Homotopy
+    problem: GaitProblem, guess: Guess, solver: Minimiser, observer: SolveObserver, *, homotopy: Homotopy
 ) -> Gait:
     """Close the word of a problem from one start, and solve the cheapest word proposed."""
     began = time.perf_counter()
@@ -52,7 +53,7 @@ def attempt_open(
     ending = found.trail.outcome.status
     if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):  # what there is, without another iteration
         closed = problem.replace(word=found.words[0])
-        gait = attempt(closed, found.guesses[0], replace(solver, max_iterations=0), silent)
+        gait = attempt(closed, found.guesses[0], Ipopt(max_iterations=0), silent)
         return _judged(problem, homotopy, found, [], replace(gait, status=ending))
     checks = [
         _checked(problem.replace(word=word), start, solver, observer)
@@ -69,7 +70,7 @@ def attempt_open(
     return _judged(problem, homotopy, found, checks, replace(gait, solver=report))
 
 
-def _checked(problem: GaitProblem, start: Relaxed, solver: Ipopt, observer: SolveObserver) -> Check:
+def _checked(problem: GaitProblem, start: Relaxed, solver: Minimiser, observer: SolveObserver) -> Check:
     method = problem.transcription.approach(problem.word)[0]
     step = Attempt(problem, start, solver, observer).run(method, start.solution_for(problem.word), NEAR)
     if step.outcome.status.ok:

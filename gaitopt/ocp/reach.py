@@ -4,6 +4,7 @@ import functools
 import itertools
 from collections.abc import Mapping, Sequence
 
+import casadi as ca
 import numpy as np
 from scipy.optimize import least_squares
 
@@ -41,13 +42,17 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
-    zero = np.zeros(robot.n_q)
-
-    def residual(angles: Array) -> Array:
-        q = np.concatenate([[0.0, 0.0], angles])
-        position = np.asarray(robot.landing(q, zero, p)[0]).ravel()
-        guard = float(robot.touchdown(q, zero, p)[0])
-        return np.array([position[0] - step, position[1], guard])
-
-    found = least_squares(residual, np.full(len(robot.angles), 0.1), xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    angles = ca.SX.sym("angles", len(robot.angles))
+    q, still = ca.vertcat(0, 0, angles), ca.SX.zeros(robot.n_q)
+    gap = ca.vertcat(robot.landing(q, still, p)[0] - ca.vertcat(step, 0), robot.touchdown(q, still, p)[0])
+    residual = ca.Function("residual", [angles], [gap, ca.jacobian(gap, angles)])
+    values, slopes = (residual.slice(f"residual_{i}", [0], [i]) for i in (0, 1))
+    found = least_squares(
+        lambda at: values(at).full().ravel(),
+        np.full(len(robot.angles), 0.1),
+        lambda at: slopes(at).full(),
+        xtol=1e-14,
+        ftol=1e-14,
+        gtol=1e-14,
+    )
     return None if np.max(np.abs(found.fun)) > 1e-6 else tuple(found.x)

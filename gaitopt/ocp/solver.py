@@ -6,8 +6,9 @@ from gaitopt.motion.gait import Gait
 from gaitopt.ocp.attempt import attempt
 from gaitopt.ocp.guess import Guess, Line, Scattered
 from gaitopt.ocp.homotopy import Homotopy
-from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.method import check_count
+from gaitopt.ocp.newton import Newton
+from gaitopt.ocp.outcome import Minimiser
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.proposal import attempt_open
 from gaitopt.progress import SolveObserver, silent
@@ -31,7 +32,7 @@ def solve(
     problem: GaitProblem,
     *,
     starts: int = 1,
-    solver: Ipopt | None = None,
+    solver: Minimiser | None = None,
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
 ) -> Gait:
@@ -50,7 +51,8 @@ def solve(
     starts : int
         Number of starts; of several the cheapest gait found is returned.  The first is the problem's own guess, or a
         straight line; the others are seeded, so that a second call finds the same.
-    solver : Ipopt, optional
+    solver : Newton or Ipopt, optional
+        :class:`gaitopt.Newton` if not given: Ipopt, but for smooth objectives Newton's method is tried first.
     homotopy : Homotopy, optional
         How open places of the word are closed.
     observer : SolveObserver
@@ -81,7 +83,7 @@ def solve(
     gaits: list[Gait] = []
     once = functools.partial(attempt_open, homotopy=homotopy or Homotopy()) if problem.word.is_open else attempt
     while True:
-        gaits.append(once(problem, _start(problem, len(gaits)), solver or Ipopt(), observer))
+        gaits.append(once(problem, _start(problem, len(gaits)), solver or Newton(), observer))
         solved = [gait for gait in gaits if gait.status.ok]
         last = gaits[-1].status
         if not last.ok and last not in _HOPEFUL:

@@ -121,9 +121,8 @@ class Stance:
 
     def weight(self, p: ca.SX) -> ca.SX:
         """Return total weight m g [N]."""
-        zero = ca.DM.zeros(self.robot.n_q)
         gravity = [parameter.name for parameter in self.robot.parameters].index("gravity")
-        return self.robot.momentum(zero, zero, p)[2] * p[gravity]
+        return self.robot.mass(p) * p[gravity]
 
     def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[str], ca.SX]:
         """Return names and values of what must be >= 0 along the phase, forces per weight.

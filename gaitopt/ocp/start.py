@@ -90,8 +90,7 @@ def _fill_powers(transcription: Transcription, x: Array, data: Array) -> None:
     robot, layout = transcription.structure.robot, transcription.variables
     p = data[: len(robot.parameters)]
     weight = (
-        float(robot.momentum(np.zeros(robot.n_q), np.zeros(robot.n_q), p)[2])
-        * dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))["gravity"]
+        float(robot.mass(p)) * dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))["gravity"]
     )
     x[layout["impulse"][1]] = 0.1 * weight
     if not transcription.structure.objective.uses_power:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
+from typing import Protocol
 
 import casadi as ca
 
@@ -26,6 +27,13 @@ class Kept:
 
     number: int
     values: dict[str, ca.DM]
+
+
+class Interruptible(Protocol):
+    """What can be asked to stop."""
+
+    def interrupt(self) -> None:
+        """Ask to stop after the present iteration."""
 
 
 class Tap(ca.Callback):
@@ -98,7 +106,7 @@ class Tap(ca.Callback):
 
 
 @contextmanager
-def interruptible(tap: Tap) -> Iterator[None]:
+def interruptible(solver: Interruptible) -> Iterator[None]:
     """Let the first Ctrl-C stop the solver after its present iteration, keeping the iterate; a second one raises.
 
     CasADi would otherwise throw through Ipopt in the middle of an evaluation and lose the iterate.
@@ -108,7 +116,7 @@ def interruptible(tap: Tap) -> Iterator[None]:
         return
 
     def stop(number: int, frame: FrameType | None) -> None:
-        tap.interrupt()
+        solver.interrupt()
         signal.signal(signal.SIGINT, former)
 
     former = signal.signal(signal.SIGINT, stop)

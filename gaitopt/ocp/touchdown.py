@@ -49,7 +49,7 @@ def touchdown_block(frame: Frame, word: Word, phases: tuple[Phase, ...]) -> Bloc
     distance = robot.landing(q, v_minus, p)[0][0]
     length = distance + sum(slid)
     if OPEN_IMPACT in variables:
-        mass = robot.momentum(q, v_minus, p)[2]
+        mass = robot.mass(p)
         law, excess, cost = open_impact(frame, local, impulse, speed_after, friction, mass)
     else:
         # An open impact before a sticking phase can only stick.

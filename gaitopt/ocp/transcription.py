@@ -130,7 +130,14 @@ def transcribe(structure: Structure) -> Transcription:
         variables=variables,
         constraints=rows.layout,
         row_bounds=rows.bounds(),
-        nlp=assemble_nlp(blocks, frame.data, variables.size, rows.layout.size, typical=structure.objective.typical),
+        nlp=assemble_nlp(
+            blocks,
+            frame.data,
+            variables.size,
+            rows.layout.size,
+            typical=structure.objective.typical,
+            smooth=structure.objective.smooth and structure.relaxation is None,
+        ),
     )
 
 

@@ -14,6 +14,7 @@ from gaitopt.motion.motion import Motion
 from gaitopt.ocp.attempt import attempt as solve_from
 from gaitopt.ocp.guess import Continued, Guess, Line, Previous, Scattered
 from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.newton import Newton
 from gaitopt.ocp.passive import passive_cycle
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.progress import silent
@@ -21,10 +22,10 @@ from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.verification import verify
 from gaitopt.status import Status
 
-SCOUT = Ipopt(max_iterations=100)
+SCOUT = Newton(otherwise=Ipopt(max_iterations=100))
 """On the coarse grid; most words that can be walked are found within half of that."""
 
-FINISH = Ipopt(max_iterations=300)
+FINISH = Newton(otherwise=Ipopt(max_iterations=300))
 
 HOPELESS, PATIENCE = 1e-3, 2
 """A start that still violates the constraints by so much after `SCOUT` has led nowhere; so many of them are enough."""
@@ -39,7 +40,7 @@ Alike are those of nearly the same cost and phases, and those whose costs are `E
 """
 
 
-def attempt(problem: GaitProblem, start: Gait | Guess, solver: Ipopt = FINISH) -> Gait:
+def attempt(problem: GaitProblem, start: Gait | Guess, solver: Newton = FINISH) -> Gait:
     """Solve a problem from a guess, or from a gait of any word and grid.
 
     Raises

@@ -215,6 +215,14 @@ def _as_gait(robot: str, word: Word, motion: Motion, gap: float, name: str) -> G
             **motion.parameters,
             "torque_limit": dict.fromkeys(motion.actuators, largest),
         },
-        solver=SolverReport(0, cost, gap, float("nan"), 0.0, 0.0, name),
+        solver=SolverReport(
+            iterations=0,
+            objective=cost,
+            constraint_violation=gap,
+            error_between_nodes=float("nan"),
+            build_seconds=0.0,
+            solve_seconds=0.0,
+            message=name,
+        ),
         versions={"gaitopt": __version__},
     )

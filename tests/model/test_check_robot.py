@@ -70,7 +70,7 @@ BREAKS = {
         "energy",
         lambda r: {"energy": changed(r.energy, lambda t, v: (1.01 * t, v))},
     ),
-    "gravity a little weak": ("force", lambda r: {"momentum": changed(r.momentum, lambda p, a, m: (p, a, 0.999 * m))}),
+    "gravity a little weak": ("force", lambda r: {"mass": changed(r.mass, lambda m: 0.999 * m)}),
     "force a percent high": (
         "force",
         lambda r: broken_acceleration(r, Mode.STICK, lambda a, f: (a, 1.01 * f)),
@@ -81,7 +81,7 @@ BREAKS = {
     ),
     "angular momentum of one sign only": (
         "momentum",
-        lambda r: {"momentum": changed(r.momentum, lambda p, a, m: (p, -a, m))},
+        lambda r: {"momentum": changed(r.momentum, lambda p, a: (p, -a))},
     ),
     "landing foot elsewhere": (
         "momentum",

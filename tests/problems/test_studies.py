@@ -91,8 +91,7 @@ def test_study_reproduces_its_numbers_in_a_labelled_figure(name, gaits):
 def assert_lost_is_what_gravity_gives(gait):
     """A gait loses what motors and gravity give, m g L sin(slope), to impacts and friction; L includes the slide."""
     robot, given = robot_named(gait.robot), gait.parameters
-    at_rest = np.zeros(robot.n_q)
-    mass = float(robot.momentum(at_rest, at_rest, robot.vector(given))[2])
+    mass = float(robot.mass(robot.vector(given)))
     given_by_gravity = mass * given["gravity"] * gait.travel * math.sin(given["slope"])
     lost = gait.energy.impact_loss + gait.energy.friction_loss + gait.energy.kinetic_change
     assert lost == pytest.approx(given_by_gravity + gait.energy.actuator, rel=1e-9)

@@ -1,0 +1,181 @@
+"""Newton's method on the conditions of optimality: the quickest road to a smooth optimum, where it leads there.
+
+One step solves
+
+    [ H + rho J_a' J_a   J' ] [ dx ]     [ -grad f - rho J_a' c ]
+    [ J                  -D ] [ m+ ]  =  [ -c - D m             ]
+
+with the Hessian H of the Lagrangian, the Jacobian J of all constraints, and the violations c and rows J_a of the active
+ones: equalities, what is violated, and what rests on its bound and is pressed against it by its multiplier (a primal-
+dual active set, which makes this a semismooth Newton method: Hintermueller, Ito & Kunisch, SIAM J. Optim. 13, 2002).
+D is tiny for active constraints, a proximal term that lets them depend on each other, and huge for the others, which
+takes them out; variables held at a bound are held by a stiff spring.  So the matrix keeps its pattern, and thanks to
+rho it has a factorisation L D L' without pivoting whatever the order, whose signs tell a minimum from a saddle.
+"""
+
+import functools
+import math
+from dataclasses import dataclass, field, replace
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.model.buffered import Buffered
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.ipopt import ONE_AT_A_TIME, Ipopt
+from gaitopt.ocp.nlp import Nlp
+from gaitopt.ocp.outcome import Outcome
+from gaitopt.ocp.tap import interruptible
+from gaitopt.progress import Iteration, Observer, silent
+from gaitopt.status import Status
+
+MOST_STEPS = 15
+"""Newton's method has arrived by then, or will not."""
+
+SOFT, STIFF = 1e-11, 1e12
+"""Compliance of active constraints; stiffness of what is held, whose inverse is the compliance of what is let go."""
+
+_MESSAGES = {Status.SOLVED: "Newton's method converged to a strict minimum", Status.INTERRUPTED: "User_Requested_Stop"}
+
+RESTING = 1e-7
+"""Distance from a bound at which a variable rests on it; Ipopt leaves 1e-8."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Newton:
+    """Newton's method for smooth objectives, such as squared torques; another solver where it does not arrive.
+
+    Objectives with kinks, such as the cost of transport, go to the other solver at once: their optima switch torques
+    on and off, many constraints are active by a hair, and Newton's method has no single active set to settle on.
+
+    Attributes
+    ----------
+    otherwise : Ipopt
+        Its tolerance is Newton's, too.
+
+    Examples
+    --------
+    >>> Newton(otherwise=Ipopt(max_iterations=100)).otherwise.max_iterations
+    100
+    """
+
+    otherwise: Ipopt = field(default_factory=Ipopt)
+
+    def minimise(
+        self,
+        nlp: Nlp,
+        x: Array,
+        data: Array,
+        bounds: Bounds,
+        observer: Observer,
+        multipliers: tuple[Array, Array] | None = None,
+        barrier: float = 1e-6,
+    ) -> Outcome:
+        """Solve a programme from a starting point, see :class:`gaitopt.ocp.outcome.Minimiser`."""
+        if not nlp.smooth:
+            return self.otherwise.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
+
+        def arrived(x: Array, multipliers: Array, observer: Observer) -> Outcome | None:
+            run = _Run(nlp, data, bounds, self.otherwise.tolerance)
+            with ONE_AT_A_TIME, interruptible(run):
+                return run.arrived(x, multipliers, observer)
+
+        begun = np.zeros(nlp.n_constraints) if multipliers is None else multipliers[1]
+        found = arrived(x, begun, observer)
+        if found is None:
+            found = self.otherwise.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
+            if found.status.ok:  # to the last digits: an interior point stays a little outside of its bounds
+                exact = arrived(found.x, found.multipliers[1], silent)
+                if exact is not None and exact.status.ok:
+                    found = replace(exact, iterations=found.iterations + exact.iterations)
+        return found
+
+
+class _Run:
+    """One run of Newton's method."""
+
+    def __init__(self, nlp: Nlp, data: Array, bounds: Bounds, tolerance: float) -> None:
+        self.nlp, self.data, self.tolerance, self.interrupted = nlp, data, tolerance, False
+        self.limits = (bounds.x_lower, bounds.x_upper, bounds.g_lower, bounds.g_upper)
+
+    def interrupt(self) -> None:
+        """Ask to stop after the present step."""
+        self.interrupted = True
+
+    def arrived(self, x: Array, multipliers: Array, observer: Observer) -> Outcome | None:
+        """Return the minimum arrived at from a start, or where it was interrupted; None if it goes astray."""
+        iterate, inertia = _iterate(self.nlp)
+        scaled, before = multipliers / self.nlp.typical, math.inf
+        for number in range(MOST_STEPS + 1):
+            found = iterate(x, scaled, self.data, *self.limits)
+            f, unmet, wrong, mean = (float(found[i][0]) for i in (0, 3, 4, 5))
+            observer(Iteration(number, f, unmet))
+            g, on_bounds, x_after, scaled_after, matrix = (found[i].copy() for i in (1, 2, 6, 7, 8))
+            there = max(wrong / max(1.0, mean / 100), unmet) <= self.tolerance
+            if there and inertia(matrix) != self.nlp.n_constraints:
+                return None  # a saddle
+            if there or self.interrupted:
+                status = Status.SOLVED if there else Status.INTERRUPTED
+                multipliers = scaled * self.nlp.typical
+                return Outcome(status, _MESSAGES[status], x, g, f, number, (on_bounds * self.nlp.typical, multipliers))
+            # The first step brings multipliers along, of whatever size; from then on the error must fall.
+            if not np.isfinite(x_after).all() or (number > 1 and not wrong < before):
+                return None
+            x, scaled, before = x_after, scaled_after, wrong
+        return None
+
+
+class _Inertia:
+    """Counts negative eigenvalues; there is one for each constraint at a minimum (Sylvester's law of inertia)."""
+
+    def __init__(self, pattern: ca.Sparsity) -> None:
+        self._pattern, self._factors = pattern, ca.Linsol("inertia", "ldl", pattern)
+
+    def __call__(self, nonzeros: Array) -> int:
+        matrix = ca.DM(self._pattern, nonzeros)
+        self._factors.nfact(matrix)
+        return int(self._factors.neig(matrix))
+
+
+@functools.lru_cache(maxsize=32)
+def _iterate(nlp: Nlp) -> tuple[Buffered, _Inertia]:
+    """Return the Function of one iterate, and what tells whether its matrix is that of a minimum.
+
+    Of (x, scaled multipliers, data, bounds): objective, constraints, multipliers of the bounds, violation, error of
+    the gradient of the Lagrangian, mean size of the multipliers, the next x and multipliers, and the matrix.
+    """
+    x, data, lam = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
+    given = lam
+    x_lower, x_upper = ca.MX.sym("x_lower", nlp.n_variables), ca.MX.sym("x_upper", nlp.n_variables)
+    lower, upper = ca.MX.sym("lower", nlp.n_constraints), ca.MX.sym("upper", nlp.n_constraints)
+    f, gradient = nlp.derivatives["grad_f"](x, data)
+    g, jacobian = nlp.derivatives["jac_g"](x, data)
+
+    above, below = ca.logic_or(lam + g > upper, lower == upper), lam + g < lower
+    active = ca.logic_or(above, below)
+    lam = active * lam
+    unmet = ca.if_else(above, g - upper, ca.if_else(below, g - lower, 0))
+    hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
+    turned = jacobian.T
+    slope = gradient / nlp.typical + turned @ lam
+
+    at_upper, at_lower = x > x_upper - RESTING, x < x_lower + RESTING
+    low = ca.logic_and(at_lower, ca.logic_or(slope > 0, x < x_lower))
+    high = ca.logic_and(at_upper, ca.logic_or(slope < 0, x > x_upper))
+    fixed = x_lower == x_upper
+    held = ca.logic_or(ca.logic_or(low, high), fixed)
+    pulled = ca.if_else(ca.logic_or(low, fixed), x_lower - x, ca.if_else(high, x_upper - x, 0))
+
+    spring, compliance = STIFF * held, ca.if_else(active, SOFT, STIFF)
+    matrix = ca.blockcat(
+        [[hessian + turned @ (ca.diag(active) @ jacobian) + ca.diag(spring), turned], [jacobian, -ca.diag(compliance)]]
+    )
+    pull = spring * pulled + held * slope - gradient / nlp.typical - turned @ unmet
+    step = ca.solve(matrix, ca.vertcat(pull, -unmet - SOFT * lam), "ldl")
+    violation = ca.fmax(ca.norm_inf(unmet), ca.norm_inf(pulled))
+    error = ca.norm_inf((1 - held) * slope)
+    outputs = [f, g, -held * slope, violation, error, ca.norm_1(lam) / nlp.n_constraints]
+    outputs += [x + step[: nlp.n_variables], active * step[nlp.n_variables :], matrix]
+    function = ca.Function("iterate", [x, given, data, x_lower, x_upper, lower, upper], outputs)
+    return Buffered(function), _Inertia(matrix.sparsity())
