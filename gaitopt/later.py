@@ -1,10 +1,13 @@
 """Fields of dataclasses that are worked out when first read."""
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Generic, TypeVar, overload
 
 T = TypeVar("T")
+
+_ONE_AT_A_TIME = threading.RLock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,10 @@ class Later(Generic[T]):
             return self._default[0]
         found = vars(instance)[self._name]
         if isinstance(found, Deferred):
-            found = vars(instance)[self._name] = found.read()
+            with _ONE_AT_A_TIME:  # a thread that waits here finds it done
+                found = vars(instance)[self._name]
+                if isinstance(found, Deferred):
+                    found = vars(instance)[self._name] = found.read()
         value: T = found
         return value
 

@@ -1,6 +1,7 @@
 """assemble: a robot's Functions from its symbolic description, those of motion, of the landing foot and of the step."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import casadi as ca
@@ -57,7 +58,7 @@ def assemble(
     Raises
     ------
     InputError
-        If the relabelling is not a linear, invertible map of the angles.
+        If the relabelling is not a linear, invertible map of the angles, or an expression is in other symbols.
 
     Examples
     --------
@@ -76,6 +77,12 @@ def assemble(
     3
     """
     q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
+    written = {"landing_foot": landing_foot, "touchdown": touchdown, "armed": armed, "upright": upright}
+    for kind, group in (("actuator", actuators), ("point", points)):
+        written |= {f"{kind} {label!r}": expression for label, expression in group.items()}
+    for number, body in enumerate(bodies, start=1):
+        written |= {f"{entry.name} of body {number}": getattr(body, entry.name) for entry in fields(body)}
+    _check_symbols(name, coordinates, written)
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
     parts = derive(bodies, q, v, coordinates.gravity)
@@ -91,13 +98,26 @@ def assemble(
         **_motion(coordinates, parts, joint),
         **_landing(coordinates, parts.mass_matrix, landing_foot),
         **_step(coordinates, landing_foot, _relabelling(relabel, q, name), relabel),
-        touchdown=_function(
-            "touchdown", qvp, {"guard": touchdown, "rate": ca.jacobian(touchdown, q) @ v, "armed": armed}
+        touchdown=_later(
+            "touchdown", qvp, lambda: {"guard": touchdown, "rate": ca.jacobian(touchdown, q) @ v, "armed": armed}
         ),
-        upright=_function("upright", qp, {"upright": upright}),
-        joint_rates=_function("joint_rates", qvp, {"rates": joint @ v}),
-        figure=_function("figure", qp, {"points": ca.horzcat(*points.values())}),
+        upright=_later("upright", qp, lambda: {"upright": upright}),
+        joint_rates=_later("joint_rates", qvp, lambda: {"rates": joint @ v}),
+        figure=_later("figure", qp, lambda: {"points": ca.horzcat(*points.values())}),
     )
+
+
+def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
+    """Raise InputError if an expression is in other symbols than the coordinates'."""
+    known = {symbol.element_hash() for symbol in ca.symvar(ca.vertcat(coordinates.q, coordinates.v, coordinates.p))}
+    used = {symbol.element_hash() for symbol in ca.symvar(ca.veccat(*expressions.values()))}
+    for what, expression in expressions.items() if used - known else ():
+        for symbol in ca.symvar(ca.vec(ca.SX(expression))):
+            if symbol.element_hash() not in known:
+                raise InputError(
+                    f"Robot {name!r}: {what} depends on a symbol {symbol.name()!r} that is none of its coordinates: "
+                    "use those of the Coordinates given, c.angle(...), c.parameter(...) and c.foot."
+                )
 
 
 def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[str, Any]:
@@ -116,49 +136,50 @@ def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[st
     return {
         "acceleration": acceleration,
         "wellposed": wellposed,
-        "dynamics": _function("dynamics", qvp, dynamics),
-        "mass": _function("mass", {"p": coordinates.p}, {"total_mass": parts.total_mass}),
+        "dynamics": _later("dynamics", qvp, lambda: dynamics),
+        "mass": _later("mass", {"p": coordinates.p}, lambda: {"total_mass": parts.total_mass}),
         "energy": _later("energy", qvp, lambda: {"kinetic": parts.kinetic, "potential": parts.potential}),
         "momentum": _later("momentum", qvp, lambda: {"linear": parts.momentum, "angular": parts.angular_momentum}),
     }
 
 
-def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[str, ca.Function]:
+def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[str, Any]:
     """Return the Functions of the landing foot and its impact."""
     q, v, p, qvp = coordinates.q, coordinates.v, coordinates.p, _inputs(coordinates)[1]
     w, impulse = ca.SX.sym("w", q.numel()), ca.SX.sym("impulse", 2)
     jacobian = ca.jacobian(foot, q)
-    residual = mass_matrix @ (w - v) - jacobian.T @ impulse
+    impact = {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p}
 
     def collision() -> dict[str, ca.SX]:
         spread = contact.solve_symmetric(mass_matrix, jacobian.T)
         return {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
 
-    landing = {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}
-    impact = {"residual": residual, "foot_velocity": jacobian @ w}
+    def exchange() -> dict[str, ca.SX]:
+        return {"residual": mass_matrix @ (w - v) - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
+
     return {
-        "landing": _function("landing", qvp, landing),
-        "impact": _function("impact", {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p}, impact),
+        "landing": _later("landing", qvp, lambda: {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}),
+        "impact": _later("impact", impact, exchange),
         "collision": _later("collision", qvp, collision),
     }
 
 
-def _step(
-    coordinates: Coordinates, foot: ca.SX, permutation: ca.DM, relabel: Sequence[ca.SX]
-) -> dict[str, ca.Function]:
+def _step(coordinates: Coordinates, foot: ca.SX, permutation: ca.DM, relabel: Sequence[ca.SX]) -> dict[str, Any]:
     """Return the Functions that take a state to the coordinates of the next step, and its rates back."""
     q, v, p, w = coordinates.q, coordinates.v, coordinates.p, ca.SX.sym("w", coordinates.q.numel())
     jacobian = ca.jacobian(foot, q)
-    after = {
-        "q_next": ca.vertcat(foot, *relabel),
-        "v_next": ca.vertcat(jacobian @ v, permutation @ v[2:]),
-    }
-    # Back, for a given landing configuration: angles first, then the old foot's own velocity.
-    back = ca.solve(permutation, w[2:])
-    before = ca.vertcat(w[:2] - jacobian[:, 2:] @ back, back)
+
+    def after() -> dict[str, ca.SX]:
+        return {"q_next": ca.vertcat(foot, *relabel), "v_next": ca.vertcat(jacobian @ v, permutation @ v[2:])}
+
+    def before() -> dict[str, ca.SX]:
+        # For a given landing configuration: angles first, then the old foot's own velocity.
+        back = ca.solve(permutation, w[2:])
+        return {"v": ca.vertcat(w[:2] - jacobian[:, 2:] @ back, back)}
+
     return {
-        "swap": _function("swap", _inputs(coordinates)[1], after),
-        "unswap": _function("unswap", {"q": q, "v_next": w, "p": p}, {"v": before}),
+        "swap": _later("swap", _inputs(coordinates)[1], after),
+        "unswap": _later("unswap", {"q": q, "v_next": w, "p": p}, before),
     }
 
 

@@ -114,21 +114,21 @@ class Robot(Deferring):
     parameters: tuple[Parameter, ...]
     points: tuple[str, ...]
     links: tuple[tuple[int, int], ...]
-    dynamics: ca.Function
+    dynamics: Later[ca.Function] = Later()
     acceleration: Mapping[Mode, ca.Function] = field(repr=False)
-    mass: ca.Function
+    mass: Later[ca.Function] = Later()
     energy: Later[ca.Function] = Later()
     momentum: Later[ca.Function] = Later()
     wellposed: Later[ca.Function] = Later()
-    landing: ca.Function
-    impact: ca.Function
+    landing: Later[ca.Function] = Later()
+    impact: Later[ca.Function] = Later()
     collision: Later[ca.Function] = Later()
-    touchdown: ca.Function
-    swap: ca.Function
-    unswap: ca.Function
-    upright: ca.Function
-    joint_rates: ca.Function
-    figure: ca.Function
+    touchdown: Later[ca.Function] = Later()
+    swap: Later[ca.Function] = Later()
+    unswap: Later[ca.Function] = Later()
+    upright: Later[ca.Function] = Later()
+    joint_rates: Later[ca.Function] = Later()
+    figure: Later[ca.Function] = Later()
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"

@@ -38,6 +38,9 @@ SOFT, STIFF = 1e-11, 1e12
 
 _MESSAGES = {Status.SOLVED: "Newton's method converged to a strict minimum", Status.INTERRUPTED: "User_Requested_Stop"}
 
+SAME = 1e-4
+"""Newton's method may leave another solver's minimum dearer by this share and still has stayed with it."""
+
 RESTING = 1e-7
 """Distance from a bound at which a variable rests on it; Ipopt leaves 1e-8."""
 
@@ -52,7 +55,7 @@ class Newton:
     Attributes
     ----------
     otherwise : Ipopt
-        Its tolerance is Newton's, too.
+        Its tolerance is Newton's, too, and so is its limit of iterations.
 
     Examples
     --------
@@ -77,7 +80,7 @@ class Newton:
             return self.otherwise.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
 
         def arrived(x: Array, multipliers: Array, observer: Observer) -> Outcome | None:
-            run = _Run(nlp, data, bounds, self.otherwise.tolerance)
+            run = _Run(nlp, data, bounds, self.otherwise)
             with ONE_AT_A_TIME, interruptible(run):
                 return run.arrived(x, multipliers, observer)
 
@@ -87,7 +90,7 @@ class Newton:
             found = self.otherwise.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
             if found.status.ok:  # to the last digits: an interior point stays a little outside of its bounds
                 exact = arrived(found.x, found.multipliers[1], silent)
-                if exact is not None and exact.status.ok:
+                if exact is not None and exact.objective <= found.objective + SAME * abs(found.objective):
                     found = replace(exact, iterations=found.iterations + exact.iterations)
         return found
 
@@ -95,8 +98,9 @@ class Newton:
 class _Run:
     """One run of Newton's method."""
 
-    def __init__(self, nlp: Nlp, data: Array, bounds: Bounds, tolerance: float) -> None:
-        self.nlp, self.data, self.tolerance, self.interrupted = nlp, data, tolerance, False
+    def __init__(self, nlp: Nlp, data: Array, bounds: Bounds, options: Ipopt) -> None:
+        self.nlp, self.data, self.tolerance, self.interrupted = nlp, data, options.tolerance, False
+        self.most_steps = min(MOST_STEPS, int(options.max_iterations))
         self.limits = (bounds.x_lower, bounds.x_upper, bounds.g_lower, bounds.g_upper)
 
     def interrupt(self) -> None:
@@ -107,22 +111,24 @@ class _Run:
         """Return the minimum arrived at from a start, or where it was interrupted; None if it goes astray."""
         iterate, inertia = _iterate(self.nlp)
         scaled, before = multipliers / self.nlp.typical, math.inf
-        for number in range(MOST_STEPS + 1):
+        for number in range(self.most_steps + 1):
             found = iterate(x, scaled, self.data, *self.limits)
-            f, unmet, wrong, mean = (float(found[i][0]) for i in (0, 3, 4, 5))
-            observer(Iteration(number, f, unmet))
-            g, on_bounds, x_after, scaled_after, matrix = (found[i].copy() for i in (1, 2, 6, 7, 8))
+            (f,), (unmet,), (wrong,), (mean,) = (found[i].tolist() for i in (0, 3, 4, 5))
+            try:
+                observer(Iteration(number, f, unmet))
+            except KeyboardInterrupt:
+                self.interrupt()
             there = max(wrong / max(1.0, mean / 100), unmet) <= self.tolerance
-            if there and inertia(matrix) != self.nlp.n_constraints:
+            if there and inertia(found[8]) != self.nlp.n_constraints:
                 return None  # a saddle
             if there or self.interrupted:
                 status = Status.SOLVED if there else Status.INTERRUPTED
-                multipliers = scaled * self.nlp.typical
-                return Outcome(status, _MESSAGES[status], x, g, f, number, (on_bounds * self.nlp.typical, multipliers))
+                prices = (found[2] * self.nlp.typical, scaled * self.nlp.typical)
+                return Outcome(status, _MESSAGES[status], x, found[1].copy(), f, number, prices)
             # The first step brings multipliers along, of whatever size; from then on the error must fall.
-            if not np.isfinite(x_after).all() or (number > 1 and not wrong < before):
+            if not math.isfinite(wrong + unmet) or (number > 1 and not wrong < before):
                 return None
-            x, scaled, before = x_after, scaled_after, wrong
+            x, scaled, before = found[6].copy(), found[7].copy(), wrong
         return None
 
 

@@ -4,7 +4,6 @@ import functools
 import itertools
 from collections.abc import Mapping, Sequence
 
-import casadi as ca
 import numpy as np
 from scipy.optimize import least_squares
 
@@ -42,17 +41,20 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
-    angles = ca.SX.sym("angles", len(robot.angles))
-    q, still = ca.vertcat(0, 0, angles), ca.SX.zeros(robot.n_q)
-    gap = ca.vertcat(robot.landing(q, still, p)[0] - ca.vertcat(step, 0), robot.touchdown(q, still, p)[0])
-    residual = ca.Function("residual", [angles], [gap, ca.jacobian(gap, angles)])
-    values, slopes = (residual.slice(f"residual_{i}", [0], [i]) for i in (0, 1))
-    found = least_squares(
-        lambda at: values(at).full().ravel(),
-        np.full(len(robot.angles), 0.1),
-        lambda at: slopes(at).full(),
-        xtol=1e-14,
-        ftol=1e-14,
-        gtol=1e-14,
-    )
+    still, units = np.zeros(robot.n_q), np.eye(robot.n_q)[2:]
+
+    def at(angles: Array) -> Array:
+        return np.concatenate([[0.0, 0.0], angles])
+
+    def gap(angles: Array) -> Array:
+        q = at(angles)
+        x, y = robot.landing(q, still, p)[0].elements()
+        return np.array([x - step, y, float(robot.touchdown(q, still, p)[0])])
+
+    def slopes(angles: Array) -> Array:
+        q = at(angles)
+        guard = [float(robot.touchdown(q, unit, p)[1]) for unit in units]  # its rate for each unit of an angle's rate
+        return np.vstack([robot.landing(q, still, p)[2].full()[:, 2:], guard])
+
+    found = least_squares(gap, np.full(len(units), 0.1), slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
     return None if np.max(np.abs(found.fun)) > 1e-6 else tuple(found.x)

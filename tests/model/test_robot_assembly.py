@@ -112,3 +112,17 @@ def test_unknown_robot_is_named_with_the_nearest_known_one():
 
 def test_the_catalogue_returns_one_object_for_each_robot(compass):
     assert robot_named("compass_biped") is compass
+
+
+@pytest.mark.parametrize(
+    ("what", "changes"),
+    [
+        ("touchdown", {"touchdown": ca.SX.sym("theta")}),
+        ("point 'end'", {"points": {"end": ca.vertcat(ca.SX.sym("theta"), 0)}, "links": []}),
+        ("actuator 'ankle'", {"actuators": {"ankle": 2 * ca.SX.sym("theta")}}),
+        ("mass of body 1", {"bodies": lambda c, th: [PointMass(ca.SX.sym("theta"), c.foot)]}),
+    ],
+)
+def test_a_symbol_from_elsewhere_is_named_at_once(what, changes):
+    with pytest.raises(InputError, match=f"{what} depends on a symbol 'theta'"):
+        rod(**changes)

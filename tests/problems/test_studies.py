@@ -4,7 +4,6 @@ import math
 import runpy
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from gaitopt import Study, robot_named
