@@ -26,21 +26,19 @@ The sticking gait of the compass biped with the least integral of squared torque
 no limits on torque or friction, 20 intervals. *First* is building the problem and solving it, imports excluded; *again*
 is a solve at 0.7 m/s that goes on from there. The error is that of the optimal value, against a very fine grid. As
 tools differ in accuracy, gaitopt is timed on the coarsest grid on which it is at least as accurate; a ratio below 1
-means that gaitopt is faster. Its times include what these scripts do not do: assembling the robot from its bodies,
-checking the plan between its nodes, and reading out motion, work and the energy ledger. Its refinement is switched off
-here (`tolerance=inf`), as these tools do not refine either; with it on, grids as coarse as these end up finer.
+means that gaitopt is faster. Its times include assembling the robot from its bodies, which these scripts have written
+out. Its refinement is switched off here (`tolerance=inf`), as these tools do not refine either: it then checks the plan
+between its nodes and reads out motion, work and energy when asked for them, which nobody does here. With refinement on,
+grids as coarse as these end up finer.
 """
 
 BETWEEN = """### Where the time goes
 
-Of a first answer of gaitopt a quarter goes into the robot's equations, a third into the programme's derivatives, a
-seventh into Ipopt, and the rest into the start, the reading out and the check. The script tuned by hand has the
-equations of this one robot written out and nothing else to build. A solve again is half Ipopt, half reading out and
-checking; the plain scripts, which do only the first half, are therefore faster. It was tried without gain to start
-Ipopt with other barriers, scalings and orderings of MUMPS (iterations change by a fifth at most), and to replace it by
-Newton's method on the constraints active at the gait before: the cheapest gaits switch their torques on and off, so
-that many constraints are active by a hair, and this diverges even from the solution itself. What a solver that knows
-the stages gains is told in [concepts/optimisation](concepts/optimisation.md).
+Of a first answer of gaitopt a tenth goes into the robot's equations, half into the programme and its derivatives, a
+seventh into Newton's method, most of that for building its one Function, and a tenth into the start. The script tuned
+by hand has the equations of this one robot written out and nothing else to build; for any other robot they would have
+to be written anew. A solve again is five steps of Newton's method. How that works, and why the cost of transport needs
+Ipopt instead, is told in [concepts/optimisation](concepts/optimisation.md).
 """
 
 

@@ -231,6 +231,9 @@ class PerMode(Mapping[Mode, ca.Function]):
     def __len__(self) -> int:
         return len(PHYSICAL)
 
+    def __reduce__(self) -> tuple[type, tuple[dict[Mode, ca.Function]]]:
+        return dict, (dict(self),)  # expressions cannot be pickled, Functions can
+
 
 def _later(label: str, inputs: dict[str, ca.SX], outputs: Callable[[], dict[str, ca.SX]]) -> Deferred[ca.Function]:
     """Return a Function that is made when first used: most programmes need few of a robot's."""

@@ -112,24 +112,29 @@ class _Run:
         iterate, inertia = _iterate(self.nlp)
         scaled, before = multipliers / self.nlp.typical, math.inf
         for number in range(self.most_steps + 1):
-            found = iterate(x, scaled, self.data, *self.limits)
-            (f,), (unmet,), (wrong,), (mean,) = (found[i].tolist() for i in (0, 3, 4, 5))
-            try:
-                observer(Iteration(number, f, unmet))
-            except KeyboardInterrupt:
-                self.interrupt()
+            numbers, g, on_bounds, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
+            f, unmet, wrong, mean = numbers.tolist()
             there = max(wrong / max(1.0, mean / 100), unmet) <= self.tolerance
-            if there and inertia(found[8]) != self.nlp.n_constraints:
+            if there and inertia(matrix) != self.nlp.n_constraints:
                 return None  # a saddle
+            # What Functions return lies in memory of their own.
+            g, on_bounds, x_after, scaled_after = (part.copy() for part in (g, on_bounds, x_after, scaled_after))
+            self._tell(observer, Iteration(number, f, unmet))
             if there or self.interrupted:
                 status = Status.SOLVED if there else Status.INTERRUPTED
-                prices = (found[2] * self.nlp.typical, scaled * self.nlp.typical)
-                return Outcome(status, _MESSAGES[status], x, found[1].copy(), f, number, prices)
+                prices = (on_bounds * self.nlp.typical, scaled * self.nlp.typical)
+                return Outcome(status, _MESSAGES[status], x, g, f, number, prices)
             # The first step brings multipliers along, of whatever size; from then on the error must fall.
             if not math.isfinite(wrong + unmet) or (number > 1 and not wrong < before):
                 return None
-            x, scaled, before = found[6].copy(), found[7].copy(), wrong
+            x, scaled, before = x_after, scaled_after, wrong
         return None
+
+    def _tell(self, observer: Observer, iteration: Iteration) -> None:
+        try:
+            observer(iteration)
+        except KeyboardInterrupt:
+            self.interrupt()
 
 
 class _Inertia:
@@ -148,19 +153,19 @@ class _Inertia:
 def _iterate(nlp: Nlp) -> tuple[Buffered, _Inertia]:
     """Return the Function of one iterate, and what tells whether its matrix is that of a minimum.
 
-    Of (x, scaled multipliers, data, bounds): objective, constraints, multipliers of the bounds, violation, error of
-    the gradient of the Lagrangian, mean size of the multipliers, the next x and multipliers, and the matrix.
+    Of (x, scaled multipliers, data, bounds) it returns four numbers (the objective, the violation, the error of the
+    gradient of the Lagrangian and the mean size of the multipliers), the constraints, the multipliers of the bounds,
+    the next x and multipliers, and the matrix.
     """
-    x, data, lam = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
-    given = lam
+    x, data, given = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
     x_lower, x_upper = ca.MX.sym("x_lower", nlp.n_variables), ca.MX.sym("x_upper", nlp.n_variables)
     lower, upper = ca.MX.sym("lower", nlp.n_constraints), ca.MX.sym("upper", nlp.n_constraints)
     f, gradient = nlp.derivatives["grad_f"](x, data)
     g, jacobian = nlp.derivatives["jac_g"](x, data)
 
-    above, below = ca.logic_or(lam + g > upper, lower == upper), lam + g < lower
+    above, below = ca.logic_or(given + g > upper, lower == upper), given + g < lower
     active = ca.logic_or(above, below)
-    lam = active * lam
+    lam = active * given
     unmet = ca.if_else(above, g - upper, ca.if_else(below, g - lower, 0))
     hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
     turned = jacobian.T
@@ -181,7 +186,8 @@ def _iterate(nlp: Nlp) -> tuple[Buffered, _Inertia]:
     step = ca.solve(matrix, ca.vertcat(pull, -unmet - SOFT * lam), "ldl")
     violation = ca.fmax(ca.norm_inf(unmet), ca.norm_inf(pulled))
     error = ca.norm_inf((1 - held) * slope)
-    outputs = [f, g, -held * slope, violation, error, ca.norm_1(lam) / nlp.n_constraints]
-    outputs += [x + step[: nlp.n_variables], active * step[nlp.n_variables :], matrix]
-    function = ca.Function("iterate", [x, given, data, x_lower, x_upper, lower, upper], outputs)
+    numbers = ca.vertcat(f, violation, error, ca.norm_1(lam) / nlp.n_constraints)
+    following = [x + step[: nlp.n_variables], active * step[nlp.n_variables :]]
+    inputs, outputs = [x, given, data, x_lower, x_upper, lower, upper], [numbers, g, -held * slope, *following, matrix]
+    function = ca.Function("iterate", inputs, outputs)
     return Buffered(function), _Inertia(matrix.sparsity())

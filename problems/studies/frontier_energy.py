@@ -67,7 +67,7 @@ def _pile(axes, shift, width, heights):
 def _numbers(table, terms):
     """Return for each word how the terms add up to the cost of transport, at the friction where they do worst."""
     robot, values = walker().robot, walker().values
-    mass = float(robot.momentum(np.zeros(robot.n_q), np.zeros(robot.n_q), robot.vector(values))[2])
+    mass = float(robot.mass(robot.vector(values)))
     for word in (STICK, SLIP):
         total = sum(term.sel(word=word) for term in terms.values()) / (mass * values["gravity"])
         ratio = (total / table.cost_of_transport.sel(word=word)).values

@@ -1,5 +1,7 @@
 """Robots assembled from parts: a rod that can be checked by hand, and every mistake named."""
 
+import pickle
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -126,3 +128,15 @@ def test_the_catalogue_returns_one_object_for_each_robot(compass):
 def test_a_symbol_from_elsewhere_is_named_at_once(what, changes):
     with pytest.raises(InputError, match=f"{what} depends on a symbol 'theta'"):
         rod(**changes)
+
+
+def test_a_robot_that_was_used_in_part_can_be_pickled():
+    robot = rod()
+    q, v, u, p = [0.1, 0.2, 0.4], [0.5, 0.0, 1.1], [0.7], robot.vector(robot.resolve({"friction": 0.3}))
+    before = robot.acceleration[Mode.STICK](q, v, u, p)
+    again = pickle.loads(pickle.dumps(robot))
+    assert list(again.acceleration) == list(robot.acceleration) == list(PHYSICAL)
+    assert [float(part) for part in again.energy(q, v, p)] == [float(part) for part in robot.energy(q, v, p)]
+    np.testing.assert_array_equal(again.acceleration[Mode.STICK](q, v, u, p)[0], before[0])
+    with pytest.raises(KeyError):
+        robot.acceleration[Mode.ANY]
