@@ -16,7 +16,8 @@ from gaitopt.motion.versions import versions
 from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
 from gaitopt.ocp.carrying import carried, is_complete, solution_of
 from gaitopt.ocp.diagnosis import ROUNDING, violations, warnings
-from gaitopt.ocp.guess import Continued, Guess
+from gaitopt.ocp.going_on import Continued
+from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.ipopt import STOPPED
 from gaitopt.ocp.method import Method
 from gaitopt.ocp.outcome import Minimiser, Outcome

@@ -12,7 +12,8 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.attempt import attempt as solve_from
-from gaitopt.ocp.guess import Continued, Guess, Line, Previous, Scattered
+from gaitopt.ocp.going_on import Continued, Previous
+from gaitopt.ocp.guess import Guess, Line, Scattered
 from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.newton import Newton
 from gaitopt.ocp.passive import passive_cycle
