@@ -8,6 +8,7 @@ import numpy as np
 from gaitopt.control.law import Law
 from gaitopt.control.limits import limited, torque_limits
 from gaitopt.errors import InputError
+from gaitopt.model.closing import closing_angle
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
@@ -24,7 +25,7 @@ def step_to_step(
 ) -> Law:
     """Return a law with torques added that are held over windows of a step, w = -K (z - z*), within torque limits.
 
-    z is the state after the touchdown: all angles but the last, rates, speed of the stance foot.
+    z is the state after the touchdown: all angles but the one the touchdown fixes, rates, speed of the stance foot.
 
     Parameters
     ----------
@@ -59,7 +60,8 @@ def step_to_step(
         raise InputError(
             f"Step-to-step feedback is added to a law by the clock without limits that holds nothing, not {law.name!r}."
         )
-    places = [*range(2, n_q - 1), *range(n_q + 2, 2 * n_q), n_q]
+    free = (entry for entry in range(2, n_q) if entry != 2 + closing_angle(robot))
+    places = [*free, *range(n_q + 2, 2 * n_q), n_q]
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
     if state.shape != (len(places),) or gains.shape != (windows * n_u, len(places)):
         raise InputError(

@@ -151,8 +151,9 @@ def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:
 def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:
     """Yield points of the section with foot speed from which at least one step can be taken.
 
-    Small steps are slow steps: rates are drawn up to three times the last angle over the natural time sqrt(l / g), so
-    that pendulum-like motions of every size are met alike.  Every other start has its foot at rest.
+    Small steps are slow steps: rates are drawn up to three times the angle that the touchdown fixes over the natural
+    time sqrt(l / g), so that pendulum-like motions of every size are met alike.  Every other start has its foot at
+    rest.
     """
     robot, rng = walker.robot, np.random.default_rng(seed)
     section, n = Section(robot, walker.p, sliding=True), len(robot.angles)
@@ -160,7 +161,7 @@ def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:
     for i in range(count):
         angles = -rng.uniform(0.02, 0.5, n - 1)
         z = np.concatenate([angles, np.zeros(n + 1)])
-        size = 3 * natural * abs(section.embed(z)[robot.n_q - 1])
+        size = 3 * natural * abs(section.embed(z)[section.closing])
         z[n - 1 :] = rng.uniform(-1, 1, n + 1) * size
         z[-1] = z[-1] * height if i % 2 and np.isfinite(walker.contact.friction) else 0.0
         if walker.stride(section.embed(z)).following is not None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.buffered import Buffered
+from gaitopt.model.closing import closing_angle, touching
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
@@ -17,8 +18,8 @@ from gaitopt.motion.motion import Array
 class Section:
     """States after a touchdown and leg swap, both feet on the ground.
 
-    The touchdown condition fixes the last angle, so the coordinates are the other angles, all rates, and the speed of
-    the new stance foot where the impact lets it slip.
+    The touchdown condition fixes the last angle it depends on, so the coordinates are the other angles, all rates, and
+    the speed of the new stance foot where the impact lets it slip.
 
     Attributes
     ----------
@@ -40,14 +41,24 @@ class Section:
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates; a rate is written with the suffix ``_rate``."""
         angles = self.robot.angles
-        rates = tuple(f"{angle}_rate" for angle in angles)
-        return (*angles[:-1], *rates, *(("foot_speed",) if self.sliding else ()))
+        free = (angle for angle in angles if angle != angles[closing_angle(self.robot)])
+        rates = (f"{angle}_rate" for angle in angles)
+        return (*free, *rates, *(("foot_speed",) if self.sliding else ()))
 
     @functools.cached_property
     def places(self) -> list[int]:
         """Entries of the state y = (q, v) that are the coordinates, in order."""
         n = self.robot.n_q
-        return [*range(2, n - 1), *range(n + 2, 2 * n), *([n] if self.sliding else [])]
+        return [*self._free, *range(n + 2, 2 * n), *([n] if self.sliding else [])]
+
+    @functools.cached_property
+    def closing(self) -> int:
+        """Entry of the state that the touchdown condition fixes."""
+        return 2 + closing_angle(self.robot)
+
+    @functools.cached_property
+    def _free(self) -> list[int]:
+        return [entry for entry in range(2, self.robot.n_q) if entry != self.closing]
 
     def embed(self, z: Array) -> Array:
         """Return the state y = (q, v) of a point of the section, shape (2 n_q,).
@@ -66,8 +77,8 @@ class Section:
         y = np.zeros(2 * n)
         y[n] = self.foot_speed
         y[self.places] = z
-        last, _ = _closing(self.robot, self.p.tobytes(), threading.get_ident())
-        y[n - 1] = last.packed(y[2 : n - 1])[0]
+        angle, _ = _closing(self.robot, self.p.tobytes(), threading.get_ident())
+        y[self.closing] = angle.packed(y[self._free])[0]
         return y
 
     def tangent(self, z: Array) -> Array:
@@ -77,7 +88,7 @@ class Section:
         basis[places, range(len(places))] = 1.0
         if n > 3:
             _, slope = _closing(self.robot, self.p.tobytes(), threading.get_ident())
-            basis[n - 1, : n - 3] = slope.packed(self.embed(z)[2 : n - 1])
+            basis[self.closing, : n - 3] = slope.packed(self.embed(z)[self._free])
         return basis
 
     def project(self, y: Array) -> Array:
@@ -86,39 +97,30 @@ class Section:
 
 
 @functools.lru_cache(maxsize=32)
-def _last_angle(robot: Robot) -> ca.Function:
-    """Return (other angles, p) -> last angle of a state just after the swap, both feet on the ground.
+def _angle_fixed(robot: Robot) -> ca.Function:
+    """Return (other angles, p) -> the angle that the touchdown condition fixes just after the swap.
 
     The swap of the angles is linear; a touchdown guard that is linear too needs one Newton step, others a few.
     """
     others, p = ca.SX.sym("others", len(robot.angles) - 1), ca.SX.sym("p", len(robot.parameters))
-    last = ca.SX.sym("last")
-    condition = _touching(robot, ca.vertcat(others, last), p)
-    newton = ca.Function("newton", [last, others, p], [last - condition / ca.jacobian(condition, last)])
-    start = others[-1] if others.numel() else ca.SX(0)
+    angle, place = ca.SX.sym("angle"), closing_angle(robot)
+    angles = ca.vertsplit(others)
+    angles.insert(place, angle)
+    condition = touching(robot, ca.vertcat(*angles), p)
+    newton = ca.Function("newton", [angle, others, p], [angle - condition / ca.jacobian(condition, angle)])
+    start = others[max(place - 1, 0)] if others.numel() else ca.SX(0)
     value = ca.MX.sym("others", others.numel()), ca.MX.sym("p", p.numel())
     guess = ca.Function("start", [others], [start])(value[0])
     for _ in range(8):
         guess = newton(guess, *value)
-    return ca.Function("last_angle", list(value), [guess]).expand()
+    return ca.Function("angle_fixed", list(value), [guess]).expand()
 
 
 @functools.lru_cache(maxsize=256)
 def _closing(robot: Robot, p: bytes, thread: int) -> tuple[Buffered, Buffered]:
-    """Return other angles -> last angle, and its gradient, for given parameters; in each thread with its own memory."""
-    function = _last_angle(robot)
+    """Return other angles -> the one fixed, and its gradient, for given parameters; each thread has its own memory."""
+    function = _angle_fixed(robot)
     others, parameters = function.sx_in()
     gradient = ca.densify(ca.jacobian(function(others, parameters), others))
-    slope = ca.Function("last_angle_slope", [others, parameters], [gradient])
+    slope = ca.Function("angle_fixed_slope", [others, parameters], [gradient])
     return Buffered(function, np.frombuffer(p)), Buffered(slope, np.frombuffer(p))
-
-
-def _touching(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
-    """Return the touchdown guard as a function of the angles after the swap."""
-    n, zero = robot.n_q, ca.SX.zeros(robot.n_q)
-    before = ca.SX.sym("before", len(robot.angles))
-    swapped = robot.swap(ca.vertcat(0, 0, before), zero, p)[0][2:]
-    matrix = ca.DM(ca.jacobian(swapped, before))
-    offset = ca.substitute(swapped, before, ca.SX.zeros(before.numel()))
-    old = ca.solve(matrix, following - offset)
-    return robot.touchdown(ca.vertcat(0, 0, old), ca.SX.zeros(n), p)[0]
