@@ -25,6 +25,8 @@ class Parameter:
         Bounds; `lower` is excluded when `lower_open`.
     infinite, whole : bool
         Whether an infinite value is allowed, and whether only whole numbers are.
+    at_most : str
+        Another parameter of the same robot that this one may not exceed; none if empty.
     description : str
         One line for people.
 
@@ -43,6 +45,7 @@ class Parameter:
     lower_open: bool = False
     infinite: bool = False
     whole: bool = False
+    at_most: str = ""
 
     def check(self, value: object) -> float:
         """Return `value` as a float, or raise :class:`InputError` saying why it cannot be one.
@@ -96,7 +99,7 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
     Raises
     ------
     InputError
-        If a name is unknown or a value lies outside its bounds.
+        If a name is unknown or a value lies outside its bounds, another parameter's value among them.
 
     Examples
     --------
@@ -107,7 +110,15 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
     for name in values:
         if name not in names:
             raise InputError(f"{owner} has no parameter {name!r}. {suggest(name, names)}")
-    return {p.name: p.check(values.get(p.name, p.default)) for p in parameters}
+    found = {p.name: p.check(values.get(p.name, p.default)) for p in parameters}
+    for p in parameters:
+        if p.at_most and found[p.name] > found[p.at_most]:
+            default = "" if p.name in values else ", its default"
+            raise InputError(
+                f"{p.name} ({p.description}) must be at most {p.at_most} = {found[p.at_most]:g}{p._unit()}, "
+                f"got {found[p.name]:g}{default}."
+            )
+    return found
 
 
 def as_vector(parameters: tuple[Parameter, ...], values: Mapping[str, float]) -> np.ndarray:

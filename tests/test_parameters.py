@@ -82,3 +82,13 @@ def test_an_unknown_name_is_named_with_its_owner_and_the_nearest_known_one():
 def test_a_default_is_checked_as_well():
     with pytest.raises(InputError, match="wrong must be at least 0"):
         resolve((Parameter("wrong", -1.0, "1", "a wrong default", lower=0.0),), {}, "robot")
+
+
+def test_a_bound_that_is_another_parameter():
+    known = (Parameter("height", 1.0, "m", "a height"), Parameter("mark", 0.5, "m", "a mark", at_most="height"))
+    assert resolve(known, {"mark": 1.0}, "robot") == {"height": 1.0, "mark": 1.0}
+    with pytest.raises(InputError) as caught:
+        resolve(known, {"mark": 1.5}, "robot")
+    assert str(caught.value) == "mark (a mark) must be at most height = 1 [m], got 1.5."
+    with pytest.raises(InputError, match=r"must be at most height = 0\.4 \[m\], got 0\.5, its default"):
+        resolve(known, {"height": 0.4}, "robot")

@@ -11,7 +11,7 @@ from gaitopt.parameters import Parameter
 
 PARAMETERS = (
     Parameter("leg_length", 1.6, "m", "length of a leg", lower=0.0, lower_open=True),
-    Parameter("leg_com", 0.8, "m", "distance of the leg's mass from its foot", lower=0.0),
+    Parameter("leg_com", 0.8, "m", "distance of the leg's mass from its foot", lower=0.0, at_most="leg_length"),
     Parameter("leg_mass", 4.0, "kg", "mass of a leg", lower=0.0, lower_open=True),
     Parameter("hip_mass", 2.0, "kg", "mass at the hip", lower=0.0),
     Parameter("gravity", 9.8, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, suggest
 from gaitopt.later import Deferring, Later
 from gaitopt.model.modes import Mode
 from gaitopt.parameters import Parameter, as_vector, resolve
@@ -43,6 +43,11 @@ class Coordinates:
             raise InputError("Two parameters share a name; 'slope' and 'friction' belong to the ground.")
         if "gravity" not in names:
             raise InputError("A robot needs a parameter named 'gravity'.")
+        for p in parameters:
+            if p.at_most and p.at_most not in names:
+                raise InputError(
+                    f"{p.name} is to be at most {p.at_most!r}, which is no parameter. {suggest(p.at_most, names)}"
+                )
         self.q = ca.vertcat(ca.SX.sym("x"), ca.SX.sym("y"), *[ca.SX.sym(a) for a in angles])
         self.v = ca.SX.sym("v", self.q.numel())
         self.p = ca.vertcat(*[ca.SX.sym(name) for name in names])

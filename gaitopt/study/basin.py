@@ -92,7 +92,7 @@ def basin(
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
     law = law or passive(robot)
     walk = walk_over(robot, parameters, values, base or {}, law, patience or Patience(), engine or default_engine(law))
-    known = Basin.empty(robot.name, robot.resolve(walk.parameters), walk.base, values, walk.method())
+    known = Basin.empty(robot.name, walk.parameters, walk.base, values, walk.method())
     if path is not None and Path(path).exists():
         held = load_basin(path)
         check_same_question(held.question(), known.question(), Path(path))

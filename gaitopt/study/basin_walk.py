@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +28,7 @@ class BasinWalk:
     ----------
     robot : Robot
     parameters : dict of str to float
-        Those that are no axes.
+        All of them; the values of axes take the place of theirs.
     base : dict of str to float
         Coordinates of the start that are no axes.
     axes : dict of str to (n,) array
@@ -89,24 +90,27 @@ def walk_over(
 ) -> BasinWalk:
     """Return the walks of a basin; raises InputError if an axis or a coordinate is unknown or cannot be so."""
     fixed = {name: float(value) for name, value in parameters.items() if name not in axes}
-    known = [parameter.name for parameter in robot.parameters]
-    p = robot.vector(robot.resolve(fixed))
-    coordinates = Section(robot, p, sliding=True).names
+    known = {parameter.name: parameter for parameter in robot.parameters}
     if len(axes) not in (1, 2):
         raise InputError(f"A basin has one or two axes, got {len(axes)}: {', '.join(axes) or 'none'}.")
-    for name, values in axes.items():
+    varied = {name: values for name, values in axes.items() if name in known}
+    for name, values in varied.items():
+        for value in values:
+            known[name].check(value)
+    # Bounds between parameters hold everywhere if they do in the corners.
+    corners = itertools.product(*((values.min(), values.max()) for values in varied.values()))
+    resolved = [robot.resolve({**fixed, **dict(zip(varied, corner, strict=True))}) for corner in corners]
+    coordinates = Section(robot, robot.vector(resolved[0]), sliding=True).names
+    for name in axes:
         if name not in (*coordinates, *known):
             raise InputError(
                 f"Robot {robot.name!r} has no coordinate or parameter {name!r}. {suggest(name, (*coordinates, *known))}"
             )
-        if name in known:
-            for value in values:
-                robot.resolve({**fixed, name: value})
     for name in base:
         if name not in coordinates:
             raise InputError(f"The section of {robot.name!r} has no coordinate {name!r}. {suggest(name, coordinates)}")
     start = {name: float(base.get(name, 0.0)) for name in coordinates if name not in axes}
-    return BasinWalk(robot, fixed, start, dict(axes), law, patience, engine)
+    return BasinWalk(robot, resolved[0], start, dict(axes), law, patience, engine)
 
 
 def walk_starts(walk: BasinWalk, index: Index) -> tuple[Index, Endings]:

@@ -25,6 +25,7 @@ SETTINGS = [
     (["hip_mass=-0.5"], "hip_mass must be at least 0 [kg]"),
     (["gravity=inf"], "gravity must be a finite number"),
     (["leg_length=0"], "leg_length must be greater than 0 [m]"),
+    (["leg_length=0.7"], "leg_com (distance of the leg's mass from its foot) must be at most leg_length = 0.7 [m]"),
     (["friction=-0.1"], "friction must be at least 0, got -0.1"),
     (["friction=0"], "friction greater than 0"),
     (["friction=inf"], "needs a finite friction"),

@@ -140,3 +140,12 @@ def test_a_robot_that_was_used_in_part_can_be_pickled():
     np.testing.assert_array_equal(again.acceleration[Mode.STICK](q, v, u, p)[0], before[0])
     with pytest.raises(KeyError):
         robot.acceleration[Mode.ANY]
+
+
+def test_a_bound_must_be_a_parameter():
+    with pytest.raises(
+        InputError, match=r"mark is to be at most 'hight', which is no parameter. Did you mean 'height'"
+    ):
+        Coordinates(
+            ["th"], [GRAVITY, Parameter("height", 1.0, "m", ""), Parameter("mark", 0.5, "m", "", at_most="hight")]
+        )

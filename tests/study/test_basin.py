@@ -10,6 +10,7 @@ from gaitopt import (
     Patience,
     basin,
     basin_edges,
+    compass_biped,
     load_basin,
     passive,
     rimless_wheel,
@@ -86,11 +87,24 @@ def test_two_axes_and_parameters_as_axes():
     assert found.labels_on_grid().tolist() == [["fell", "fell"], ["fell", "stick | stick"]]
 
 
+def test_axes_may_be_bounds_of_each_other():
+    robot, start = compass_biped(), {"th1": -0.2, "th1_rate": 0.1}
+    com, length = {"leg_com": [0.3, 0.6]}, {"leg_length": [0.6, 0.9]}
+    assert basin(robot, {"leg_length": 0.7}, com, base=start).shape == (2,)
+    assert basin(robot, {}, {**com, **length}, base=start).shape == (2, 2)
+    with pytest.raises(InputError, match=r"leg_com .* must be at most leg_length = 0\.5 \[m\], got 0\.6"):
+        basin(robot, {}, {**com, "leg_length": [0.5, 0.9]}, base=start)
+
+
 def test_file_of_another_basin_is_not_overwritten(tmp_path):
     path = tmp_path / "basin.h5"
     basin(rimless_wheel(), WHEEL, {"theta_rate": [2.0]}, path=path)
     with pytest.raises(InputError, match=r"holds another study \(another axes\)"):
         basin(rimless_wheel(), WHEEL, {"theta_rate": [2.1]}, path=path)
+    with pytest.raises(
+        InputError, match=r"\(another parameters: slope 0\.2268.* there, 0\.2 here\): name another place"
+    ):
+        basin(rimless_wheel(), {"slope": 0.2}, {"theta_rate": [2.0]}, path=path)
 
 
 def test_file_round_trip_and_damage(tmp_path):
