@@ -13,6 +13,9 @@ from gaitopt.motion.summary import plain
 
 QUESTION = "question.json"
 
+TOLD = 3
+"""Differences between two questions that are told one by one."""
+
 
 class GaitFolder(MutableMapping[str, Gait]):
     """Gaits by key, each in a file of its own that is written whole or not at all.
@@ -90,9 +93,28 @@ def check_same_question(held: Any, asked: dict[str, Any], path: Path) -> None:
     asked = json.loads(json.dumps(plain(asked)))
     if held == asked:
         return
-    names = [name for name in asked if not isinstance(held, dict) or held.get(name) != asked[name]]
-    differing = f" (another {' and another '.join(names)})" if names else ""
+    held = held if isinstance(held, dict) else {}
+    parts = [_differing(name, held.get(name), asked[name]) for name in asked if held.get(name) != asked[name]]
+    differing = f" ({' and '.join(parts)})" if parts else ""
     raise InputError(f"{path} holds another study{differing}: name another place, or delete it to start afresh.")
+
+
+def _differing(part: str, held: Any, asked: Any) -> str:
+    """Return that a part of a question is another one, and the first numbers and texts in it that are."""
+    there, here = _short(held), _short(asked)
+    told = [
+        f"{name} {there[name]} there, {here[name]} here" for name in here if there.get(name, here[name]) != here[name]
+    ]
+    more = f", and {len(told) - TOLD} more" if len(told) > TOLD else ""
+    return f"another {part}{': ' if told else ''}{'; '.join(told[:TOLD])}{more}"
+
+
+def _short(nested: Any, name: str = "") -> dict[str, str]:
+    """Return what fits into a sentence of nested data: numbers and texts by their names."""
+    if isinstance(nested, dict):
+        inner = (_short(item, f"{name}.{key}" if name else str(key)) for key, item in nested.items())
+        return {place: text for found in inner for place, text in found.items()}
+    return {name: f"{nested}"} if name and not isinstance(nested, list) else {}
 
 
 def _read(path: Path) -> Any:
