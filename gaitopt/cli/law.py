@@ -57,15 +57,21 @@ def design_for(gait: Gait, robot: Robot, name: str, torque_limit: float | None, 
     return design.by_stance_angle(robot, gait.motion) if stance_angle else design
 
 
-def limit_for(gait: Gait, given: float | None) -> float:
-    """Return the torque limit of a law: the one given, or somewhat more than the plan's."""
+def limit_for(gait: Gait, given: float | None) -> float | dict[str, float]:
+    """Return the torque limit of a law: the one given, or for each actuator somewhat more than the plan's."""
     if given is not None:
         if not given > 0:
             raise InputError(f"--torque-limit must be positive, got {given:g}.")
         return given
     planned = gait.problem.get("torque_limit", math.inf)
-    values = planned.values() if isinstance(planned, dict) else [planned]
-    return RESERVE * min(float(value) for value in values)
+    by_name = planned if isinstance(planned, dict) else dict.fromkeys(gait.motion.actuators, planned)
+    for name, limit in by_name.items():
+        if not float(limit) > 0:
+            raise InputError(
+                f"The gait is planned without torque at the {name}; say with --torque-limit what feedback may use "
+                "there, or plan it for a robot without that actuator."
+            )
+    return {name: RESERVE * float(limit) for name, limit in by_name.items()}
 
 
 def read_pairs(settings: list[str] | None, option: str = "--state") -> dict[str, float]:

@@ -104,7 +104,7 @@ def _setting(text: str, defaults: dict[str, Any], path: Path) -> tuple[str, Any]
     if name not in defaults:
         raise InputError(f"{path.name} has no parameter {name!r}. {suggest(name, defaults)}")
     default, given = defaults[name], _value(value)
-    if isinstance(default, int | float) and not isinstance(given, int | float | tuple | list | None):
+    if isinstance(default, int | float) and not isinstance(given, int | float | tuple | list | dict | None):
         raise InputError(f"--set {name}: {name} must be a number like its default {default!r}, got {value!r}.")
     if isinstance(default, str):
         given = value.strip("'\"")

@@ -11,9 +11,11 @@ from gaitopt.cli.axis import grid
 from gaitopt.cli.options import Json, Quiet, Script, Setting
 from gaitopt.cli.output import leave_unfinished, print_json, print_written
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
-from gaitopt.errors import InputError
 
 Starts = Annotated[int, typer.Option(min=1, max=100, help="Starts tried where there is no neighbour to start from.")]
+
+MOST_POINTS = 100_000
+"""Of a sweep: half a day of work, and more, for each word."""
 
 
 def search(
@@ -93,9 +95,7 @@ def sweep(
     from gaitopt.study.sweep import sweep as sweep_problem
 
     began, problem = time.perf_counter(), build_problem(script, setting or [])
-    axes = dict(grid(text) for text in over)
-    if len(axes) < len(over):
-        raise InputError("--over names the same axis twice.")
+    axes = grid(over, MOST_POINTS)
     fields = {name: axes.pop(name) for name in FIELDS if name in axes}
     spelled = [word.strip() for text in words or [] for word in text.split(",")]
     with workforce(workers, scheduler) as hands, counting("gaits", hidden=json or quiet) as observer:

@@ -108,7 +108,7 @@ class Law:
         for name, value in values.items():
             if name not in self.gains:
                 raise InputError(f"The law {self.name!r} has no gain {name!r}. {suggest(name, self.gains)}")
-            table[self.gains[name]] = Parameter(name, 0.0, "", "").check(value)
+            table[self.gains[name]] = Parameter(name, 0.0, "1", "").check(value)
         return replace(self, table=table)
 
 

@@ -15,6 +15,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
+from gaitopt.parameters import Parameter
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.stability.linearisation import Linearisation
@@ -35,6 +36,11 @@ class Weights:
     foot_speed : float [m/s]
     torque : float [N m]
 
+    Raises
+    ------
+    InputError
+        If one is not positive and finite.
+
     Examples
     --------
     >>> Weights(torque=2.0).angle
@@ -45,6 +51,10 @@ class Weights:
     rate: float = 0.3
     foot_speed: float = 0.3
     torque: float = 5.0
+
+    def __post_init__(self) -> None:
+        for unit, name in (("rad", "angle"), ("rad/s", "rate"), ("m/s", "foot_speed"), ("N m", "torque")):
+            Parameter(f"Weights.{name}", 1.0, unit, "", lower=0.0, lower_open=True).check(getattr(self, name))
 
 
 def lqr(

@@ -1,10 +1,13 @@
 """tune, push and stability --law on the command line."""
 
+import dataclasses
 import json
 
 import pytest
 
+from gaitopt import load, save
 from gaitopt.cli.app import main
+from gaitopt.cli.law import limit_for
 
 GAIT = "docs/examples/compass_slip.h5"
 KEYS = [
@@ -51,6 +54,34 @@ def test_a_gait_that_cannot_be_held_is_reported(capsys):
     assert list(facts) == KEYS
     assert (facts["radius_after"], facts["multipliers"], facts["fixed_point_shift"]) == ("inf", [], None)
     assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0}
+
+
+def test_feedback_may_use_more_than_the_plan_of_each_actuator(capsys, tmp_path):
+    """A weak ankle says nothing about the hip, whose plan must not be cut off."""
+    limits = {"ankle": 0.5, "hip": 6.0}
+    gait = load(GAIT)
+    file = save(dataclasses.replace(gait, problem={**gait.problem, "torque_limit": limits}), tmp_path / "gait.h5")
+    assert limit_for(load(file), None) == {"ankle": pytest.approx(0.6), "hip": pytest.approx(7.2)}
+    assert limit_for(gait, 3.0) == 3.0
+    idle = dataclasses.replace(gait, problem={**gait.problem, "torque_limit": {"ankle": 0.0, "hip": 6.0}})
+    save(idle, file)
+    code, text = run(capsys, "stability", str(file), "--law", "lqr")
+    assert code == 2
+    assert "planned without torque at the ankle; say with --torque-limit" in " ".join(text.err.split())
+
+
+@pytest.mark.parametrize(
+    ("law", "gain", "message"),
+    [
+        ("lqr", "torque=nan", "Weights.torque must be a finite number [N m], got nan"),
+        ("step-to-step", "rate=0", "Weights.rate must be greater than 0 [rad/s], got 0"),
+        ("pd", "hip_stiffness=inf", "hip_stiffness must be a finite number, got inf"),
+    ],
+)
+def test_gains_that_cannot_be(capsys, law, gain, message):
+    code, text = run(capsys, "stability", GAIT, "--law", law, "--gain", gain)
+    assert code == 2
+    assert message in " ".join(text.err.split())
 
 
 def test_a_law_by_the_stance_angle(capsys):

@@ -65,6 +65,8 @@ def test_sweep_refuses_what_cannot_be(command, quick):
     assert "twice" in command("sweep", quick, "--over", "friction=1:2:2", "--over", "friction=1:2:2", "-o", "f.nc").err
     assert "leg_mass" in command("sweep", quick, "--over", "leg_mas=1:2:2", "-o", "f.nc").err
     assert "NAME=FROM:TO:COUNT" in command("sweep", quick, "--over", "friction", "-o", "f.nc").err
+    wide = command("sweep", quick, "--over", "friction=1:2:1000", "--over", "speed=1:2:1000", "-o", "f.nc")
+    assert "asks for 1000000 points" in wide.err
     assert "does not exist" in command("sweep", quick, "--over", "friction=0.1:0.2:2", "-o", "none/f.nc").err
 
 

@@ -120,6 +120,8 @@ def test_run_a_study(tmp_path):
         (["simulate", WHEEL, "--state", "theta_rate=fast"], "NAME=NUMBER"),
         (["simulate", WHEEL, "--set", "friction=inf", "--state", "foot_speed=0.1"], "infinite friction cannot slide"),
         (["basin", WHEEL, "--over", "theta_rate=0:1"], "NAME=FROM:TO:COUNT"),
+        (["basin", WHEEL, "--over", "theta_rate=0:inf:3"], "An axis needs finite values, got 'theta_rate=0:inf:3'"),
+        (["basin", WHEEL, "--over", "theta_rate=0:1:9999999999"], "asks for 9999999999 points, more than the 10000000"),
         (["basin", WHEEL, "--over", "speed=0:1:3"], "no coordinate or parameter 'speed'"),
         (["run", WHEEL], "no function study"),
         (["stability", SLIP, "--set", "friction=1"], "a saved gait has none to change"),
