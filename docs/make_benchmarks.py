@@ -98,9 +98,11 @@ def convergence(results):
     """Return the table of costs over the grid."""
     lines = ["## Convergence", ""]
     lines += [
-        "Cost of transport at friction 0.14, 0.633 m/s, steps of 0.4713 m and torques up to 6 N m, and in brackets"
+        "Cost of transport as the programme adds it up, at friction 0.14, 0.633 m/s, steps of 0.4713 m and torques",
+        "up to 6 N m; what a gait reports is integrated, and differs by up to 0.8 % on 10 intervals and 0.1 % on 40.",
+        "In brackets are the intervals of each phase, doubled where a plan leaves its contact modes between nodes.",
+        "",
     ]
-    lines += ["the intervals of each phase, which are doubled where a plan leaves its contact modes between nodes.", ""]
     for i, (word, table) in enumerate(chosen(results, "convergence, ").items()):
         if i == 0:
             counts = list(next(iter(table.values())))
