@@ -122,5 +122,8 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
 
 
 def as_vector(parameters: tuple[Parameter, ...], values: Mapping[str, float]) -> np.ndarray:
-    """Return the values as a vector in the order of `parameters`, shape ``(n,)``."""
+    """Return the values as a vector in the order of `parameters`, shape ``(n,)``; InputError if one is missing."""
+    missing = [p.name for p in parameters if p.name not in values]
+    if missing:
+        raise InputError(f"There is no value of the robot's parameter {missing[0]!r}. Known: {', '.join(values)}.")
     return np.array([values[p.name] for p in parameters], dtype=float)

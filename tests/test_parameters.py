@@ -73,6 +73,11 @@ def test_defaults_fill_in_and_the_order_is_that_of_the_parameters():
     assert as_vector((), {}).shape == (0,)
 
 
+def test_a_vector_needs_every_value():
+    with pytest.raises(InputError, match=r"no value of the robot's parameter 'share'. Known: mass\."):
+        as_vector((MASS, SHARE), {"mass": 3.0})
+
+
 def test_an_unknown_name_is_named_with_its_owner_and_the_nearest_known_one():
     with pytest.raises(InputError) as caught:
         resolve((MASS, SHARE), {"mas": 1.0}, "Robot 'x'")

@@ -97,6 +97,7 @@ def push(
     workers: Workers = None,
     scheduler: Scheduler = None,
     json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Find the largest push, slope, friction patch, torque noise and sensor delay a gait survives under a law.
 
@@ -105,6 +106,7 @@ def push(
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """
+    from gaitopt.cli.study_output import counting
     from gaitopt.motion.archive import load
     from gaitopt.simulation.engines import default_engine
     from gaitopt.stability.assessment import assess_stability
@@ -116,9 +118,16 @@ def push(
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     cycle, test = assess_stability(gait, chosen, robot=robot), PushTest(starts=starts)
     walking = Walking(steps=steps)
-    with workforce(workers, scheduler) as hands:
+    with workforce(workers, scheduler) as hands, counting("disturbances", hidden=json or quiet) as observer:
         found = endurance(
-            robot, chosen, cycle, walking=walking, test=test, workers=hands.workers, executor=hands.executor
+            robot,
+            chosen,
+            cycle,
+            walking=walking,
+            test=test,
+            workers=hands.workers,
+            executor=hands.executor,
+            observer=observer,
         )
     laws = {chosen.name: chosen, "open loop": feedforward(robot, gait.motion)}
     basins = {name: _basin(gait, robot, each, ball, test) for name, each in laws.items()}
@@ -137,7 +146,7 @@ def push(
     )
     if json:
         print_json(facts)
-    else:
+    elif not quiet:
         print_endurance(facts, basins)
 
 

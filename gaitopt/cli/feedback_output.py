@@ -79,7 +79,13 @@ def basin_facts(found: Recovery | None) -> dict[str, Any] | None:
 def print_endurance(facts: dict[str, Any], basins: dict[str, Recovery | None]) -> None:
     """Print the largest disturbances survived as a table, and the shares of a ball of pushes below it."""
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
-    table = Table(box=box.SIMPLE, pad_edge=False, title=title, title_justify="left")
+    caption = (
+        "Push: back on the gait; else: all steps walked, if need be in another gait. "
+        "Friction patch: how much less friction there is on it."
+    )
+    table = Table(
+        box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"
+    )
     for column in ("disturbance", "survived", "failed", "unit"):
         table.add_column(column)
     for each in facts["survived"]:

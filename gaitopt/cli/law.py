@@ -1,6 +1,8 @@
 """Which law a command walks under."""
 
+import functools
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -29,6 +31,15 @@ GainValues = Annotated[
 StanceAngle = Annotated[
     bool, typer.Option("--stance-angle", help="The law goes by the stance angle, not by the time since touchdown.")
 ]
+
+
+def feedback_named(
+    name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
+) -> Callable[[Gait, Robot], Law] | None:
+    """Return what makes the law of a saved gait, or None where nothing was asked for but its torques, played back."""
+    if name == OPEN_LOOP and not gains and not stance_angle:
+        return None
+    return functools.partial(law_for, name=name, gains=gains, torque_limit=torque_limit, stance_angle=stance_angle)
 
 
 def law_for(

@@ -32,7 +32,8 @@ def problems(
         print_json({"problems": entries})
         return
     table = Table(box=box.SIMPLE, pad_edge=False)
-    for column in ("script", "what it is", "parameters"):
+    table.add_column("script", no_wrap=True)
+    for column in ("what it is", "parameters"):
         table.add_column(column, overflow="fold")
     for entry in entries:
         values = ", ".join(f"{name}={value!r}" for name, value in entry["parameters"].items())

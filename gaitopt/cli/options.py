@@ -3,13 +3,14 @@
 import functools
 import inspect
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from gaitopt.cli.output import err, out
+from gaitopt.errors import InputError
 from gaitopt.motion.versions import versions
 
 GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A gait written by 'gaitopt solve'.")]
@@ -26,6 +27,21 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no t
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", help="Versions, what an iteration found, and seconds, on standard error.")
 ]
+
+
+def labelled(files: Sequence[Path]) -> dict[str, Path]:
+    """Return files by what tells them apart: their names without suffix, whole paths where these are alike.
+
+    Raises
+    ------
+    InputError
+        If one is named twice.
+    """
+    stems = [file.stem for file in files]
+    found = {file.stem if stems.count(file.stem) == 1 else str(file): file for file in files}
+    if len(found) < len(files):
+        raise InputError("The same gait file is named twice.")
+    return found
 
 
 def with_manners(command: Callable[..., None]) -> Callable[..., None]:

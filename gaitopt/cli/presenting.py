@@ -7,9 +7,8 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, law_for
-from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript
+from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, labelled
 from gaitopt.cli.output import err, print_written
-from gaitopt.errors import InputError
 
 
 def plot(
@@ -85,13 +84,10 @@ def report(
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
 
-    stems = [file.stem for file in files]
-    names = [file.stem if stems.count(file.stem) == 1 else str(file) for file in files]
-    if len(set(names)) < len(names):
-        raise InputError("The same gait file is named twice.")
-    path = output or Path(f"{stems[0]}.html" if len(files) == 1 else "report.html")
+    named = labelled(files)
+    path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
-    gaits = {name: load(file) for name, file in zip(names, files, strict=True)}
+    gaits = {name: load(file) for name, file in named.items()}
     robot = build_problem(problem, []).robot if problem else None
     print_written(write_report(gaits, path, title=title, robot=robot), json=json)
 

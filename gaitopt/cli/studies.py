@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gaitopt.cli.axis import grid
-from gaitopt.cli.options import Json, Quiet, Script, Setting
+from gaitopt.cli.options import Json, Quiet, RobotScript, Script, Setting, labelled
 from gaitopt.cli.output import leave_unfinished, print_json, print_written
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
 
@@ -131,6 +131,7 @@ def compare(
     multipliers: Annotated[
         bool, typer.Option("--multipliers", help="Also those of the torques played back in open loop.")
     ] = False,
+    problem: RobotScript = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -138,18 +139,19 @@ def compare(
 
     Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
     """
+    from gaitopt.cli.script import build_problem
     from gaitopt.cli.study_output import print_comparison
     from gaitopt.motion.archive import load
+    from gaitopt.motion.atomic import check_writable
     from gaitopt.plot.comparison_figure import plot_comparison
     from gaitopt.plot.saving import save_figure
     from gaitopt.study.comparison import compare as compare_gaits
 
-    stems = [file.stem for file in files]
-    labels = [file.stem if stems.count(file.stem) == 1 else str(file) for file in files]
-    found = compare_gaits(
-        {label: load(file) for label, file in zip(labels, files, strict=True)}, multipliers=multipliers
-    )
-    written = save_figure(plot_comparison(found), output or Path("comparison.png"))
+    named, path = labelled(files), output or Path("comparison.png")
+    check_writable(path)
+    robot = build_problem(problem, []).robot if problem else None
+    found = compare_gaits({label: load(file) for label, file in named.items()}, multipliers=multipliers, robot=robot)
+    written = save_figure(plot_comparison(found), path)
     if json:
         print_json({"gaits": found.records(), "figure": str(written)})
     elif not quiet:

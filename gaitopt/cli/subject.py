@@ -1,7 +1,7 @@
 """What a command on walks works on: a walking problem script or a saved gait."""
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,10 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.search import ranked, search_cycles
 from gaitopt.stability.section import Section
 from gaitopt.stability.walk_problem import WalkProblem
+from gaitopt.study.basin_file import Basin
+
+AT_HOME = 1e-4
+"""Largest difference of the state after touchdown from that of a gait in which a walk has ended."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +81,13 @@ def read_subject(
         found = (cycle for cycle in search if wanted is None or {str(word) for word in cycle.words} == {wanted})
     gaits = tuple(itertools.islice(found, 1)) if first else ranked(found)
     return Subject(problem.robot, dict(problem.parameters), law, chosen, gaits)
+
+
+def share_at(found: Basin, names: Sequence[str], gait: Cycle) -> float | None:
+    """Return the share of the walks computed that ended in a gait: another one may have the same word."""
+    done = found.final[~found.pending()]
+    home = np.array([gait.state.get(name, 0.0) for name in names])
+    return float(np.mean(np.max(np.abs(done - home), axis=1) <= AT_HOME)) if done.size else None
 
 
 def coordinates_missing(state: list[str] | None, axes: dict[str, Any]) -> bool:

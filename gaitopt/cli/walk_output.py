@@ -7,8 +7,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.cli.output import out
+from gaitopt.model.modes import Mode
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.summary import ledger_facts
+from gaitopt.motion.word import Word
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
@@ -58,26 +60,36 @@ def _spelled(value: complex) -> str:
 
 def walk_facts(walk: Rollout) -> dict[str, Any]:
     """Return a simulated walk as data."""
-    words = (walk.motion.word(step) for step in range(len(walk.motion.jumps)))
     return {
         "engine": walk.engine,
         "stop": walk.stop.key,
         "hint": walk.stop.hint,
         "steps": len(walk.motion.jumps),
-        "words": [str(word) for word in words if word is not None],
+        "words": list(_words(walk).values()),
         "events": [vars(event) for event in walk.events],
         "energy": ledger_facts(ledger(walk.motion)),
     }
 
 
+def _words(walk: Rollout) -> dict[int, str]:
+    """Return the word of each step that was walked to its end, in time that grows with the steps alone."""
+    phases: dict[int, list[Mode]] = {}
+    for segment in walk.motion.segments:
+        phases.setdefault(segment.step, []).append(segment.mode)
+    ended = (jump for jump in walk.motion.jumps if jump.step in phases)
+    return {jump.step: str(Word(tuple(phases[jump.step]), jump.mode)) for jump in ended}
+
+
 def print_walk(walk: Rollout) -> None:
     """Print the event log of a walk as a table, and why it ended."""
     table = Table(box=box.SIMPLE, pad_edge=False, title=f"events (engine {walk.engine})", title_justify="left")
-    for column in ("step", "time [s]", "event", "from", "to", "energy lost [J]"):
-        table.add_column(column)
+    for column in ("step", "time [s]", "event", "from", "to", "energy lost [J]", "word of the step"):
+        table.add_column(column, no_wrap=column != "word of the step")
+    words = _words(walk)
     for event in walk.events:
-        lost = f"{event.energy_lost:.6g}" if event.impulse else ""
-        table.add_row(str(event.step + 1), f"{event.time:.6f}", event.name, event.before, event.after, lost)
+        lost, word = (f"{event.energy_lost:.6g}", words.get(event.step, "")) if event.impulse else ("", "")
+        cells = (str(event.step + 1), f"{event.time:.6f}", event.name, event.before, event.after, lost)
+        table.add_row(*cells, word)
     out.print(table)
     out.print(f"{len(walk.motion.jumps)} steps: {walk.stop.hint}")
 

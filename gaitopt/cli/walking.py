@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from gaitopt.cli.axis import grid
-from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, law_for
+from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, feedback_named
 from gaitopt.cli.options import Json, Quiet, RobotScript, Setting
 from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written
 from gaitopt.cli.script import call_script, load_script
@@ -49,10 +49,8 @@ def stability(
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.summary import summarise_cycle
 
-    closed = None
-    if law != OPEN_LOOP or gain or stance_angle:
-        closed = functools.partial(law_for, name=law, gains=gain, torque_limit=torque_limit, stance_angle=stance_angle)
-    subject = read_subject(source, setting or [], engine, starts, feedback=closed, script=problem)
+    feedback = feedback_named(law, gain, torque_limit, stance_angle)
+    subject = read_subject(source, setting or [], engine, starts, feedback=feedback, script=problem)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
@@ -72,9 +70,15 @@ def simulate(
         Path | None, typer.Option("--output", "-o", metavar="CSV", help="Where to write the trajectories. [nowhere]")
     ] = None,
     engine: EngineName = "auto",
+    law: LawName = OPEN_LOOP,
+    gain: GainValues = None,
+    torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
     json: Json = False,
 ) -> None:
     """Walk step by step from a periodic gait, or from a state nearby, and log every contact event.
+
+    A saved gait is walked in open loop, its torques played back, or under the feedback law named.
 
     Exit status 0 if all steps were walked, 1 if the walk ended before.
 
@@ -90,7 +94,8 @@ def simulate(
 
     if output is not None:
         check_writable(output)
-    subject = read_subject(source, setting or [], engine, 300, first=True, script=problem)
+    feedback = feedback_named(law, gain, torque_limit, stance_angle)
+    subject = read_subject(source, setting or [], engine, 300, first=True, feedback=feedback, script=problem)
     p = subject.robot.vector(subject.parameters)
     start = read_start(subject, p, state or [])
     walker = Walker(subject.robot, subject.law, p, subject.engine)
@@ -126,11 +131,17 @@ def basin(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Keeps results; run again to go on.")
     ] = None,
     engine: EngineName = "auto",
+    law: LawName = OPEN_LOOP,
+    gain: GainValues = None,
+    torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
     json: Json = False,
     quiet: Quiet = False,
     problem: RobotScript = None,
 ) -> None:
     """Walk from every start of a grid and tell in which gait, or how, each walk ends.
+
+    A saved gait is walked in open loop or under the feedback law named, and its own share of the starts is told, too.
 
     Interrupt it at any time; with an output file the same command goes on.
 
@@ -138,7 +149,7 @@ def basin(
     """
     from gaitopt.cli.law import read_pairs
     from gaitopt.cli.study_output import counting
-    from gaitopt.cli.subject import coordinates_missing, read_start, read_subject
+    from gaitopt.cli.subject import coordinates_missing, read_start, read_subject, share_at
     from gaitopt.simulation.engines import faster_walks
     from gaitopt.stability.section import Section
     from gaitopt.study.basin import basin as find_basin
@@ -146,9 +157,9 @@ def basin(
 
     began = time.perf_counter()
     axes = grid(over, MOST_STARTS)
-    subject = read_subject(
-        source, setting or [], engine, 300 if coordinates_missing(state, axes) else 0, first=True, script=problem
-    )
+    feedback = feedback_named(law, gain, torque_limit, stance_angle)
+    tried = 300 if coordinates_missing(state, axes) else 0
+    subject = read_subject(source, setting or [], engine, tried, first=True, feedback=feedback, script=problem)
     advice = faster_walks(subject.engine)
     if advice and not (json or quiet):
         err.print(escape(advice), soft_wrap=True)
@@ -174,7 +185,9 @@ def basin(
             path=output,
             observer=observer,
         )
-    complete = not found.pending().any()
+    complete, own = not found.pending().any(), None
+    if source.suffix != ".py" and not any(name in subject.parameters for name in axes):
+        own = share_at(found, names, subject.gaits[0])
     if json:
         facts = {
             "engine": subject.engine.name,
@@ -182,6 +195,7 @@ def basin(
             "complete": complete,
             "axes": {name: values.tolist() for name, values in found.axes.items()},
             "fractions": found.fractions(),
+            "saved_gait": own,
             "endings": found.labels_on_grid().tolist(),
             "file": None if output is None else str(output),
             "seconds": time.perf_counter() - began,
@@ -190,6 +204,8 @@ def basin(
     elif not quiet:
         for label, share in found.fractions().items():
             out.print(f"{100 * share:6.2f} %  {escape(label)}")
+        if own is not None:
+            out.print(f"{100 * own:6.2f} %  in the saved gait itself")
         out.print(f"engine {subject.engine.name}")
         if output is not None:
             print_written(output)

@@ -140,7 +140,7 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     Raises
     ------
     InputError
-        If the motion has other actuators than the robot.
+        If the motion has other actuators or angles than the robot.
 
     Examples
     --------
@@ -148,8 +148,7 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     >>> feedforward(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'feedforward'
     """
-    if motion.actuators != robot.actuators:
-        raise InputError(f"The motion has actuators {motion.actuators}, but the robot has {robot.actuators}.")
+    check_names(robot, motion)
     first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     time = np.concatenate([segment.time for segment in first]) - first[0].time[0]
     torque = np.concatenate([segment.torque for segment in first], axis=1)
@@ -161,6 +160,15 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     value, rate = data[1 : 1 + robot.n_u], data[1 + robot.n_u :]
     function = torque_function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))
     return Law("feedforward", function, time, np.vstack([time, torque, slope]))
+
+
+def check_names(robot: Robot, motion: Motion) -> None:
+    """Raise InputError unless a motion has the actuators and the angles of a robot, in their order."""
+    if (motion.actuators, motion.angles) != (robot.actuators, robot.angles):
+        raise InputError(
+            f"The motion has actuators {motion.actuators} and angles {motion.angles}, "
+            f"but the robot has {robot.actuators} and {robot.angles}."
+        )
 
 
 def demanded(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> tuple[ca.SX, ca.SX]:

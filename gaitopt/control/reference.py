@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law
-from gaitopt.errors import InputError
+from gaitopt.control.law import Law, check_names
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, Segment
 
@@ -90,11 +89,7 @@ def reference(robot: Robot, motion: Motion) -> Reference:
     InputError
         If the motion has other actuators or angles than the robot.
     """
-    if (motion.actuators, motion.angles) != (robot.actuators, robot.angles):
-        raise InputError(
-            f"The motion has actuators {motion.actuators} and angles {motion.angles}, "
-            f"but the robot has {robot.actuators} and {robot.angles}."
-        )
+    check_names(robot, motion)
     first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     began, p = first[0].time[0], robot.vector(motion.parameters)
     parts = [_columns(robot, segment, began, p) for segment in first]

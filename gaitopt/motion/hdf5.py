@@ -10,6 +10,13 @@ import numpy as np
 from gaitopt.errors import ArchiveError, WordError
 from gaitopt.motion.atomic import replacing
 
+READERS = {
+    "gait": "load reads it",
+    "sweep": "load_sweep reads it, and load_sweep_gait its gaits",
+    "basin": "load_basin reads it",
+}
+"""What reads each kind of file."""
+
 
 @contextmanager
 def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
@@ -62,6 +69,9 @@ def reading_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.Fil
     gaitopt.errors.ArchiveError: There is no file nowhere.h5.
     """
     path = Path(path)
+    if path.is_dir():
+        inside = next(iter(sorted(path.glob("*.h5"))), None)
+        raise ArchiveError(f"{path} is a folder; name a file{f' in it, such as {inside}' if inside else ''}.")
     if not path.is_file():
         raise ArchiveError(f"There is no file {path}.")
     try:
@@ -75,7 +85,11 @@ def reading_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.Fil
 
 
 def _check_format(file: h5py.File, path: Path, kind: str, version: int) -> None:
-    if file.attrs.get("format") != f"gaitopt {kind}":
+    held = str(file.attrs.get("format", ""))
+    if held != f"gaitopt {kind}":
+        other = held.removeprefix("gaitopt ")
+        if other in READERS:
+            raise ArchiveError(f"{path} holds a {other}, not a {kind}; in Python {READERS[other]}.")
         raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
     found = int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array
     if found > version:

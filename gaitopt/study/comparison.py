@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import absolute_work
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
@@ -88,7 +89,9 @@ def energy_per_distance(gait: Gait) -> dict[str, float]:
     return {name: value / travel for name, value in terms.items()}
 
 
-def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False) -> Comparison:
+def compare(
+    gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False, robot: Robot | None = None
+) -> Comparison:
     """Set gaits side by side.
 
     Parameters
@@ -97,6 +100,8 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
         With labels, or labelled by their words and frictions.
     multipliers : bool
         Whether to compute those of the torques played back in open loop.
+    robot : Robot, optional
+        Of the gaits, where it is not in the catalogue.
 
     Returns
     -------
@@ -118,7 +123,8 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
     labelled = dict(gaits) if isinstance(gaits, Mapping) else _labelled(gaits)
     if not labelled:
         raise InputError("There is nothing to compare: give at least one gait.")
-    found = {label: assess_stability(gait).multipliers for label, gait in labelled.items()} if multipliers else {}
+    assessed = labelled.items() if multipliers else ()
+    found = {label: assess_stability(gait, robot=robot).multipliers for label, gait in assessed}
     return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in found.items()})
 
 

@@ -18,7 +18,7 @@ from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
-from gaitopt.study.runner import run_tasks
+from gaitopt.study.runner import Observer, run_tasks
 from gaitopt.study.task import Task
 from gaitopt.study.torque_noise import noisy
 
@@ -87,6 +87,7 @@ def endurance(
     engine: Engine | None = None,
     workers: int = 1,
     executor: Executor | None = None,
+    observer: Observer | None = None,
 ) -> tuple[Endurance, ...]:
     """Return the largest disturbances a controlled gait survives, one kind at a time.
 
@@ -109,6 +110,8 @@ def endurance(
         Processes, of which each tries one kind at a time.
     executor : concurrent.futures.Executor, optional
         Tries them instead of own processes: a :class:`DaskCluster`, or any other, `workers` kinds at a time.
+    observer : callable, optional
+        Called with (kinds tried, kinds in all).
 
     Raises
     ------
@@ -136,6 +139,8 @@ def endurance(
         if done.failure:
             raise GaitoptError(f"The {done.task.key} could not be tried: {done.failure}.")
         found[done.task.key] = done.result
+        if observer is not None:
+            observer(len(found), len(kinds))
     return tuple(found[kind] for kind in kinds)
 
 

@@ -1,11 +1,14 @@
 """Commands on walks: stability, simulate, basin, run."""
 
+import dataclasses
 import json
 
 import pytest
 from typer.testing import CliRunner
 
+from gaitopt import assess_stability, load, load_basin
 from gaitopt.cli.app import app, main
+from gaitopt.cli.subject import share_at
 from gaitopt.simulation import engines
 
 PASSIVE, WHEEL, SLIP = "problems/compass_passive.py", "problems/rimless_wheel.py", "docs/examples/compass_slip.h5"
@@ -65,6 +68,12 @@ def test_simulate_logs_events():
     assert data["events"][1]["energy_lost"] > 0
 
 
+def test_the_events_of_a_walk_end_with_the_word_of_each_step():
+    lines = run("simulate", WHEEL, "--set", "word=stick slip+ | stick", "--steps", 2).stdout.splitlines()
+    ends = [line for line in lines if "touchdown" in line]
+    assert [line.rstrip().endswith("stick slip+ | stick") for line in ends] == [True, True]
+
+
 def test_simulate_from_a_changed_state_that_fails():
     result = run("simulate", WHEEL, "--state", "theta_rate=0.01", "--json")
     assert result.exit_code == 1
@@ -89,6 +98,30 @@ def test_basin_names_its_engine_and_where_a_faster_one_is_had(monkeypatch):
     assert result.stdout.splitlines() == ["100.00 %  fell", "engine scipy"]
     assert "pip install 'gaitopt[fast]'" in result.stderr
     assert run(*arguments, "--quiet").stderr == ""
+
+
+def test_what_ends_in_the_saved_gait_is_told_apart_from_others_of_its_word(tmp_path):
+    own = ["basin", SLIP, "--over", "th1_rate=0.73,5", "--law", "lqr", "--workers", "1"]
+    facts = json.loads(run(*own, "--json").stdout)
+    assert facts["endings"] == ["slip+ stick | slip+", "lift_off"]
+    assert facts["saved_gait"] == 0.5
+    assert " 50.00 %  in the saved gait itself" in run(*own).stdout
+    file = tmp_path / "basin.h5"
+    assert run(*own, "-o", file).exit_code == 0
+    found, gait = load_basin(file), assess_stability(load(SLIP))
+    names = ("th1", "th1_rate", "th2_rate", "foot_speed")
+    assert share_at(found, names, gait) == 0.5
+    assert share_at(dataclasses.replace(found, final=found.final + 1e-3), names, gait) == 0.0
+    other = json.loads(run("basin", SLIP, "--over", "friction=0.14", "--workers", "1", "--json").stdout)
+    assert other["saved_gait"] is None
+
+
+def test_simulate_under_a_law():
+    pushed = ["simulate", SLIP, "--state", "th1_rate=0.8", "--steps", 5, "--json"]
+    alone, held = run(*pushed), run(*pushed, "--law", "lqr")
+    assert alone.exit_code == 1
+    assert held.exit_code == 0, held.output
+    assert "--law is for a saved gait" in str(run("simulate", WHEEL, "--law", "lqr").exception)
 
 
 def test_run_a_study(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Mode, Motion, Segment, feedforward, passive
+from gaitopt.control.reference import reference
 
 
 def segment(time, torque, *, step=0):
@@ -103,8 +104,15 @@ def test_a_robot_without_actuators_can_be_played_back(wheel):
 
 
 def test_a_motion_of_other_actuators_is_refused(wheel, slip_gait):
-    with pytest.raises(InputError, match=r"\('ankle', 'hip'\), but the robot has \(\)"):
+    with pytest.raises(InputError, match=r"actuators \('ankle', 'hip'\) and .* but the robot has \(\) and"):
         feedforward(wheel, slip_gait.motion)
+
+
+def test_a_motion_whose_angles_stand_in_another_order_is_refused(compass, slip_gait):
+    turned = dataclasses.replace(slip_gait.motion, angles=("th2", "th1"))
+    for law in (feedforward, reference):
+        with pytest.raises(InputError, match=r"angles \('th2', 'th1'\), but the robot has .* \('th1', 'th2'\)"):
+            law(compass, turned)
 
 
 @pytest.mark.parametrize("name", ["compass", "wheel"])

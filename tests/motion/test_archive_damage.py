@@ -26,7 +26,7 @@ def fails(path, says):
 
 def test_missing_file(tmp_path):
     fails(tmp_path / "none.h5", "There is no file")
-    fails(tmp_path, "There is no file")
+    fails(tmp_path, "is a folder; name a file.")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.9, 0.999])
@@ -55,6 +55,12 @@ def test_whatever_hdf5_raises_inside_a_damaged_file(path, monkeypatch, error):
 
     monkeypatch.setattr(archive, "read_gait", damaged)
     fails(path, "damaged")
+
+
+def test_a_file_of_another_study_says_what_reads_it(path):
+    with h5py.File(path, "r+") as file:
+        file.attrs["format"] = "gaitopt basin"
+    fails(path, "holds a basin, not a gait; in Python load_basin reads it.")
 
 
 def test_hdf5_of_another_kind(tmp_path):

@@ -33,9 +33,11 @@ def test_every_kind_is_survived_up_to_a_limit(gait):
     robot = compass_biped()
     law = computed_torque(robot, gait.motion, stiffness=25, damping=10, torque_limit=8)
     cycle = assess_stability(gait, law)
-    test, walking = PushTest(starts=3, resolution=0.4), Walking(steps=8, patch=2, resolution=0.3)
+    test, walking, counted = PushTest(starts=3, resolution=0.4), Walking(steps=8, patch=2, resolution=0.3), []
     with ThreadPoolExecutor(1) as executor:  # what it is sent is packed as for another process
-        every = endurance(robot, law, cycle, walking=walking, test=test, executor=executor)
+        more = {"executor": executor, "observer": lambda *done: counted.append(done)}
+        every = endurance(robot, law, cycle, walking=walking, test=test, **more)
+    assert counted == [(number, 6) for number in range(1, 7)]
     found = {each.kind: each for each in every}
     assert set(found) == {"push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"}
     for each in found.values():
