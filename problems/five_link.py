@@ -92,6 +92,7 @@ def problem(
     speed=0.6,  # [m/s]
     step_length=0.4,  # travel per step [m]
     torque_limit=30.0,  # of each actuator [N m]
+    clearance=0.02,  # least height of the swing foot where it passes the other [m]
     objective="torque_squared",
     intervals=80,  # grid intervals of a sticking phase (a slip phase gets a quarter)
     points=6,  # collocation points of an interval: many, as this walker magnifies errors 50 000 times within a step
@@ -106,7 +107,7 @@ def problem(
         friction=friction,
         speed=speed,
         step_length=step_length,
-        limits=Limits(torque=torque_limit, angle={"stance knee": knee, "swing knee": knee}),
+        limits=Limits(torque=torque_limit, angle={"stance knee": knee, "swing knee": knee}, clearance=clearance),
         objective=objective,
         transcription=Collocation(intervals=intervals, points=points, tolerance=1e-6),
     )

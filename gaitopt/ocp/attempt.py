@@ -3,7 +3,7 @@
 import functools
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from gaitopt.ocp.diagnosis import ROUNDING, violations, warnings
 from gaitopt.ocp.going_on import Continued
 from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.ipopt import STOPPED
+from gaitopt.ocp.landing import Landing
 from gaitopt.ocp.method import Method
 from gaitopt.ocp.outcome import Minimiser, Outcome
 from gaitopt.ocp.polish import polished
@@ -26,12 +27,17 @@ from gaitopt.ocp.presolve import moved_inside, poorly_scaled
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.readout import Between, between_nodes, found_values, read_motion
 from gaitopt.ocp.start import guessed, start
+from gaitopt.ocp.swing import SCUFF, early_touchdown, lack_of_height
 from gaitopt.ocp.tap import undivided
 from gaitopt.ocp.transcription import Transcription, transcribe
 from gaitopt.progress import Observer
+from gaitopt.status import Status
 
 MOST_DOUBLINGS = 2
 """Grids are doubled so often for a contact mode that is violated between the points at which it is held."""
+
+MOST_LANDINGS = 3
+"""A plan that touches down early is solved so often again with its touchdown kept from that."""
 
 SAME, NEAR = 1e-6, 1e-5
 """Barrier parameters to go on with from the same problem on another grid, and from another problem."""
@@ -100,6 +106,10 @@ class Step:
         """Return the error between nodes; infinite where there is no solution."""
         return self.between.drift if self.outcome.status.ok or self.kept else math.inf
 
+    def scuffs(self) -> bool:
+        """Return whether the swing foot is too low between the nodes."""
+        return lack_of_height(self.transcription, self.problem, self.x) > SCUFF
+
     def warnings(self) -> tuple[str, ...]:
         """Return what in a solution deserves a look."""
         if not self.outcome.status.ok:
@@ -121,11 +131,17 @@ class Attempt:
     def __init__(self, problem: GaitProblem, guess: Guess, solver: Minimiser, observer: Observer) -> None:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
         self.iterations, self.build_seconds = 0, 0.0
+        self.landing: Landing | None = None
 
     def found(self, step: Step) -> dict[str, object]:
         """Return what of the problem's description the solve has decided."""
-        counts = list(step.transcription.structure.counts)
-        return {"guess": self.guess.describe(), "transcription": step.method.name, "intervals": counts}
+        solved = step.transcription.structure
+        return {
+            "guess": self.guess.describe(),
+            "transcription": step.method.name,
+            "intervals": list(solved.counts),
+            "landing": solved.landing and asdict(solved.landing),
+        }
 
     def remarks(self) -> tuple[str, ...]:
         """Return what is odd about the user's own guess."""
@@ -140,7 +156,7 @@ class Attempt:
         problem = self.problem
         began, known = time.perf_counter(), transcribe.cache_info().misses
         with undivided():
-            transcription = transcribe(structure(problem, method))
+            transcription = transcribe(structure(problem, method, landing=self.landing))
             if transcribe.cache_info().misses > known:
                 self.build_seconds += time.perf_counter() - began
             if before is not None and is_complete(before, transcription):
@@ -158,7 +174,7 @@ class Attempt:
 def attempt(problem: GaitProblem, guess: Guess, solver: Minimiser, observer: Observer) -> Gait:
     """Solve from one start."""
     began, own = time.perf_counter(), Attempt(problem, guess, solver, observer)
-    step = _refined(own, _approached(own))
+    step = _landed(own, _refined(own, _approached(own)))
     transcription, outcome, remarks = step.transcription, step.outcome, own.remarks()
     if not outcome.status.ok:
         remarks += poorly_scaled(transcription, start(transcription, problem, guess), data_vector(problem))
@@ -200,7 +216,9 @@ def _approached(own: Attempt) -> Step:
             return last.stopped(step.outcome)
         if not step.outcome.status.ok:
             break
-        before, barrier = solution_of(step.transcription, step.outcome), SAME
+        before = solution_of(step.transcription, step.outcome)
+        # On another grid a swing foot rests on its least height at other points.
+        barrier = SAME if problem.limits.clearance is None else NEAR
     assert step is not None
     if step.outcome.status.ok or len(path) == 1:
         return step
@@ -217,11 +235,29 @@ def _refined(own: Attempt, step: Step) -> Step:
         finer, rough = None, step.error > tolerance
         if rough:
             finer = step.method.finer()
-        if finer is None and doublings and (rough or step.between.outside > ROUNDING):
+        if finer is None and doublings and (rough or step.between.outside > ROUNDING or step.scuffs()):
             finer, doublings = step.method.doubled(problem.word), doublings - 1
         if finer is None:
             break
         last, step = step, own.run(finer, solution_of(step.transcription, step.outcome), SAME)
         if step.outcome.status in STOPPED:
             return last.stopped(step.outcome)
+    return step
+
+
+def _landed(own: Attempt, step: Step) -> Step:
+    """Return a solution that does not touch down before its end, where one is found nearby."""
+    tries = MOST_LANDINGS if math.isfinite(own.problem.transcription.tolerance) else 0
+    for number in range(tries):
+        early = early_touchdown(step.transcription, own.problem, step.x) if step.outcome.status.ok else None
+        if early is None:
+            break
+        own.landing = replace(early.landing, least=early.landing.least * 4**number)
+        later = _refined(own, own.run(step.method, solution_of(step.transcription, step.outcome), NEAR))
+        ending = later.outcome.status
+        if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):
+            return step.stopped(later.outcome)
+        if not ending.ok:
+            break
+        step = later
     return step

@@ -8,6 +8,7 @@ import numpy as np
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.frame import MARGINS
 from gaitopt.ocp.grid import Phase
+from gaitopt.ocp.landing import Landing
 from gaitopt.ocp.method import Method
 from gaitopt.ocp.open_touchdown import OPEN_IMPACT
 from gaitopt.ocp.problem import GaitProblem
@@ -31,7 +32,9 @@ class Bounds:
     g_upper: Array
 
 
-def structure(problem: GaitProblem, method: Method, relaxation: Relaxation | None = None) -> Structure:
+def structure(
+    problem: GaitProblem, method: Method, relaxation: Relaxation | None = None, landing: Landing | None = None
+) -> Structure:
     """Return what decides the equations of a problem's programme; an open word needs a relaxation."""
     if relaxation is None:
         problem.word.require_closed("A smooth programme")
@@ -46,14 +49,17 @@ def structure(problem: GaitProblem, method: Method, relaxation: Relaxation | Non
         powered=tuple(name for name, limit in zip(robot.actuators, torques, strict=True) if limit > 0),
         free_slope=len(set(problem.slope_range)) > 1,
         rate_limited=any(map(math.isfinite, limits.torque_rates(robot.actuators))),
+        cleared=limits.clearance is not None,
+        landing=landing,
         relaxation=relaxation,
     )
 
 
 def data_vector(problem: GaitProblem) -> Array:
-    """Return the data of a solve: robot parameters, then the margins that enter constraints."""
+    """Return the data of a solve: robot parameters, the margins that enter constraints, a clearance asked for."""
     margins = [getattr(problem.margins, name) for name in MARGINS]
-    return np.concatenate([problem.robot.vector(problem.values), margins])
+    clearance = [] if problem.limits.clearance is None else [problem.limits.clearance]
+    return np.concatenate([problem.robot.vector(problem.values), margins, clearance])
 
 
 def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:

@@ -7,6 +7,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.scheme import INNER
+from gaitopt.ocp.swing import SCUFF, early_touchdown, lack_of_height
 from gaitopt.ocp.transcription import Transcription
 
 ROUNDING = 1e-7
@@ -49,6 +50,8 @@ def warnings(
 ) -> tuple[str, ...]:
     """Return what in a solution deserves a look: durations that rest on their bounds, a grid that is too coarse.
 
+    A swing foot that is too low between nodes, or touches down before the end, is told of, too.
+
     Parameters
     ----------
     x : array
@@ -68,6 +71,17 @@ def warnings(
         found.append(
             f"between nodes the contact leaves its mode by {outside:.1e}: use more intervals, or larger Margins "
             f"(cone, normal_force, slip_speed)."
+        )
+    low = lack_of_height(transcription, problem, x)
+    if low > SCUFF:
+        found.append(
+            f"between nodes the swing foot is {low:.1e} m lower than Limits.clearance asks: use more intervals."
+        )
+    early = early_touchdown(transcription, problem, x)
+    if early is not None:
+        found.append(
+            f"the plan touches down before its end, after {early.place}, and its replay will end the step there: try "
+            f"another step_length or speed, or Limits.clearance for a walker with knees."
         )
     shortest = problem.limits.shortest_phase
     for phase in transcription.phases:

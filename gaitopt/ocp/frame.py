@@ -36,7 +36,10 @@ class Frame:
     rows : Rows
         The constraint rows so far; every block appends its own.
     data : SX
-        Robot parameters, then the margins, then the relaxation's parameter where there is one.
+        Robot parameters, then the margins, the clearance where one is asked for, and the relaxation's parameter where
+        there is one.
+    cleared : bool
+        Whether the swing foot keeps a clearance.
     relaxation : Relaxation or None
         Of the complementarity pairs of an open word.
     """
@@ -49,6 +52,7 @@ class Frame:
     variables: Layout
     rows: Rows
     data: ca.SX
+    cleared: bool = False
     relaxation: Relaxation | None = None
 
     def names(self) -> list[str]:
@@ -60,6 +64,10 @@ class Frame:
         if self.relaxation is None:
             raise ValueError("complementarity pairs need a relaxation")
         return relax(self.relaxation, pairs, self.data[-1], self.objective.typical)
+
+    def clearance(self) -> ca.SX:
+        """Return the clearance of the swing foot [m]."""
+        return self.data[len(self.robot.parameters) + len(MARGINS)]
 
     def integral_row(self) -> int:
         """Return the row that sums the integral of the objective."""

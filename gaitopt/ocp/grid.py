@@ -54,6 +54,12 @@ class Phase:
         return f"phase {self.number + 1} ({self.mode.value})"
 
 
+def node_labels(phases: Sequence[Phase]) -> list[str]:
+    """Return what each node of the step is called; one between two phases belongs to the earlier."""
+    later = [f"{phase.label}, node {k}" for phase in phases for k in range(1, phase.count + 1)]
+    return [f"{phases[0].label}, node 0", *later]
+
+
 def divide(word: Word, counts: Sequence[int]) -> tuple[Phase, ...]:
     """Return the phases of a word on a grid with `counts` intervals each."""
     phases, first = [], 0

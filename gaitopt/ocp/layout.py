@@ -60,6 +60,10 @@ class Rows:
         self._bounds += [(lower, upper) for _ in places for _, lower, upper in rows]
         return self.layout.add(table, [name for name, _, _ in rows], places)
 
+    def bound(self, index: int, lower: float, upper: float) -> None:
+        """Give a row other bounds than its place in the table has."""
+        self._bounds[index] = (lower, upper)
+
     def bounds(self) -> np.ndarray:
         """Return lower and upper bounds, shape (2, size)."""
         return np.array(self._bounds, dtype=float).reshape(-1, 2).T

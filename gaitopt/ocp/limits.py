@@ -32,6 +32,11 @@ class Limits:
         Shortest duration of a phase.
     longest_step : float [s]
         Longest duration of the step.
+    clearance : float or None [m]
+        Least height of the swing foot over the ground where it passes the stance foot.  Where it is x ahead of the
+        stance foot, or behind, the least height is clearance (1 - (x / d)^2)^2, which fades to zero in the footprints,
+        d being the distance between the feet at touchdown.  0 keeps it from sinking into the ground; None does not ask,
+        which walkers without knees need: their swing foot scuffs.
 
     Examples
     --------
@@ -47,10 +52,13 @@ class Limits:
     rate: float = math.inf
     shortest_phase: float = 5e-3
     longest_step: float = 10.0
+    clearance: float | None = None
 
     def __post_init__(self) -> None:
         for name, unit in (("rate", "rad/s"), ("shortest_phase", "s"), ("longest_step", "s")):
             _positive(f"Limits.{name}", unit, getattr(self, name))
+        if self.clearance is not None:
+            Parameter("Limits.clearance", 0.0, "m", "", lower=0.0).check(self.clearance)
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator [N m], in order.

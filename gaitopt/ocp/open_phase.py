@@ -14,7 +14,8 @@ import numpy as np
 
 from gaitopt.model.impact import complementarity_pairs
 from gaitopt.model.modes import Mode
-from gaitopt.ocp.frame import MARGINS, Frame, Locals
+from gaitopt.ocp.clearance import clearance_rows
+from gaitopt.ocp.frame import Frame, Locals
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.layout import Layout, Rows
 from gaitopt.ocp.nlp import Block, assemble_nlp
@@ -59,7 +60,8 @@ def transcribe_open(structure: Structure) -> Transcription:
         rate_limited=False,
         variables=variables,
         rows=rows,
-        data=ca.SX.sym("z", len(robot.parameters) + len(MARGINS) + 1),
+        data=structure.data(),
+        cleared=structure.cleared,
         relaxation=structure.relaxation,
     )
     firsts = itertools.accumulate(structure.counts, initial=0)
@@ -145,6 +147,11 @@ def _interval_block(frame: Frame, stance: Stance, number: int, first: int, count
         values.append((positive - negative - stance.power(middle, torque, p))[own])
     share = step * frame.objective.integrand(torque, positive, negative)
     rows = frame.rows.add(f"interval {number}", table, [f"between nodes {k} and {k + 1}" for k in left])
+    if frame.cleared:
+        places = [f"node {k}" for k in left]
+        heights, clear = clearance_rows(frame, local, stance, [begun], p, number=number, places=places)
+        values.append(heights)
+        rows = np.vstack([rows, clear])
     if frame.objective.per_weight_and_travel:
         values.append(share)
         rows = np.vstack([rows, np.full(count, frame.integral_row())])

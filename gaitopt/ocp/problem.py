@@ -147,6 +147,7 @@ class GaitProblem:
             "rate_limit": limits.rate,
             "shortest_phase": limits.shortest_phase,
             "longest_step": limits.longest_step,
+            "clearance": limits.clearance,
             "cone_margin": margins.cone,
             "impact_cone_margin": margins.impact_cone,
             "slip_speed_margin": margins.slip_speed,

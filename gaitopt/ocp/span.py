@@ -5,6 +5,7 @@ import math
 import casadi as ca
 import numpy as np
 
+from gaitopt.ocp.clearance import clearance_rows
 from gaitopt.ocp.frame import Frame, Locals
 from gaitopt.ocp.grid import Phase
 from gaitopt.ocp.nlp import Block
@@ -56,6 +57,11 @@ def interval_block(frame: Frame, phase: Phase, stance: Stance) -> Block:
     places = [f"{phase.label}, node {k}" for k in range(phase.count)]
     share = step * _integrand(frame, [start, *inner, end], powers)
     index = frame.rows.add(f"interval {phase.number}", table, places)
+    if frame.cleared:
+        states = [point.state for point in (start, *inner)]
+        heights, rows = clearance_rows(frame, local, stance, states, p, number=phase.number, places=places)
+        values.append(heights)
+        index = np.vstack([index, rows])
     cost: ca.SX | None = share
     if frame.objective.per_weight_and_travel:
         cost = None

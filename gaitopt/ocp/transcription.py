@@ -15,7 +15,8 @@ from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.word import Word
 from gaitopt.ocp.frame import MARGINS, Frame
-from gaitopt.ocp.grid import Phase, divide
+from gaitopt.ocp.grid import Phase, divide, node_labels
+from gaitopt.ocp.landing import Landing, landing_blocks
 from gaitopt.ocp.layout import Layout, Rows
 from gaitopt.ocp.nlp import Block, Nlp, assemble_nlp
 from gaitopt.ocp.objective import Objective
@@ -48,6 +49,10 @@ class Structure:
         Whether the slope is an unknown.
     rate_limited : bool
         Whether torque rates are constrained.
+    cleared : bool
+        Whether the swing foot keeps a clearance.
+    landing : Landing or None
+        What the touchdown's guard keeps to during the step.
     relaxation : Relaxation or None
         Of the complementarity pairs, for an open word.
     """
@@ -60,7 +65,14 @@ class Structure:
     powered: tuple[str, ...]
     free_slope: bool = False
     rate_limited: bool = False
+    cleared: bool = False
+    landing: Landing | None = None
     relaxation: Relaxation | None = None
+
+    def data(self) -> ca.SX:
+        """Return symbols for the data of a solve; see :class:`gaitopt.ocp.frame.Frame`."""
+        given = len(self.robot.parameters) + len(MARGINS) + self.cleared
+        return ca.SX.sym("z", given + (self.relaxation is not None))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -109,7 +121,8 @@ def transcribe(structure: Structure) -> Transcription:
         rate_limited=structure.rate_limited,
         variables=variables,
         rows=rows,
-        data=ca.SX.sym("z", len(robot.parameters) + len(MARGINS) + (structure.relaxation is not None)),
+        data=structure.data(),
+        cleared=structure.cleared,
         relaxation=structure.relaxation,
     )
     blocks: list[Block] = []
@@ -121,6 +134,8 @@ def transcribe(structure: Structure) -> Transcription:
     if structure.objective.uses_power:
         blocks.append(last_power_block(frame, phases[-1], stances[-1]))
     blocks.append(touchdown_block(frame, structure.word, phases))
+    if structure.landing is not None:
+        blocks += landing_blocks(frame, phases, structure.landing)
     if structure.objective.per_weight_and_travel:
         blocks.append(quotient_block(frame, stances[0]))
     return Transcription(
@@ -143,9 +158,7 @@ def transcribe(structure: Structure) -> Transcription:
 
 def _variables(structure: Structure, phases: tuple[Phase, ...], stances: tuple[Stance, ...]) -> Layout:
     layout, robot, scheme = Layout(), structure.robot, structure.scheme
-    n_nodes = phases[-1].nodes[-1] + 1
-    owner = {node: phase for phase in reversed(phases) for node in phase.nodes}
-    nodes = [f"{owner[k].label}, node {k - owner[k].first}" for k in range(n_nodes)]
+    nodes = node_labels(phases)
     layout.add("angles", robot.angles, nodes)
     layout.add("rates", [f"{angle} rate" for angle in robot.angles], nodes)
     layout.add("torque", [f"{actuator} torque" for actuator in robot.actuators], nodes)

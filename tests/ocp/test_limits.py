@@ -61,6 +61,12 @@ def test_other_limits_that_cannot_be(name, value):
         Limits(**{name: value})
 
 
+@pytest.mark.parametrize("value", [-1e-9, math.nan, math.inf, "high"])
+def test_a_clearance_that_cannot_be(value):
+    with pytest.raises(InputError, match=r"Limits\.clearance"):
+        Limits(clearance=value)
+
+
 @pytest.mark.parametrize("name", ["cone", "impact_cone", "slip_speed", "separation", "normal_force"])
 @pytest.mark.parametrize("value", [-1e-9, math.nan, "wide"])
 def test_margins_that_cannot_be(name, value):

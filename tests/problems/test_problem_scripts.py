@@ -2,13 +2,16 @@
 
 import functools
 import inspect
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
-from gaitopt import GaitProblem, check_robot, solve, verify
+from gaitopt import Collocation, GaitProblem, check_robot, replay, solve, verify
 from gaitopt.cli.script import build_problem, call_script, load_script, script_parameters
+from gaitopt.ocp import attempt
 
 SCRIPTS = [
     path
@@ -75,6 +78,33 @@ def test_the_five_link_walker_keeps_its_knees_from_bending_backwards():
     for knee in ("stance knee", "swing knee"):
         angles = np.concatenate([segment.q[2 + gait.motion.angles.index(knee)] for segment in gait.motion.segments])
         assert angles.min() > 0.02 - 1e-4  # held at nodes, sampled between them too
+
+
+def test_the_five_link_walker_lifts_its_feet_in_replay_too():
+    problem, gait = solved(SCRIPTS[0].parent / "five_link.py")
+    walked, clearance = replay(gait, problem.robot).motion, problem.limits.clearance
+    assert clearance == 0.02
+    ahead, height = np.hstack([_swing_foot(segment, walked.points) for segment in walked.segments])
+    assert np.all(height >= clearance * (1 - (ahead / ahead[-1]) ** 2) ** 2 - 1e-5)
+    assert np.interp(0, ahead, height) == pytest.approx(clearance, abs=1e-4)  # it costs something
+
+
+def _swing_foot(segment, points):
+    """Return how far ahead of the stance foot and how high the swing foot is, on many samples between those stored."""
+    place = segment.points[:, points.index("swing foot")] - segment.q[:2]
+    return CubicSpline(segment.time, place, axis=1)(np.linspace(*segment.time[[0, -1]], 2000))
+
+
+def test_a_grid_on_which_the_foot_is_too_low_between_nodes_is_doubled(monkeypatch):
+    problem = build_problem(SCRIPTS[0].parent / "five_link.py", ["word=stick | stick"])
+    coarse = problem.replace(friction=math.inf, transcription=Collocation(intervals=6, tolerance=10))
+    fine = solve(coarse)
+    assert fine.problem["intervals"] > [6]
+    assert fine.solver.warnings == ()
+    monkeypatch.setattr(attempt, "SCUFF", 1.0)
+    left = solve(coarse)
+    assert left.problem["intervals"] == [6]
+    assert "lower than Limits.clearance asks" in left.solver.warnings[0]
 
 
 def test_the_two_compass_scripts_differ_in_their_word_only():
