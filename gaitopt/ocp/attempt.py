@@ -19,7 +19,7 @@ from gaitopt.ocp.diagnosis import ROUNDING, violations, warnings
 from gaitopt.ocp.going_on import Continued
 from gaitopt.ocp.guess import Guess
 from gaitopt.ocp.ipopt import STOPPED
-from gaitopt.ocp.landing import Landing
+from gaitopt.ocp.landing import Landing, shifted
 from gaitopt.ocp.method import Method
 from gaitopt.ocp.outcome import Minimiser, Outcome
 from gaitopt.ocp.polish import polished
@@ -38,6 +38,9 @@ MOST_DOUBLINGS = 2
 
 MOST_LANDINGS = 3
 """A plan that touches down early is solved so often again with its touchdown kept from that."""
+
+GAIN = 1e-4
+"""Share of the objective for which the node at which the touchdown is armed is moved further."""
 
 SAME, NEAR = 1e-6, 1e-5
 """Barrier parameters to go on with from the same problem on another grid, and from another problem."""
@@ -170,6 +173,13 @@ class Attempt:
         self.iterations += outcome.iterations
         return Step(problem, method, transcription, limits, outcome)
 
+    def landed(self, step: Step, landing: Landing) -> Step:
+        """Solve again from a solution, its touchdown held to a landing; the solution is kept if that is interrupted."""
+        self.landing = landing
+        later = _refined(self, self.run(step.method, solution_of(step.transcription, step.outcome), NEAR))
+        interrupted = later.outcome.status in (Status.INTERRUPTED, Status.TIME_LIMIT)
+        return step.stopped(later.outcome) if interrupted else later
+
 
 def attempt(problem: GaitProblem, guess: Guess, solver: Minimiser, observer: Observer) -> Gait:
     """Solve from one start."""
@@ -252,12 +262,24 @@ def _landed(own: Attempt, step: Step) -> Step:
         early = early_touchdown(step.transcription, own.problem, step.x) if step.outcome.status.ok else None
         if early is None:
             break
-        own.landing = replace(early.landing, least=early.landing.least * 4**number)
-        later = _refined(own, own.run(step.method, solution_of(step.transcription, step.outcome), NEAR))
-        ending = later.outcome.status
-        if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):
-            return step.stopped(later.outcome)
-        if not ending.ok:
-            break
+        later = own.landed(step, replace(early.landing, least=early.landing.least * 4**number))
+        if later.kept or not later.outcome.status.ok:
+            return later if later.kept else step
         step = later
+    return _armed_in_time(own, step)
+
+
+def _armed_in_time(own: Attempt, step: Step) -> Step:
+    """Return the cheapest solution nearby whose touchdown is armed at another node, where there is a choice."""
+    for side in (-1, 1):
+        while landing := shifted(step.transcription.phases, step.transcription.structure.landing, side):
+            later = own.landed(step, landing)
+            if later.kept:
+                return later
+            gained = step.outcome.objective - later.outcome.objective
+            if not later.outcome.status.ok or gained <= GAIN * abs(step.outcome.objective):
+                break
+            if early_touchdown(later.transcription, own.problem, later.x) is not None:
+                break
+            step = later
     return step

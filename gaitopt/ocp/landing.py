@@ -7,7 +7,7 @@ by then, is to stay below zero, and where above.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import casadi as ca
@@ -111,6 +111,14 @@ def landing_for(phases: tuple[Phase, ...], guard: Array, armed: Array) -> Landin
     lowest = first + int(np.argmin(guard[first:change]))
     highest = change + int(np.argmax(guard[change:]))
     return Landing(*(_instant(phases, k) for k in (first, lowest, highest)))
+
+
+def shifted(phases: tuple[Phase, ...], landing: Landing | None, side: int) -> Landing | None:
+    """Return a landing armed a node earlier or later, but before its guard is lowest; None where there is none."""
+    if landing is None:
+        return None
+    unarmed = _node(phases, landing.unarmed) + side
+    return replace(landing, unarmed=_instant(phases, unarmed)) if 0 < unarmed < _node(phases, landing.below) else None
 
 
 def _node(phases: tuple[Phase, ...], instant: float) -> int:

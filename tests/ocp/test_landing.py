@@ -1,5 +1,7 @@
 """Plans that would touch down early, against the event-driven simulator."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,7 +21,7 @@ from gaitopt import (
 )
 from gaitopt.ocp import attempt
 from gaitopt.ocp.grid import divide, node_labels
-from gaitopt.ocp.landing import Landing, landing_for
+from gaitopt.ocp.landing import Landing, landing_for, shifted
 from gaitopt.ocp.swing import EarlyTouchdown, early_touchdown
 from gaitopt.ocp.transcription import transcribe
 from gaitopt.progress import silent
@@ -81,6 +83,25 @@ def test_where_no_other_plan_is_found_the_early_one_is_kept(problem, early, monk
     assert kept.problem["landing"] is None
     assert "touches down before its end" in kept.solver.warnings[0]
     assert kept.solver.iterations > early.solver.iterations
+
+
+def test_the_touchdown_is_armed_at_the_cheapest_node(problem, gait):
+    own = attempt.Attempt(problem, Line(), Ipopt(), silent)
+    step = attempt._refined(own, attempt._approached(own))
+    worse = own.landed(step, replace(Landing(**gait.problem["landing"]), unarmed=0.4))
+    assert worse.outcome.objective > 1.02 * gait.solver.objective
+    better = attempt._armed_in_time(own, worse)
+    assert better.transcription.structure.landing.unarmed == gait.problem["landing"]["unarmed"]
+    assert better.outcome.objective == pytest.approx(gait.solver.objective, rel=1e-6)
+
+
+def test_a_landing_is_shifted_by_a_node_and_not_beyond_the_lowest_guard():
+    phases = divide(Word.parse("slip+ stick | slip+"), (2, 4))
+    landing = Landing(unarmed=0.5, below=1.5, above=1.75)
+    assert shifted(phases, landing, 1) == replace(landing, unarmed=1.0)
+    assert shifted(phases, landing, -1) is None  # there is no touchdown at the first node
+    assert shifted(phases, replace(landing, unarmed=1.25), 1) is None
+    assert shifted(phases, None, 1) is None
 
 
 def test_the_guard_falls_only_unarmed_along_the_replayed_motion(gait):
