@@ -224,6 +224,8 @@ def _approached(own: Attempt) -> Step:
         last, step = step, own.run(method, before, barrier)
         if step.outcome.status in STOPPED and last is not None:
             return last.stopped(step.outcome)
+        if step.outcome.status in (Status.INTERRUPTED, Status.TIME_LIMIT):
+            return step
         if not step.outcome.status.ok:
             break
         before = solution_of(step.transcription, step.outcome)

@@ -10,7 +10,7 @@ from gaitopt.ocp.scheme import Scheme
 from gaitopt.parameters import Parameter
 
 MOST_INTERVALS = 2000
-COARSE = 20
+COARSE = 10
 """A grid whose longest phase has no more intervals than this is solved on at once."""
 
 

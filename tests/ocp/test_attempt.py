@@ -1,5 +1,7 @@
 """How a solve goes on: coarse grids, refinement, other starts, and what is kept of one that is stopped."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -30,9 +32,9 @@ def iterations(seen):
 
 def test_a_fine_grid_is_approached_through_coarse_ones():
     path = Collocation(intervals=320).approach(Word.parse(SLIP))
-    assert [method.intervals for method in path[:-1]] == [(5, 20), (20, 80)]
+    assert [method.intervals for method in path[:-1]] == [(5, 10), (5, 20), (20, 80)]
     assert path[-1].intervals_for(Word.parse(SLIP)) == (80, 320)
-    assert Collocation(intervals=20).approach(Word.parse(SLIP)) == [Collocation(intervals=20)]
+    assert Collocation(intervals=10).approach(Word.parse(SLIP)) == [Collocation(intervals=10)]
 
 
 def test_a_fine_grid_that_defeats_a_straight_line_is_solved(reference_problem):
@@ -95,7 +97,8 @@ def test_a_start_that_leads_nowhere_is_followed_by_others(reference_problem):
 
 
 def test_an_interrupt_late_in_a_solve_keeps_the_best_iterate_that_meets_the_constraints(reference_problem):
-    problem, seen = reference_problem(intervals=20, word=SLIP), []
+    alone = Collocation(intervals=10, tolerance=math.inf)  # one grid only
+    problem, seen = reference_problem(transcription=alone, word=SLIP), []
     whole = solve(problem, observer=seen.append)
     feasible = [step.number for step in seen if step.infeasibility <= 1e-6]
     stop = feasible[len(feasible) // 2]
@@ -113,6 +116,20 @@ def test_an_interrupt_late_in_a_solve_keeps_the_best_iterate_that_meets_the_cons
     assert gait.solver.objective >= whole.solver.objective * (1 - 1e-6)
 
 
+def test_an_interrupt_on_the_coarse_grid_ends_the_solve(reference_problem):
+    seen = []
+
+    def observe(iteration):
+        seen.append(iteration.number)
+        if iteration.number == 1:
+            raise KeyboardInterrupt
+
+    gait = solve(reference_problem(word=SLIP), observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert seen == [0, 1]
+    assert gait.problem["intervals"] == [5, 10]
+
+
 def test_an_interrupt_on_the_fine_grid_keeps_the_solution_of_the_coarse_one(reference_problem):
     runs = 0
 
@@ -125,7 +142,7 @@ def test_an_interrupt_on_the_fine_grid_keeps_the_solution_of_the_coarse_one(refe
     gait = solve(reference_problem(word=SLIP), observer=observe)
     assert gait.status is Status.INTERRUPTED
     assert "kept is the solution before this refinement" in gait.solver.message
-    assert gait.problem["intervals"] == [5, 20]
+    assert gait.problem["intervals"] == [5, 10]
     assert gait.solver.constraint_violation <= 1e-6
 
 
