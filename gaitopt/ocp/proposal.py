@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.word import Word
-from gaitopt.ocp.attempt import NEAR, Attempt, Step, attempt
+from gaitopt.ocp.attempt import attempt
 from gaitopt.ocp.candidates import Candidates, Relaxed
 from gaitopt.ocp.carrying import solution_of
 from gaitopt.ocp.guess import Guess
@@ -17,6 +17,7 @@ from gaitopt.ocp.ipopt import Ipopt
 from gaitopt.ocp.outcome import Minimiser
 from gaitopt.ocp.phase_proposal import propose_phases
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.step import NEAR, Attempt, Step
 from gaitopt.progress import SolveObserver, silent
 from gaitopt.status import Status
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, GaitProblem, Ipopt, Limits, MultipleShooting, compass_biped, solve, sweep
-from gaitopt.ocp.attempt import SAME, Attempt
 from gaitopt.ocp.guess import Line
+from gaitopt.ocp.step import SAME, Attempt
 from gaitopt.progress import silent
 from tests.benchmarks.conftest import ratios, spread, timed
 

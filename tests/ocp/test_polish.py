@@ -3,8 +3,8 @@
 import numpy as np
 
 from gaitopt import Continued, Ipopt, solve
-from gaitopt.ocp.attempt import Attempt
 from gaitopt.ocp.bounds import bounds
+from gaitopt.ocp.step import Attempt
 from gaitopt.progress import silent
 
 
