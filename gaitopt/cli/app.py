@@ -1,8 +1,11 @@
 """The command line: one thin command per verb."""
 
 import signal
+import socket
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +16,7 @@ from gaitopt import __version__
 from gaitopt.cli import beginning, feedback, listing, presenting, solving, studies, walking
 from gaitopt.cli.options import with_manners
 from gaitopt.cli.output import err, print_json
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import GaitoptError, ScriptError
 
 _INTERRUPTED = 128 + signal.SIGINT
 
@@ -63,24 +66,59 @@ def _version(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status: 0 success, 1 no verified solution, 2 a mistake."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    try:
-        status = app(given, prog_name="gaitopt", standalone_mode=False) or 0
-    except GaitoptError as error:
-        _report(given, "error", str(error))
-        err.print(f"[red]Error:[/] {escape(str(error))}", soft_wrap=True)
-        status = 2
-    except (KeyboardInterrupt, typer.Abort):
-        status = _INTERRUPTED
-    except Exception as error:
-        if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):
-            raise
-        _report(given, "error", error.format_message())  # a usage error of the command-line parser
-        error.show()
-        status = error.exit_code
+    with _noticing() as interrupted:
+        try:
+            status = app(given, prog_name="gaitopt", standalone_mode=False) or 0
+        except (KeyboardInterrupt, typer.Abort):
+            status = _INTERRUPTED
+        except Exception as error:
+            told = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
+            status = _INTERRUPTED if interrupted() and not told else _explain(error, given)
     if status == _INTERRUPTED:
         _report(given, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
     sys.exit(status)
+
+
+def _explain(error: Exception, given: Sequence[str]) -> int:
+    """Print what is wrong in one sentence and return the exit status; raise what is no mistake of the user."""
+    if isinstance(error, GaitoptError):
+        _report(given, "error", str(error))
+        err.print(f"[red]Error:[/] {escape(str(error))}", soft_wrap=True)
+        return 2
+    if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):
+        raise error
+    _report(given, "error", error.format_message())  # a usage error of the command-line parser
+    error.show()
+    return int(error.exit_code)
+
+
+@contextmanager
+def _noticing() -> Iterator[Callable[[], bool]]:
+    """Yield a question: whether there was a Ctrl-C.
+
+    Where CasADi's wrapper looks at arguments it clears whatever Python raises, and an interrupt becomes an error of
+    another kind.  Python writes a byte for each signal, whoever handles it.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    reading, writing = socket.socketpair()
+    with reading, writing:
+        reading.setblocking(False)
+        writing.setblocking(False)
+        former = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
+
+        def came() -> bool:
+            try:
+                return signal.SIGINT in reading.recv(4096)
+            except BlockingIOError:
+                return False
+
+        try:
+            yield came
+        finally:
+            signal.set_wakeup_fd(former)
 
 
 def run_script(path: str) -> None:

@@ -1,5 +1,6 @@
 """Ctrl-C ends cleanly, wherever it comes."""
 
+import contextlib
 import json
 import signal
 import subprocess
@@ -7,6 +8,11 @@ import sys
 import time
 
 import pytest
+
+from gaitopt import ArchiveError
+from gaitopt.cli.app import main
+from gaitopt.errors import ScriptError
+from gaitopt.motion import archive
 
 SLOW_TO_BUILD = "import pathlib, time\n\n\ndef problem():\n    pathlib.Path('ready').touch()\n    time.sleep(60)\n"
 SLOW_TO_SOLVE = """\
@@ -58,6 +64,44 @@ def test_during_a_solve(script, folder, json_):
     assert "interrupted" in (out + err).lower()
     if json_:
         assert json.loads(out)["status"] == "interrupted"
+
+
+@pytest.mark.parametrize("kind", [TypeError, ScriptError])
+def test_an_interrupt_that_became_another_error(monkeypatch, capsys, kind):
+    """CasADi clears what Python raises while it looks at arguments, and complains of them instead."""
+
+    def load(path):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise kind("Implicit conversion of symbolic CasADi type to numeric matrix not supported.")
+
+    monkeypatch.setattr(archive, "load", load)
+    with pytest.raises(SystemExit) as stop:
+        main(["show", "gait.h5"])
+    assert stop.value.code == 130
+    assert capsys.readouterr().err.strip() == "Interrupted; nothing was written."
+
+
+def test_a_mistake_after_an_interrupt_is_told(monkeypatch, capsys):
+    def load(path):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise ArchiveError("Cannot write gait.h5: No space left on device.")
+
+    monkeypatch.setattr(archive, "load", load)
+    with pytest.raises(SystemExit) as stop:
+        main(["show", "gait.h5"])
+    assert stop.value.code == 2
+    assert "No space left" in capsys.readouterr().err
+
+
+def test_an_error_without_an_interrupt_is_raised(monkeypatch):
+    def load(path):
+        raise TypeError("our mistake")
+
+    monkeypatch.setattr(archive, "load", load)
+    with pytest.raises(TypeError, match="our mistake"):
+        main(["show", "gait.h5"])
 
 
 def test_before_the_solve(script, folder):
