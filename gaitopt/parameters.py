@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -119,6 +119,34 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
                 f"got {found[p.name]:g}{default}."
             )
     return found
+
+
+def check_options(options: object, *known: Parameter) -> None:
+    """Check attributes of an object of options; the message names its class, too.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> check_options(SimpleNamespace(steps=3), counted("steps"))
+    """
+    for parameter in known:
+        named = replace(parameter, name=f"{type(options).__name__}.{parameter.name}")
+        named.check(getattr(options, parameter.name))
+
+
+def counted(name: str, lower: int = 1) -> Parameter:
+    """Return a parameter that is a whole number."""
+    return Parameter(name, lower, "1", "", lower=lower, whole=True)
+
+
+def positive(name: str, unit: str = "1", upper: float = math.inf) -> Parameter:
+    """Return a parameter that is greater than 0."""
+    return Parameter(name, 1.0, unit, "", lower=0.0, upper=upper, lower_open=True)
 
 
 def as_vector(parameters: tuple[Parameter, ...], values: Mapping[str, float]) -> np.ndarray:

@@ -43,6 +43,8 @@ def new(
     Example: gaitopt new my_walker
     """
     path = Path(name if name.endswith(".py") else f"{name}.py")
+    if path.name.startswith("."):
+        raise InputError(f"A script needs a name, got {name!r}.")
     template = (files("gaitopt.cli") / "templates" / "problem.py").read_text(encoding="utf-8")
     try:
         with path.open("x", encoding="utf-8") as file:

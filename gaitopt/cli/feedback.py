@@ -39,7 +39,7 @@ def tune(
         list[float] | None, typer.Option("--friction", help="Another friction that counts too: the worst decides.")
     ] = None,
     starts: Starts = 200,
-    seed: Annotated[int, typer.Option(help="Of the search and of the starts.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search and of the starts.")] = 0,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -93,7 +93,9 @@ def push(
     stance_angle: StanceAngle = False,
     steps: Annotated[int, typer.Option(min=6, max=100000, help="Steps to walk.")] = 50,
     starts: Starts = 50,
-    ball: Annotated[float, typer.Option(min=0.0, help="Pushes of which the share that returns is told [rad/s].")] = 0.1,
+    ball: Annotated[
+        float, typer.Option(min=0.0, max=100.0, help="Pushes of which the share that returns is told [rad/s].")
+    ] = 0.1,
     workers: Workers = None,
     scheduler: Scheduler = None,
     json: Json = False,

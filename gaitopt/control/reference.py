@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.control.law import Law, check_names
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, Segment
+from gaitopt.parameters import Parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,14 @@ class Reference:
         numbers : (n,) array
         gains : sequence of str
             Names of the first numbers, which are gains.
+
+        Raises
+        ------
+        InputError
+            If a gain is not finite.
         """
+        for gain, value in zip(gains, numbers, strict=False):
+            Parameter(gain, 0.0, "1", "").check(value)
         table = np.vstack([self.table, np.tile(numbers[:, None], self.breakpoints.size)])
         return Law(name, torque, self.breakpoints, table, {gain: self.size + i for i, gain in enumerate(gains)})
 

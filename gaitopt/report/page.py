@@ -54,6 +54,8 @@ def write_report(
     ...     page.read_text(encoding="utf-8").count("<section")
     1
     """
+    if not isinstance(gaits, Mapping):
+        raise InputError('A report needs its gaits by title, such as {"slipping": gait}.')
     if not gaits:
         raise InputError("A report needs at least one gait.")
     path = Path(path)

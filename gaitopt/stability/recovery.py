@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.parameters import check_options, counted, positive
 from gaitopt.simulation.walker import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.section import Section
@@ -93,8 +93,8 @@ class PushTest:
     resolution: float = 0.05
 
     def __post_init__(self) -> None:
-        if self.starts < 1 or self.steps < 1 or not self.tolerance > 0 or not 0 < self.resolution < 1:
-            raise InputError(f"A push test needs starts, steps, a tolerance and a resolution below 1, got {self!r}.")
+        sizes = positive("tolerance"), positive("largest", "rad/s"), positive("resolution", upper=1.0)
+        check_options(self, counted("starts"), counted("steps"), counted("seed", 0), *sizes)
 
 
 def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:

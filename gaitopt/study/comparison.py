@@ -120,6 +120,8 @@ def compare(
     >>> [(record["label"], record["word"]) for record in found.records()]
     [('slip', 'slip+ stick | slip+')]
     """
+    if isinstance(gaits, Gait):
+        raise InputError("A comparison needs several gaits: a list, or a mapping of labels to gaits.")
     labelled = dict(gaits) if isinstance(gaits, Mapping) else _labelled(gaits)
     if not labelled:
         raise InputError("There is nothing to compare: give at least one gait.")

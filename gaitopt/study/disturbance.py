@@ -12,6 +12,7 @@ from gaitopt.control.law import Law
 from gaitopt.errors import GaitoptError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.parameters import check_options, counted, positive
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.delay import LateReadings, reading_late
 from gaitopt.simulation.engines import default_engine
@@ -75,6 +76,10 @@ class Walking:
     patch: int = 5
     seed: int = 0
     resolution: float = 0.05
+
+    def __post_init__(self) -> None:
+        counts = counted("steps"), counted("patch"), counted("seed", 0)
+        check_options(self, *counts, positive("resolution", upper=1.0))
 
 
 def endurance(

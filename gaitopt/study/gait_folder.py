@@ -52,7 +52,9 @@ class GaitFolder(MutableMapping[str, Gait]):
 
     @staticmethod
     def beside(path: Path) -> Path:
-        """Return the folder that belongs to the file of a study."""
+        """Return the folder that belongs to the file of a study; ArchiveError if the file would be a folder itself."""
+        if path.is_dir():
+            raise ArchiveError(f"Cannot write {path}: it is a folder. Give a file name.")
         return path.with_name(f"{path.name}.parts")
 
     def file(self, key: str) -> Path:

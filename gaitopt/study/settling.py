@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
+from gaitopt.parameters import check_options, counted, positive
 from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
@@ -54,6 +55,9 @@ class Patience:
     steps: int = 100
     tolerance: float = 1e-6
     longest_period: int = 4
+
+    def __post_init__(self) -> None:
+        check_options(self, counted("steps"), positive("tolerance"), counted("longest_period"))
 
 
 def settle(walker: Walker, z: Array, patience: Patience | None = None) -> Ending:

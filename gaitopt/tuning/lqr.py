@@ -15,7 +15,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.modes import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import check_options, positive
 from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.walker import Stride, Walker
 from gaitopt.stability.linearisation import Linearisation
@@ -53,8 +53,8 @@ class Weights:
     torque: float = 5.0
 
     def __post_init__(self) -> None:
-        for unit, name in (("rad", "angle"), ("rad/s", "rate"), ("m/s", "foot_speed"), ("N m", "torque")):
-            Parameter(f"Weights.{name}", 1.0, unit, "", lower=0.0, lower_open=True).check(getattr(self, name))
+        angle, rate = positive("angle", "rad"), positive("rate", "rad/s")
+        check_options(self, angle, rate, positive("foot_speed", "m/s"), positive("torque", "N m"))
 
 
 def lqr(

@@ -11,6 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
+from gaitopt.parameters import check_options, counted, positive
 from gaitopt.progress import Iteration, Observer
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.engines import default_engine
@@ -56,6 +57,10 @@ class Search:
     evaluations: int = 60
     seed: int = 0
     tolerance: float = 1e-3
+
+    def __post_init__(self) -> None:
+        counts = counted("samples", 0), counted("starts"), counted("evaluations"), counted("seed", 0)
+        check_options(self, *counts, positive("tolerance"))
 
 
 class GainSearch:

@@ -61,6 +61,14 @@ def test_a_script_is_not_overwritten(command, script):
     assert path.read_text() == "mine"
 
 
+@pytest.mark.parametrize("name", ["", "..", ".py"])
+def test_a_script_needs_a_name(command, folder, name):
+    run = command("new", name)
+    assert run.status == 2
+    assert "A script needs a name" in run.err
+    assert not list(folder.iterdir())
+
+
 def test_a_script_in_a_folder_that_is_not_there(command):
     run = command("new", "nowhere/mine")
     assert run.status == 2

@@ -69,3 +69,8 @@ def test_mistakes_are_explained(gait):
         joint_pd(robot, gait.motion, torque_limit={"hip": -1})
     with pytest.raises(InputError, match="no actuator 'knee'"):
         joint_pd(robot, gait.motion, torque_limit={"knee": 1})
+
+
+def test_gains_must_be_finite(compass, slip_gait):
+    with pytest.raises(InputError, match="ankle_damping must be a finite number, got nan"):
+        joint_pd(compass, slip_gait.motion, stiffness=1, damping=np.nan)

@@ -95,7 +95,9 @@ def test_positions_on_the_page_are_those_of_the_motion(text, slipping):
     )
 
 
-def test_a_report_needs_gaits(tmp_path):
+def test_a_report_needs_gaits(tmp_path, slipping):
+    with pytest.raises(InputError, match="gaits by title"):
+        write_report([slipping], tmp_path / "report.html")
     with pytest.raises(InputError, match="at least one gait"):
         write_report({}, tmp_path / "none.html")
 

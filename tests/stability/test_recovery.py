@@ -52,5 +52,9 @@ def test_an_unstable_gait_is_returned_to_from_nowhere(open_loop):
 
 
 def test_mistakes_are_explained():
-    with pytest.raises(InputError, match="push test"):
+    with pytest.raises(InputError, match=r"PushTest.starts must be at least 1, got 0"):
         PushTest(starts=0)
+    with pytest.raises(InputError, match=r"PushTest.seed must be at least 0, got -1"):
+        PushTest(seed=-1)
+    with pytest.raises(InputError, match=r"PushTest.largest must be greater than 0 \[rad/s\]"):
+        PushTest(largest=-1)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gaitopt import InputError, absolute_work, compare, plot_comparison
+from gaitopt import InputError, absolute_work, compare, load, plot_comparison
 from tests.study.test_sweep import WORDS
 
 
@@ -28,6 +28,8 @@ def test_labels_tell_gaits_apart(pair, slip_gait):
     assert list(compare(pair).gaits) == WORDS
     assert list(compare([pair[1], slip_gait]).gaits) == [f"{WORDS[1]}, friction 0.14{n}" for n in (" (1)", " (2)")]
     assert list(compare({"a": pair[0]}).gaits) == ["a"]
+    with pytest.raises(InputError, match="a list, or a mapping of labels"):
+        compare(load("docs/examples/compass_slip.h5"))
     with pytest.raises(InputError, match="nothing to compare"):
         compare([])
 
