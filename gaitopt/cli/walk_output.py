@@ -14,6 +14,7 @@ from gaitopt.motion.word import Word
 from gaitopt.simulation.arc import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
+from gaitopt.study.basin_file import Basin
 
 
 def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
@@ -44,6 +45,28 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
             "(slips)" if critical is None else f"{critical.friction:.6g}",
         )
     out.print(table)
+
+
+def basin_facts(basin: Basin, engine: Engine, own: float | None) -> dict[str, Any]:
+    """Return a basin as plain data; `own` is the share of the starts that end in the gait it was asked about."""
+    return {
+        "engine": engine.name,
+        "robot": basin.robot,
+        "complete": not basin.pending().any(),
+        "axes": {name: values.tolist() for name, values in basin.axes.items()},
+        "fractions": basin.fractions(),
+        "saved_gait": own,
+        "endings": basin.labels_on_grid().tolist(),
+    }
+
+
+def print_basin(basin: Basin, engine: Engine, own: float | None) -> None:
+    """Print the share of each ending, and of the gait that was asked about."""
+    for label, share in basin.fractions().items():
+        out.print(f"{100 * share:6.2f} %  {escape(label)}")
+    if own is not None:
+        out.print(f"{100 * own:6.2f} %  in the saved gait itself")
+    out.print(f"engine {engine.name}")
 
 
 def _multipliers(cycle: Cycle) -> list[str]:

@@ -12,7 +12,7 @@ from rich.markup import escape
 from gaitopt.cli.axis import grid
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, feedback_named
 from gaitopt.cli.options import Json, Quiet, RobotScript, Setting
-from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written
+from gaitopt.cli.output import err, leave_unfinished, print_json, print_written
 from gaitopt.cli.script import call_script, load_script
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.errors import InputError
@@ -150,6 +150,7 @@ def basin(
     from gaitopt.cli.law import read_pairs
     from gaitopt.cli.study_output import counting
     from gaitopt.cli.subject import coordinates_missing, read_start, read_subject, share_at
+    from gaitopt.cli.walk_output import basin_facts, print_basin
     from gaitopt.simulation.engines import faster_walks
     from gaitopt.stability.section import Section
     from gaitopt.study.basin import basin as find_basin
@@ -185,31 +186,17 @@ def basin(
             path=output,
             observer=observer,
         )
-    complete, own = not found.pending().any(), None
+    own = None
     if source.suffix != ".py" and not any(name in subject.parameters for name in axes):
         own = share_at(found, names, subject.gaits[0])
     if json:
-        facts = {
-            "engine": subject.engine.name,
-            "robot": found.robot,
-            "complete": complete,
-            "axes": {name: values.tolist() for name, values in found.axes.items()},
-            "fractions": found.fractions(),
-            "saved_gait": own,
-            "endings": found.labels_on_grid().tolist(),
-            "file": None if output is None else str(output),
-            "seconds": time.perf_counter() - began,
-        }
-        print_json(facts)
+        seconds = time.perf_counter() - began
+        print_json(basin_facts(found, subject.engine, own) | {"file": output and str(output), "seconds": seconds})
     elif not quiet:
-        for label, share in found.fractions().items():
-            out.print(f"{100 * share:6.2f} %  {escape(label)}")
-        if own is not None:
-            out.print(f"{100 * own:6.2f} %  in the saved gait itself")
-        out.print(f"engine {subject.engine.name}")
+        print_basin(found, subject.engine, own)
         if output is not None:
             print_written(output)
-    if not complete:
+    if found.pending().any():
         leave_unfinished(kept=output is not None)
 
 
