@@ -82,7 +82,10 @@ class Newton:
         def arrived(x: Array, multipliers: Array, observer: Observer) -> Outcome | None:
             run = _Run(nlp, data, bounds, self.otherwise)
             with ONE_AT_A_TIME, interruptible(run):
-                return run.arrived(x, multipliers, observer)
+                found = run.arrived(x, multipliers, observer)
+            if found is None and run.interrupted:
+                raise KeyboardInterrupt  # it came as Newton's method gave up
+            return found
 
         begun = np.zeros(nlp.n_constraints) if multipliers is None else multipliers[1]
         found = arrived(x, begun, observer)
@@ -90,7 +93,9 @@ class Newton:
             found = self.otherwise.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
             if found.status.ok:  # to the last digits: an interior point stays a little outside of its bounds
                 exact = arrived(found.x, found.multipliers[1], silent)
-                if exact is not None and exact.objective <= found.objective + SAME * abs(found.objective):
+                if exact is not None and exact.status is Status.INTERRUPTED:
+                    found = replace(found, status=exact.status, message=exact.message)
+                elif exact is not None and exact.objective <= found.objective + SAME * abs(found.objective):
                     found = replace(exact, iterations=found.iterations + exact.iterations)
         return found
 
@@ -112,20 +117,21 @@ class _Run:
         iterate, inertia = _iterate(self.nlp)
         scaled, before = multipliers / self.nlp.typical, math.inf
         for number in range(self.most_steps + 1):
-            numbers, g, on_bounds, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
+            numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
             f, unmet, wrong, mean = numbers.tolist()
-            there = max(wrong / max(1.0, mean / 100), unmet) <= self.tolerance
-            if there and inertia(matrix) != self.nlp.n_constraints:
-                return None  # a saddle
+            # CasADi's norms leave out what is not a number, which the next iterate shows.
+            sound = all(np.isfinite(part).all() for part in (numbers, g, x_after, scaled_after))
+            there = sound and max(wrong / max(1.0, mean / 100), unmet) <= self.tolerance
+            saddle = there and inertia(matrix) != self.nlp.n_constraints
             # What Functions return lies in memory of their own.
-            g, on_bounds, x_after, scaled_after = (part.copy() for part in (g, on_bounds, x_after, scaled_after))
+            g, x_after, scaled_after = g.copy(), x_after.copy(), scaled_after.copy()
+            prices = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
             self._tell(observer, Iteration(number, f, unmet))
-            if there or self.interrupted:
-                status = Status.SOLVED if there else Status.INTERRUPTED
-                prices = (on_bounds * self.nlp.typical, scaled * self.nlp.typical)
+            if self.interrupted or (there and not saddle):
+                status = Status.INTERRUPTED if self.interrupted else Status.SOLVED
                 return Outcome(status, _MESSAGES[status], x, g, f, number, prices)
             # The first step brings multipliers along, of whatever size; from then on the error must fall.
-            if not math.isfinite(wrong + unmet) or (number > 1 and not wrong < before):
+            if saddle or not sound or (number > 1 and not wrong < max(before, self.tolerance)):
                 return None
             x, scaled, before = x_after, scaled_after, wrong
         return None
@@ -154,8 +160,8 @@ def _iterate(nlp: Nlp) -> tuple[Buffered, _Inertia]:
     """Return the Function of one iterate, and what tells whether its matrix is that of a minimum.
 
     Of (x, scaled multipliers, data, bounds) it returns four numbers (the objective, the violation, the error of the
-    gradient of the Lagrangian and the mean size of the multipliers), the constraints, the multipliers of the bounds,
-    the next x and multipliers, and the matrix.
+    gradient of the Lagrangian and the mean size of the multipliers), the constraints, the multipliers of bounds
+    and constraints, the next x and multipliers, and the matrix.
     """
     x, data, given = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
     x_lower, x_upper = ca.MX.sym("x_lower", nlp.n_variables), ca.MX.sym("x_upper", nlp.n_variables)
@@ -172,8 +178,8 @@ def _iterate(nlp: Nlp) -> tuple[Buffered, _Inertia]:
     slope = gradient / nlp.typical + turned @ lam
 
     at_upper, at_lower = x > x_upper - RESTING, x < x_lower + RESTING
-    low = ca.logic_and(at_lower, ca.logic_or(slope > 0, x < x_lower))
-    high = ca.logic_and(at_upper, ca.logic_or(slope < 0, x > x_upper))
+    low = ca.logic_or(ca.logic_and(at_lower, slope > 0), x < x_lower - RESTING)
+    high = ca.logic_or(ca.logic_and(at_upper, slope < 0), x > x_upper + RESTING)
     fixed = x_lower == x_upper
     held = ca.logic_or(ca.logic_or(low, high), fixed)
     pulled = ca.if_else(ca.logic_or(low, fixed), x_lower - x, ca.if_else(high, x_upper - x, 0))
@@ -184,10 +190,17 @@ def _iterate(nlp: Nlp) -> tuple[Buffered, _Inertia]:
     )
     pull = spring * pulled + held * slope - gradient / nlp.typical - turned @ unmet
     step = ca.solve(matrix, ca.vertcat(pull, -unmet - SOFT * lam), "ldl")
-    violation = ca.fmax(ca.norm_inf(unmet), ca.norm_inf(pulled))
+    # What is outside counts whether it is thought to be active or not.
+    outside = ca.vertcat(_excess(x, x_lower, x_upper), _excess(g, lower, upper))
+    violation = ca.norm_inf(ca.vertcat(unmet, pulled, outside))
     error = ca.norm_inf((1 - held) * slope)
-    numbers = ca.vertcat(f, violation, error, ca.norm_1(lam) / nlp.n_constraints)
-    following = [x + step[: nlp.n_variables], active * step[nlp.n_variables :]]
-    inputs, outputs = [x, given, data, x_lower, x_upper, lower, upper], [numbers, g, -held * slope, *following, matrix]
-    function = ca.Function("iterate", inputs, outputs)
+    numbers = ca.vertcat(f, violation, error, ca.norm_1(lam) / max(1, nlp.n_constraints))
+    moved, priced = ca.vertsplit(step, [0, nlp.n_variables, nlp.n_variables + nlp.n_constraints])
+    following = [x + moved, active * priced]
+    inputs = [x, given, data, x_lower, x_upper, lower, upper]
+    function = ca.Function("iterate", inputs, [numbers, g, -held * slope, lam, *following, matrix])
     return Buffered(function), _Inertia(matrix.sparsity())
+
+
+def _excess(values: ca.MX, lower: ca.MX, upper: ca.MX) -> ca.MX:
+    return ca.fmax(ca.fmax(lower - values, values - upper), 0)

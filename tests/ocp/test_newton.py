@@ -17,7 +17,7 @@ from gaitopt.progress import silent
 def programme(cost, constraints, *, typical=1.0, smooth=True):
     """Return the programme of two unknowns and one number given."""
     x, z = ca.SX.sym("x", 2), ca.SX.sym("z")
-    values = ca.vertcat(*constraints(x, z))
+    values = ca.vertcat(ca.SX(0, 1), *constraints(x, z))
     rows = np.arange(values.numel())[:, None]
     block = Block(name="all", variables=x, cost=cost(x, z), constraints=values, columns=np.array([[0], [1]]), rows=rows)
     return assemble_nlp([block], z, 2, values.numel(), typical=typical, smooth=smooth)
@@ -89,6 +89,55 @@ def test_a_start_from_which_it_diverges_is_left_to_the_other_solver():
     found = minimised(nlp, [3.0, 0], 0.0, FREE, [(-9, 9)])
     assert found.iterations >= alone.iterations > 2
     np.testing.assert_allclose(found.x, [0, 0], atol=1e-8)
+
+
+@pytest.mark.parametrize("start", [-1e-9, -5.0, 0.1 - 1e-9])
+def test_a_start_outside_of_a_bound_does_not_stay_at_it(start):
+    """The least of (x - 3)^2 is within the bounds; a variable a hair outside of one is not held there."""
+    nlp = programme(lambda x, z: (x[0] - 3) ** 2 + x[1] ** 2, lambda x, z: [x[1]])
+    for low in (0.0, 0.1):
+        found = minimised(nlp, [start, 0], 0.0, [(low, 9), (-9, 9)], [(-9, 9)])
+        np.testing.assert_allclose(found.x, [3, 0], atol=1e-8)
+        np.testing.assert_allclose(found.multipliers[0], 0, atol=1e-7)
+
+
+def test_what_is_outside_counts_whatever_the_multipliers_begin_with():
+    """At the free minimum a multiplier of the wrong sign takes the violated constraint for an inactive one."""
+    nlp = programme(lambda x, z: ca.sumsqr(x - ca.vertcat(3, 2)), lambda x, z: [x[0] + x[1]])
+    bounds = Bounds(*(np.array(limit) for limit in ([-99.0, -99.0], [99.0, 99.0], [-math.inf], [1.0])))
+    wrong = (np.zeros(2), np.array([-10.0]))
+    found = Newton().minimise(nlp, np.array([3.0, 2.0]), np.zeros(1), bounds, silent, wrong)
+    np.testing.assert_allclose(found.x, [1, 0], atol=1e-8)
+
+
+def test_multipliers_of_what_is_not_active_are_zero():
+    """Where both unknowns are given there is nothing to do, but not at the price the multipliers begin with."""
+    nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1]])
+    bounds = Bounds(*(np.array(limit) for limit in ([1.0, 2.0], [1.0, 2.0], [-9.0], [9.0])))
+    found = Newton().minimise(nlp, np.array([1.0, 2.0]), np.zeros(1), bounds, silent, (np.zeros(2), np.array([0.5])))
+    np.testing.assert_allclose(found.multipliers[0], [-2, -4], atol=1e-12)
+    assert found.multipliers[1] == 0
+
+
+def test_what_is_not_a_number_is_no_solution():
+    nlp = programme(lambda x, z: ca.sqrt(x[0]) + x[1] ** 2, lambda x, z: [x[1]])
+    assert minimised(nlp, [-1, 0], 0.0, FREE, [(-9, 9)]).status is Status.INVALID_NUMBER
+
+
+def test_a_programme_without_constraints():
+    nlp = programme(lambda x, z: ca.sumsqr(x - 1), lambda x, z: [])
+    np.testing.assert_allclose(minimised(nlp, [5, -3], 0.0, FREE, np.zeros((0, 2))).x, [1, 1], atol=1e-9)
+
+
+def test_an_interrupt_at_the_last_step_is_not_lost():
+    nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0]])
+    bounds = Bounds(*(np.array(limit) for limit in ([-1.0, -1.0], [1.0, 1.0], [-9.0], [9.0])))
+
+    def observe(iteration):
+        raise KeyboardInterrupt
+
+    found = Newton().minimise(nlp, np.zeros(2), np.zeros(1), bounds, observe)
+    assert found.status is Status.INTERRUPTED
 
 
 def test_an_infeasible_programme_is_reported_by_the_other_solver():
