@@ -20,6 +20,9 @@ MOST_LANDINGS = 3
 GAIN = 1e-4
 """Share of the objective for which the node at which the touchdown is armed is moved further."""
 
+CALLED_OFF = (Status.INTERRUPTED, Status.TIME_LIMIT)
+"""Endings after which nothing more is tried."""
+
 
 def approached(own: Attempt) -> Step:
     """Return the solution on the problem's own grid, found through coarser ones."""
@@ -33,7 +36,7 @@ def approached(own: Attempt) -> Step:
         last, step = step, own.run(method, before, barrier)
         if step.outcome.status in STOPPED and last is not None:
             return last.stopped(step.outcome)
-        if step.outcome.status in (Status.INTERRUPTED, Status.TIME_LIMIT):
+        if step.outcome.status in CALLED_OFF:
             return step
         if not step.outcome.status.ok:
             break
@@ -74,8 +77,8 @@ def landed(own: Attempt, step: Step) -> Step:
         if early is None:
             break
         later = _held_to(own, step, replace(early.landing, least=early.landing.least * 4**number))
-        if later.kept or not later.outcome.status.ok:
-            return later if later.kept else step
+        if not later.outcome.status.ok:
+            return later if later.outcome.status in CALLED_OFF else step
         step = later
     return _armed_in_time(own, step)
 
@@ -84,8 +87,7 @@ def _held_to(own: Attempt, step: Step, landing: Landing) -> Step:
     """Solve again from a solution, its touchdown held to a landing; the solution is kept if that is interrupted."""
     own.landing = landing
     later = refined(own, own.run(step.method, solution_of(step.transcription, step.outcome), NEAR))
-    interrupted = later.outcome.status in (Status.INTERRUPTED, Status.TIME_LIMIT)
-    return step.stopped(later.outcome) if interrupted else later
+    return step.stopped(later.outcome) if later.outcome.status in CALLED_OFF else later
 
 
 def _armed_in_time(own: Attempt, step: Step) -> Step:
@@ -93,7 +95,7 @@ def _armed_in_time(own: Attempt, step: Step) -> Step:
     for side in (-1, 1):
         while landing := shifted(step.transcription.phases, step.transcription.structure.landing, side):
             later = _held_to(own, step, landing)
-            if later.kept:
+            if later.outcome.status in CALLED_OFF:
                 return later
             gained = step.outcome.objective - later.outcome.objective
             if not later.outcome.status.ok or gained <= GAIN * abs(step.outcome.objective):

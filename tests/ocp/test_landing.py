@@ -19,9 +19,11 @@ from gaitopt import (
     solve,
     verify,
 )
-from gaitopt.ocp import attempt
+from gaitopt.ocp import refinement
+from gaitopt.ocp.attempt import attempt
 from gaitopt.ocp.grid import divide, node_labels
 from gaitopt.ocp.landing import Landing, landing_for, shifted
+from gaitopt.ocp.step import Attempt
 from gaitopt.ocp.swing import EarlyTouchdown, early_touchdown
 from gaitopt.ocp.transcription import transcribe
 from gaitopt.progress import silent
@@ -52,7 +54,7 @@ def gait(problem):
 def early(problem):
     """Return the plan that is kept where no other is found."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(attempt, "MOST_LANDINGS", 0)
+        patch.setattr(refinement, "MOST_LANDINGS", 0)
         return solve(problem)
 
 
@@ -76,8 +78,8 @@ def test_it_is_solved_again_without(gait, early):
 
 def test_where_no_other_plan_is_found_the_early_one_is_kept(problem, early, monkeypatch):
     impossible = EarlyTouchdown("anywhere", Landing(unarmed=0.95, below=0.95, above=0.95))  # hardly armed at touchdown
-    monkeypatch.setattr(attempt, "early_touchdown", lambda *_: impossible)
-    kept = attempt.attempt(problem, Line(), Ipopt(max_iterations=100), silent)
+    monkeypatch.setattr(refinement, "early_touchdown", lambda *_: impossible)
+    kept = attempt(problem, Line(), Ipopt(max_iterations=100), silent)
     assert kept.status is Status.SOLVED
     assert kept.cost_of_transport == pytest.approx(early.cost_of_transport, rel=1e-6)
     assert kept.problem["landing"] is None
@@ -85,12 +87,23 @@ def test_where_no_other_plan_is_found_the_early_one_is_kept(problem, early, monk
     assert kept.solver.iterations > early.solver.iterations
 
 
+def test_a_remedy_that_runs_out_of_iterations_on_a_finer_grid_is_none(problem, early, monkeypatch):
+    """Nor is its status that of the plan there was before, which is solved."""
+    own = Attempt(problem, Line(), Ipopt(), silent)
+    step = refinement.refined(own, refinement.approached(own))
+    ran_out = replace(step, outcome=replace(step.outcome, status=Status.ITERATION_LIMIT), kept=True)
+    monkeypatch.setattr(refinement, "refined", lambda own, step: ran_out)
+    kept = refinement.landed(own, step)
+    assert kept.outcome.status is Status.SOLVED
+    assert kept.outcome.objective == pytest.approx(early.solver.objective, rel=1e-6)
+
+
 def test_the_touchdown_is_armed_at_the_cheapest_node(problem, gait):
-    own = attempt.Attempt(problem, Line(), Ipopt(), silent)
-    step = attempt._refined(own, attempt._approached(own))
-    worse = own.landed(step, replace(Landing(**gait.problem["landing"]), unarmed=0.4))
+    own = Attempt(problem, Line(), Ipopt(), silent)
+    step = refinement.refined(own, refinement.approached(own))
+    worse = refinement._held_to(own, step, replace(Landing(**gait.problem["landing"]), unarmed=0.4))
     assert worse.outcome.objective > 1.02 * gait.solver.objective
-    better = attempt._armed_in_time(own, worse)
+    better = refinement._armed_in_time(own, worse)
     assert better.transcription.structure.landing.unarmed == gait.problem["landing"]["unarmed"]
     assert better.outcome.objective == pytest.approx(gait.solver.objective, rel=1e-6)
 

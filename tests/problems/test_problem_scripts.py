@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from gaitopt import Collocation, GaitProblem, check_robot, replay, solve, verify
 from gaitopt.cli.script import build_problem, call_script, load_script, script_parameters
-from gaitopt.ocp import attempt
+from gaitopt.ocp import step
 
 SCRIPTS = [
     path
@@ -101,7 +101,7 @@ def test_a_grid_on_which_the_foot_is_too_low_between_nodes_is_doubled(monkeypatc
     fine = solve(coarse)
     assert fine.problem["intervals"] > [6]
     assert fine.solver.warnings == ()
-    monkeypatch.setattr(attempt, "SCUFF", 1.0)
+    monkeypatch.setattr(step, "SCUFF", 1.0)
     left = solve(coarse)
     assert left.problem["intervals"] == [6]
     assert "lower than Limits.clearance asks" in left.solver.warnings[0]
