@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from gaitopt import InputError, Word, load, search
+from gaitopt.study.gait_folder import GaitFolder
 from gaitopt.study.ranking import Finding, judge, rank
 from gaitopt.study.search import tasks
 from gaitopt.study.vocabulary import words_up_to
@@ -98,3 +99,10 @@ def test_a_gait_in_disguise_is_merged_unless_it_is_cheaper(slip_gait):
         assert found.status == status
         assert found.ranked == (found.reason == "") == (found.merged_into is None)
         assert (ranking.best is slip) == (status == "solved")
+
+
+def test_two_runs_may_tidy_up_one_folder(tmp_path, monkeypatch):
+    folder = GaitFolder(tmp_path / "words", {"words": 1})
+    monkeypatch.setattr(GaitFolder, "__iter__", lambda self: iter(["deleted by the other run"]))
+    folder.keep_only([])
+    assert [path.name for path in folder.path.iterdir()] == ["question.json"]
