@@ -73,8 +73,8 @@ def print_comparison(comparison: Comparison) -> None:
     ):
         if name in records[0]:
             rows.append((label, [_number(record[name], form) for record in records]))
-    for name in records[0]["peak_torque"]:
-        rows.append((f"peak {name} torque [N m]", [_number(r["peak_torque"].get(name), ".4g") for r in records]))
+    for name in dict.fromkeys(name for record in records for name in record["peak_torque"]):
+        rows.append((f"peak {name} torque [N m]", [_number(r["peak_torque"].get(name, "-"), ".4g") for r in records]))
     for name in records[0]["energy_per_distance"]:
         label = f"{name.replace('_', ' ')} [J/m]"
         rows.append((label, [_number(record["energy_per_distance"][name], ".5f") for record in records]))

@@ -24,12 +24,14 @@ TERMS = (
 """Terms of the energy per distance: name, label, colour, hatch."""
 
 
-MOST_UPRIGHT = 2
-"""Bars whose labels have room side by side."""
+MOST_UPRIGHT, LEAST_ROWS = 2, 4
+"""Bars whose labels have room side by side; rows that leave room for the bars' legend."""
 
 
 def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None) -> "Figure":
     """Draw gaits over each other, over the percentage of the step, and their energy per distance as bars.
+
+    Gaits of several robots are drawn by the angles and actuators that all of them have.
 
     Parameters
     ----------
@@ -48,14 +50,16 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
     'energy per distance [J/m]'
     """
     style = style or FigureStyle()
-    first = next(iter(comparison.gaits.values())).motion
+    motions = [gait.motion for gait in comparison.gaits.values()]
+    angles = [name for name in motions[0].angles if all(name in motion.angles for motion in motions)]
+    actuators = [name for name in motions[0].actuators if all(name in motion.actuators for motion in motions)]
     rows: list[tuple[str, Callable[[Gait], list[Array]]]] = [
-        *((f"{angle_symbol(name)} [deg]", _angle(name)) for name in first.angles),
-        *((f"{name} torque\n[N m]", _torque(name)) for name in first.actuators),
+        *((f"{angle_symbol(name)} [deg]", _angle(name)) for name in angles),
+        *((f"{name} torque\n[N m]", _torque(name)) for name in actuators),
         ("force ratio", lambda gait: [force_ratio(segment) for segment in gait.motion.segments]),
         ("foot speed\n[m/s]", lambda gait: [segment.v[0] for segment in gait.motion.segments]),
     ]
-    with style.figure(1.0 * len(rows) + 0.9) as figure:
+    with style.figure(1.0 * max(len(rows), LEAST_ROWS) + 0.9) as figure:
         grid = figure.add_gridspec(len(rows), 2, width_ratios=(2.4, 1))
         left: list[Axes] = []
         for row, (label, read) in enumerate(rows):

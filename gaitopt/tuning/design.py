@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from gaitopt.control.computed_torque import computed_torque
 from gaitopt.control.joint_pd import joint_pd
 from gaitopt.control.law import Law
+from gaitopt.control.limits import UNLIMITED
 from gaitopt.control.stance_angle import by_stance_angle
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
@@ -188,7 +189,7 @@ def _weights(torque_limit: TorqueLimit) -> tuple[Gain, ...]:
 def _most(torque_limit: TorqueLimit) -> float:
     """Return the smallest finite limit [N m], 10 where there is none."""
     limits = torque_limit.values() if isinstance(torque_limit, Mapping) else [torque_limit]
-    return min([float(limit) for limit in limits if math.isfinite(limit)], default=10.0)
+    return min([float(limit) for limit in limits if float(limit) < UNLIMITED], default=10.0)
 
 
 DESIGNS: dict[str, Callable[[Robot, Motion, TorqueLimit], Design]] = {

@@ -49,7 +49,10 @@ def periodic_gains(stretches: Sequence[Stretch], q: Array, r: Array) -> tuple[Ar
     -------
     (n_stretches, 2, n_u, n_x) array, and the cost-to-go at the start, (n_x, n_x)
     """
-    flows = _exponentials(np.array([-_hamiltonian(stretch, q, r) * stretch.duration for stretch in stretches]))
+    with np.errstate(over="ignore", invalid="ignore"):  # torques so cheap that the cost-to-go is infinite
+        flows = _exponentials(np.array([-_hamiltonian(stretch, q, r) * stretch.duration for stretch in stretches]))
+    if not np.all(np.isfinite(flows)):
+        return None
     n_x, inverse = q.shape[0], np.linalg.inv(r)
     cost = np.array(q, dtype=float)
     for _ in range(MOST_STEPS):

@@ -84,6 +84,13 @@ def test_gains_that_cannot_be(capsys, law, gain, message):
     assert message in " ".join(text.err.split())
 
 
+@pytest.mark.parametrize("limit", ["1e6", "1e300"])
+def test_torques_so_cheap_that_no_gains_are_found_end_in_a_sentence_or_a_law(capsys, limit):
+    code, text = run(capsys, "stability", GAIT, "--law", "lqr", "--torque-limit", limit)
+    assert code == (2 if limit == "1e6" else 0), text
+    assert ("No linear-quadratic feedback stabilises this gait" in text.err) == (code == 2)
+
+
 def test_a_law_by_the_stance_angle(capsys):
     code, text = run(capsys, "stability", GAIT, "--stance-angle", "--json")
     assert code == 0

@@ -1,5 +1,7 @@
 """Gaits side by side."""
 
+import dataclasses
+
 import pytest
 
 from gaitopt import InputError, absolute_work, compare, load, plot_comparison
@@ -12,6 +14,13 @@ def pair():
     from tests.study.conftest import quick_problem
 
     return [solve(quick_problem(word=word)) for word in WORDS]
+
+
+def test_gaits_of_two_robots_share_what_both_have(slip_gait):
+    motion = dataclasses.replace(slip_gait.motion, angles=("th1", "knee"), actuators=("ankle", "knee"))
+    figure = plot_comparison(compare({"one": slip_gait, "other": dataclasses.replace(slip_gait, motion=motion)}))
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert [label.split()[0] for label in labels] == [r"$\theta_{1}$", "ankle", "force", "foot", "energy"]
 
 
 def test_the_terms_add_up_to_the_cost(pair):
