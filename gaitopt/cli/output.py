@@ -2,12 +2,15 @@
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
 from rich import box
 from rich.console import Console
 from rich.markup import escape
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from gaitopt.motion.facts import describe_gait
@@ -18,6 +21,15 @@ from gaitopt.progress import HomotopyStep
 # A file or a pipe has no width of its own: numbers must not be cut there to fit a terminal.
 out = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
 err = Console(stderr=True, highlight=False)
+
+
+@contextmanager
+def working(what: str, *, hidden: bool) -> Iterator[None]:
+    """Show what is being done, and for how long, where nothing can be counted."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=hidden) as progress:
+        progress.add_task(what, total=None)
+        yield
 
 
 def print_json(data: dict[str, Any]) -> None:

@@ -12,7 +12,7 @@ from rich.markup import escape
 from gaitopt.cli.axis import grid
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, feedback_named
 from gaitopt.cli.options import Json, Quiet, RobotScript, Setting
-from gaitopt.cli.output import err, leave_unfinished, print_json, print_written
+from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written, working
 from gaitopt.cli.script import call_script, load_script
 from gaitopt.cli.workforce import Scheduler, Workers, workforce
 from gaitopt.errors import InputError
@@ -50,7 +50,8 @@ def stability(
     from gaitopt.stability.summary import summarise_cycle
 
     feedback = feedback_named(law, gain, torque_limit, stance_angle)
-    subject = read_subject(source, setting or [], engine, starts, feedback=feedback, script=problem)
+    with working("looking for periodic gaits", hidden=json or out.quiet):
+        subject = read_subject(source, setting or [], engine, starts, feedback=feedback, script=problem)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:

@@ -4,6 +4,7 @@ import dataclasses
 import json
 
 import pytest
+from rich.progress import Progress
 from typer.testing import CliRunner
 
 from gaitopt import assess_stability, load, load_basin
@@ -48,6 +49,14 @@ def test_multipliers_on_either_side_of_an_impacts_edge_are_told_apart():
     text = " ".join(result.stdout.split())
     told = [text.index(part) for part in ("one-sided, impact sticks:", "0.767465", "impact slips:", "0.772328")]
     assert told == sorted(told)
+
+
+def test_a_search_for_gaits_says_that_it_is_at_work(monkeypatch):
+    shown = []
+    monkeypatch.setattr(Progress, "add_task", lambda self, what, **_: shown.append((what, self.disable)))
+    for more in ((), ("--json",), ("--quiet",)):
+        assert run("stability", WHEEL, "--set", "friction=inf", "--starts", 2, *more).exit_code == 0
+    assert shown == [("looking for periodic gaits", hidden) for hidden in (False, True, True)]
 
 
 def test_no_gait_is_exit_status_one():
