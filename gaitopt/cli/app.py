@@ -15,10 +15,8 @@ from rich.markup import escape
 from gaitopt import __version__
 from gaitopt.cli import beginning, feedback, listing, presenting, solving, studies, walking
 from gaitopt.cli.options import with_manners
-from gaitopt.cli.output import err, print_json
+from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
-
-_INTERRUPTED = 128 + signal.SIGINT
 
 app = typer.Typer(
     name="gaitopt",
@@ -70,11 +68,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         try:
             status = app(given, prog_name="gaitopt", standalone_mode=False) or 0
         except (KeyboardInterrupt, typer.Abort):
-            status = _INTERRUPTED
+            status = INTERRUPTED
         except Exception as error:
             told = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
-            status = _INTERRUPTED if interrupted() and not told else _explain(error, given)
-    if status == _INTERRUPTED:
+            status = INTERRUPTED if interrupted() and not told else _explain(error, given)
+    if status == INTERRUPTED:
         _report(given, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
     sys.exit(status)

@@ -1,6 +1,7 @@
 """What commands print: tables for people, one JSON object for programs."""
 
 import json
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,6 +18,9 @@ from gaitopt.motion.facts import describe_gait
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyStep
+
+INTERRUPTED = 128 + signal.SIGINT
+"""Exit status of what Ctrl-C has ended."""
 
 # A file or a pipe has no width of its own: numbers must not be cut there to fit a terminal.
 out = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
@@ -77,4 +81,4 @@ def _coloured(gait: Gait, name: str, text: str) -> str:
 def leave_unfinished(*, kept: bool = True) -> NoReturn:
     """End with the exit status of a study that was interrupted, or could not do everything."""
     err.print("Not complete: the same command goes on." if kept else "Not complete; with -o FILE it could go on.")
-    sys.exit(130)  # not typer.Exit, which an interrupt of any other command becomes: "nothing was written"
+    sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes: "nothing was written"

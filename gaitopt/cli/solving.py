@@ -1,5 +1,6 @@
 """Commands on one problem and its gait: solve, show, verify."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -7,8 +8,9 @@ import typer
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, Script, Setting, Verbose
-from gaitopt.cli.output import err, homotopy_lines, out, print_gait, print_json, print_written
+from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, print_written
 from gaitopt.progress import HomotopyStep, Iteration
+from gaitopt.status import Status
 
 
 def solve(
@@ -23,7 +25,8 @@ def solve(
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
-    Exit status 0 for a solved and verified gait, 1 when there is none, 2 for a mistake in the input.
+    Exit status 0 for a solved and verified gait, 1 when there is none, 2 for a mistake in the input, 130 when
+    interrupted.
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
@@ -69,6 +72,8 @@ def solve(
             print_written(written)
         else:
             out.print("no verified gait; nothing was written")
+    if gait.status is Status.INTERRUPTED:
+        sys.exit(INTERRUPTED)  # what there is to say has been said
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
