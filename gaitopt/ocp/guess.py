@@ -13,6 +13,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution
 from gaitopt.motion.word import Word
 from gaitopt.ocp.reach import touchdown_pose
+from gaitopt.parameters import Parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +164,11 @@ class Scattered(Guess):
     amplitude : float [rad]
         Size of the waves.
 
+    Raises
+    ------
+    InputError
+        If one of them is negative, or the seed is not whole.
+
     Examples
     --------
     >>> Scattered(seed=3).describe()
@@ -171,6 +177,10 @@ class Scattered(Guess):
 
     seed: int
     amplitude: float = 0.1
+
+    def __post_init__(self) -> None:
+        Parameter("Scattered.seed", 0, "1", "", lower=0, whole=True).check(self.seed)
+        Parameter("Scattered.amplitude", 0.1, "rad", "", lower=0.0).check(self.amplitude)
 
     def durations(self, setting: Setting) -> Array:
         """Return typical durations."""

@@ -175,3 +175,9 @@ def test_scattered_starts_differ_by_seed_and_meet_the_poses_at_both_ends(referen
     assert one.angles[:, [0, -1]] == pytest.approx(line.angles[:, [0, -1]], abs=1e-12)
     slopes = np.gradient(one.angles, time, axis=1)
     assert one.rates[:, 1:-1] == pytest.approx(slopes[:, 1:-1], abs=0.05)
+
+
+@pytest.mark.parametrize("given", [{"seed": -1}, {"seed": 1.5}, {"seed": 1, "amplitude": -0.1}])
+def test_waves_that_cannot_be(given):
+    with pytest.raises(InputError, match=r"Scattered\."):
+        Scattered(**given)
