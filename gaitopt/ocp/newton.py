@@ -44,13 +44,17 @@ SAME = 1e-4
 RESTING = 1e-7
 """Distance from a bound at which a variable rests on it; Ipopt leaves 1e-8."""
 
+MOST_ENTRIES = 200
+"""A constraint of more unknowns, such as an integral over a fine grid, fills the matrix."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Newton:
     """Newton's method for smooth objectives, such as squared torques; another solver where it does not arrive.
 
     Objectives with kinks, such as the cost of transport, go to the other solver at once: their optima switch torques
-    on and off, many constraints are active by a hair, and Newton's method has no single active set to settle on.
+    on and off, many constraints are active by a hair, and Newton's method has no single active set to settle on.  So do
+    smooth ones per weight and travel on fine grids, where the row that sums the integral makes steps slow.
 
     Attributes
     ----------
@@ -76,7 +80,7 @@ class Newton:
         barrier: float = 1e-6,
     ) -> Outcome:
         """Solve a programme from a starting point, see :class:`gaitopt.ocp.outcome.Minimiser`."""
-        if not nlp.smooth:
+        if not nlp.smooth or _longest_row(nlp) > MOST_ENTRIES:
             return self.otherwise.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
 
         def arrived(x: Array, multipliers: Array, observer: Observer) -> Outcome | None:
@@ -98,6 +102,12 @@ class Newton:
                 elif exact is not None and exact.objective <= found.objective + SAME * abs(found.objective):
                     found = replace(exact, iterations=found.iterations + exact.iterations)
         return found
+
+
+@functools.lru_cache(maxsize=32)
+def _longest_row(nlp: Nlp) -> int:
+    """Return the number of unknowns of the constraint with the most of them."""
+    return int(np.bincount(nlp.derivatives["jac_g"].sparsity_out(1).row()).max(initial=0))
 
 
 class _Run:

@@ -140,6 +140,18 @@ def test_an_interrupt_at_the_last_step_is_not_lost():
     assert found.status is Status.INTERRUPTED
 
 
+@pytest.mark.parametrize(("size", "solver"), [(100, "Newton"), (300, "Solve_Succeeded")])
+def test_a_constraint_of_very_many_unknowns_is_left_to_the_other_solver(size, solver):
+    x, index = ca.SX.sym("x", size), np.arange(size)[:, None]
+    block = Block(
+        name="all", variables=x, cost=ca.sumsqr(x), constraints=ca.sum1(x), columns=index, rows=np.zeros((1, 1), int)
+    )
+    nlp = assemble_nlp([block], ca.SX.sym("z"), size, 1, smooth=True)
+    found = minimised(nlp, np.zeros(size), 0.0, [(-9, 9)] * size, [(size, size)])
+    assert found.message.startswith(solver)
+    np.testing.assert_allclose(found.x, 1, atol=1e-8)
+
+
 def test_an_infeasible_programme_is_reported_by_the_other_solver():
     nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1]])
     assert minimised(nlp, [0, 0], 0.0, [(0, 1), (0, 1)], [(3, 3)]).status is Status.INFEASIBLE
