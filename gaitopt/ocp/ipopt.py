@@ -3,6 +3,8 @@
 import functools
 import math
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,7 +64,7 @@ class Ipopt:
     Raises
     ------
     InputError
-        If an option has a value that Ipopt does not take.
+        If an option has a value that Ipopt does not take, or an observer of a solve with Ipopt solves with it again.
 
     Examples
     --------
@@ -101,20 +103,22 @@ class Ipopt:
             solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
-        try:
-            with ONE_AT_A_TIME, interruptible(tap):
-                tap.watch(observer, bounds)
-                answer = solver(x0=x, p=data, **limits, **near)
-        finally:
-            tap.rest()
-        if tap.failure is not None:
-            raise tap.failure
-        stats = solver.stats()
-        message, kept = str(stats["return_status"]), tap.best
+        with _alone():
+            try:
+                with interruptible(tap):
+                    tap.watch(observer, bounds)
+                    answer = solver(x0=x, p=data, **limits, **near)
+            finally:
+                tap.rest()
+            # All of this belongs to the next thread as soon as it may begin.
+            stats, kept, interrupted, failure = solver.stats(), tap.best, tap.interrupted, tap.failure
+        if failure is not None:
+            raise failure
+        message = str(stats["return_status"])
         if message == "Invalid_Option":  # Ipopt has not run: its answer and its counts mean nothing
             answer = answer | {"x": x, "g": nlp.derivatives["jac_g"](x, data)[0]}
             stats = {}
-        elif tap.interrupted:
+        elif interrupted:
             message = "User_Requested_Stop"
         status = _STATUS.get(message, Status.FAILED)
         if status in STOPPED and kept is not None:
@@ -151,6 +155,22 @@ class Ipopt:
                 "ipopt.mu_init": barrier,
             }
         return options
+
+
+_running = threading.local()
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Keep other threads waiting; InputError within a solve of Ipopt, inside which another one crashes the process."""
+    if getattr(_running, "now", False):
+        raise InputError("An observer cannot solve with Ipopt while Ipopt is solving: keep the iterates, solve later.")
+    with ONE_AT_A_TIME:
+        _running.now = True
+        try:
+            yield
+        finally:
+            _running.now = False
 
 
 @functools.lru_cache(maxsize=32)

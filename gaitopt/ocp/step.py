@@ -157,4 +157,5 @@ class Attempt:
         limits, data = bounds(transcription, problem), data_vector(problem)
         outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
-        return Step(problem, method, transcription, limits, outcome)
+        # Without its guess: what is read out of a step later must not keep the gait alive from which it went on.
+        return Step(replace(problem, guess=None), method, transcription, limits, outcome)

@@ -1,6 +1,8 @@
 """How a solve goes on: coarse grids, refinement, other starts, and what is kept of one that is stopped."""
 
+import gc
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -58,6 +60,16 @@ def test_going_on_from_the_same_gait_ends_at_once(reference_problem, solved):
     gait = solve(reference_problem(word=SLIP, guess=Continued(solved(word=SLIP))), observer=seen.append)
     assert gait.status is Status.SOLVED
     assert len(seen) < 15
+
+
+def test_a_gait_that_was_gone_on_from_is_not_kept_alive(reference_problem):
+    problem = reference_problem(objective="torque_squared", intervals=6)
+    before = solve(problem)
+    after, known = solve(problem.replace(speed=0.64, guess=Continued(before))), weakref.ref(before)
+    del before
+    gc.collect()
+    assert known() is None
+    assert after.motion.period > 0
 
 
 @pytest.mark.parametrize("intervals", [20, (25, 40), 80])

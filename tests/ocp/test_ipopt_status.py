@@ -4,11 +4,13 @@ import math
 import os
 import signal
 import threading
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve, summarise
+from gaitopt.ocp import ipopt
 from gaitopt.ocp.tap import undivided
 
 
@@ -74,6 +76,32 @@ def test_a_solve_in_another_thread(problem):
     thread.start()
     thread.join()
     assert found[0].status is Status.SOLVED
+
+
+def test_what_the_next_thread_begins_is_not_mixed_up_with_what_was_found(problem, monkeypatch):
+    taps, compiled = [], ipopt._compiled
+
+    @contextmanager
+    def lock():
+        yield
+        for tap in taps:  # a thread that has waited for its turn
+            tap.interrupted, tap.failure, tap.best = True, ValueError("of another thread"), None
+
+    def recorded(*arguments):
+        taps.append(compiled(*arguments)[1])
+        return compiled(*arguments)
+
+    monkeypatch.setattr(ipopt, "ONE_AT_A_TIME", lock())
+    monkeypatch.setattr(ipopt, "_compiled", recorded)
+    problem = problem.replace(transcription=Collocation(intervals=10, tolerance=math.inf))
+    assert solve(problem, solver=Ipopt()).status is Status.SOLVED
+
+
+def test_an_observer_that_solves_within_ipopt_is_told(problem):
+    """Ipopt within Ipopt would crash the process."""
+    with pytest.raises(InputError, match="solve later"):
+        solve(problem, observer=lambda iteration: solve(problem))
+    assert solve(problem).status is Status.SOLVED
 
 
 def test_an_observer_that_fails_is_heard(problem, capfd):
