@@ -18,6 +18,9 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import Parameter
 
+ROUNDING = 1e-13
+"""A sample this near to a straight line, relative to the largest torque, is on it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Law:
@@ -152,6 +155,8 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     time = np.concatenate([segment.time for segment in first]) - first[0].time[0]
     torque = np.concatenate([segment.torque for segment in first], axis=1)
+    corner = _corners(time, torque)
+    time, torque = time[corner], torque[:, corner]
     begins = np.diff(time) > 0  # a piece begins at the last of equal times, so the torque may jump between segments
     slope = np.hstack([np.diff(torque, axis=1)[:, begins] / np.diff(time)[begins], np.zeros((robot.n_u, 1))])
     keep = np.append(begins, True)
@@ -169,6 +174,15 @@ def check_names(robot: Robot, motion: Motion) -> None:
             f"The motion has actuators {motion.actuators} and angles {motion.angles}, "
             f"but the robot has {robot.actuators} and {robot.angles}."
         )
+
+
+def _corners(time: Array, torque: Array) -> Array:
+    """Return which samples do not lie on the straight line between their neighbours, shape (K,) of bool."""
+    before, after = np.diff(time)[:-1], np.diff(time)[1:]
+    share = before / np.maximum(before + after, np.finfo(float).tiny)
+    off = np.abs(torque[:, :-2] + share * (torque[:, 2:] - torque[:, :-2]) - torque[:, 1:-1])
+    straight = np.all(off <= ROUNDING * np.max(np.abs(torque), initial=0.0), axis=0) & (before > 0) & (after > 0)
+    return np.concatenate([[True], ~straight, [True]])
 
 
 def demanded(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> tuple[ca.SX, ca.SX]:

@@ -60,13 +60,18 @@ class Method(ABC):
 
         A coarse grid has a smoother landscape and is quick; from its solution the next one needs few iterations.
         """
-        counts = self.intervals_for(word)
         path: list[Method] = [self]
-        while max(counts) > COARSE:
-            factor = min(4, max(counts) / COARSE)
-            counts = tuple(max(5, round(count / factor)) for count in counts)
-            path.insert(0, replace(self, intervals=counts))
+        while (coarser := path[0].coarser(word, 4)) is not None:
+            path.insert(0, coarser)
         return path
+
+    def coarser(self, word: Word, most: int) -> "Method | None":
+        """Return the method on a grid coarser by a factor of at most `most`, or None where it is coarse already."""
+        counts = self.intervals_for(word)
+        if max(counts) <= COARSE:
+            return None
+        factor = min(most, max(counts) / COARSE)
+        return replace(self, intervals=tuple(max(5, round(count / factor)) for count in counts))
 
     def doubled(self, word: Word) -> "Method | None":
         """Return the method with twice the intervals in every phase, or None where that is beyond all measure."""

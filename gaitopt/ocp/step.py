@@ -28,7 +28,7 @@ from gaitopt.ocp.tap import undivided
 from gaitopt.ocp.transcription import Transcription, transcribe
 from gaitopt.progress import Observer
 
-SAME, NEAR = 1e-6, 1e-5
+SAME, NEAR = 1e-6, 1e-4
 """Barrier parameters to go on with from the same problem on another grid, and from another problem."""
 
 

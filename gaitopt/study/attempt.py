@@ -15,6 +15,7 @@ from gaitopt.ocp.attempt import attempt as solve_from
 from gaitopt.ocp.going_on import Continued, Previous
 from gaitopt.ocp.guess import Guess, Line, Scattered
 from gaitopt.ocp.ipopt import Ipopt
+from gaitopt.ocp.method import Method
 from gaitopt.ocp.newton import Newton
 from gaitopt.ocp.passive import passive_cycle
 from gaitopt.ocp.problem import GaitProblem
@@ -23,7 +24,7 @@ from gaitopt.simulation.engines import default_engine
 from gaitopt.simulation.verification import verify
 from gaitopt.status import Status
 
-SCOUT = Newton(otherwise=Ipopt(max_iterations=100))
+SCOUT = Newton(otherwise=Ipopt(tolerance=1e-5, max_iterations=100))
 """On the coarse grid; most words that can be walked are found within half of that."""
 
 FINISH = Newton(otherwise=Ipopt(max_iterations=300))
@@ -78,7 +79,7 @@ def scouted(problem: GaitProblem, starts: Sequence[Gait | Guess]) -> list[Gait]:
 
     Starts are tried in turn; when the first `PATIENCE` lead nowhere, the others are spared.
     """
-    coarse = _coarsened(problem)
+    coarse = coarsened(problem)
     found: list[Gait] = []
     failed: list[Gait] = []
     for start in starts:
@@ -149,7 +150,15 @@ def _alike(one: Gait, other: Gait) -> bool:
     return bool(np.ptp(durations, axis=0).max() < 1e-3 * one.period)
 
 
-def _coarsened(problem: GaitProblem) -> GaitProblem:
+def coarsened(problem: GaitProblem) -> GaitProblem:
     """Return the problem on the first grid of its method's approach, however rough the integration there."""
-    first = problem.transcription.approach(problem.word)[0]
-    return problem.replace(transcription=replace(first, tolerance=math.inf))
+    return _roughly(problem, problem.transcription.approach(problem.word)[0])
+
+
+def halved(problem: GaitProblem) -> GaitProblem:
+    """Return the problem on a grid half as fine as its own, from which the fine one is a short way."""
+    return _roughly(problem, problem.transcription.coarser(problem.word, 2) or problem.transcription)
+
+
+def _roughly(problem: GaitProblem, method: Method) -> GaitProblem:
+    return problem.replace(transcription=replace(method, tolerance=math.inf))

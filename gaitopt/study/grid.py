@@ -2,7 +2,8 @@
 
 Every point is reached along every axis from both sides: a *forward* gait starts from the neighbours before it, a
 *backward* gait from those behind it, the cheapest first.  Both begin at points, spread over the grid, that are solved
-from starts of their own.  Who starts from whom is fixed by the grid, so that nothing depends on the order of execution.
+from starts of their own.  The way back is known where the forward gait is at hand: what would only lead to it again is
+not solved.  Who starts from whom is fixed by the grid, so that nothing depends on the order of execution.
 """
 
 import functools
@@ -46,13 +47,13 @@ class Duty:
     kind : str
         ``"cold"``, ``"forward"``, ``"backward"``, or ``"point"`` for the proven best of a point.
     point : Point
-    own : bool
-        Whether the last gait it is given is the point's own cold one, not a neighbour's.
+    given : tuple of (str, Point)
+        Kinds and points of the gaits it is given, in this order.
     """
 
     kind: str
     point: Point
-    own: bool = False
+    given: tuple[tuple[str, Point], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,13 +146,16 @@ def tasks(grid: Grid) -> list[Task]:
     made = [_task("cold", point) for point in sorted(own, key=lambda point: point.index)]
     for kind, neighbours, ordered in (("forward", before, points), ("backward", behind, points[::-1])):
         for point in sorted(ordered, key=lambda p: sum(p.index), reverse=kind == "backward"):
-            needs = [f"{kind}-{other.name}" for other in neighbours[point]]
-            made.append(_task(kind, point, [*needs, *[f"cold-{point.name}"] * (point in own)], own=point in own))
-    return made + [_task("point", point, [f"forward-{point.name}", f"backward-{point.name}"]) for point in points]
+            given = [(kind, other) for other in neighbours[point]]
+            given += [("forward", point)] * (kind == "backward") + [("cold", point)] * (point in own)
+            made.append(_task(kind, point, *given))
+    return made + [_task("point", point, ("forward", point), ("backward", point)) for point in points]
 
 
-def _task(kind: str, point: Point, needs: Sequence[str] = (), *, own: bool = False) -> Task:
-    return Task(f"{kind}-{point.name}", Duty(kind, point, own), tuple(needs))
+def _task(kind: str, point: Point, *given: tuple[str, Point]) -> Task:
+    return Task(
+        f"{kind}-{point.name}", Duty(kind, point, given), tuple(f"{kind}-{other.name}" for kind, other in given)
+    )
 
 
 def _neighbours(point: Point, step: int) -> Iterator[Point]:

@@ -6,7 +6,7 @@ from typing import Any
 from gaitopt.model.robot import Robot
 from gaitopt.ocp.problem import GaitProblem
 
-STRATEGY = 2
+STRATEGY = 3
 """Raised when studies find their gaits in another way, so that results of both are not mixed."""
 
 

@@ -1,7 +1,11 @@
 """Sweeps: optimal gaits of several words over ranges of friction, speed, step or anything else."""
 
+import contextlib
+import functools
+import importlib
 import shutil
-from collections.abc import Mapping, MutableMapping, Sequence
+import threading
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +16,13 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.word import Word
 from gaitopt.ocp.method import check_count
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.study.attempt import best, finished, found_cold, leading, objective, own_starts, proven, scouted
 from gaitopt.study.gait_folder import GaitFolder
-from gaitopt.study.grid import Duty, Grid, axis_values, tasks
+from gaitopt.study.grid import Grid, axis_values, tasks
 from gaitopt.study.parcel import Prepare
 from gaitopt.study.question import question
 from gaitopt.study.runner import Observer, collect_tasks, run_tasks
 from gaitopt.study.sweep_file import Findings, held_sweep, to_dataset, write_sweep
+from gaitopt.study.sweep_task import solve_task
 from gaitopt.study.verdict import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.vocabulary import closed_words
 
@@ -44,8 +48,9 @@ def sweep(
 ) -> "xr.Dataset":
     """Find the optimal gait of each word at each point of a grid, and replay it.
 
-    Each point starts from its neighbours, in both directions along every axis, and keeps the cheapest gait.  The answer
-    does not depend on the number of workers, nor on how often the sweep was stopped and gone on with.
+    Each point starts from its neighbours, in both directions along every axis, and keeps the cheapest gait; a way back
+    that would only lead to the gait already known, to first order, is spared.  The answer does not depend on the number
+    of workers, nor on how often the sweep was stopped and gone on with.
 
     Parameters
     ----------
@@ -103,35 +108,29 @@ def sweep(
     grid = Grid(problem, spelled, axes, starts)
     listed = {name: values.tolist() for name, values in axes.items()}
     asked = question(problem, words=[str(word) for word in spelled], axes=listed, starts=starts)
-    if path is None:
-        return to_dataset(_found(grid, asked, {}, observer, workers, executor, prepare))
-    path = Path(path)
-    parts = GaitFolder.beside(path)
-    held = held_sweep(path, asked)
-    if held is None:
-        check_writable(path)
-        folder = GaitFolder(parts, asked)
-        findings = _found(grid, asked, folder, observer, workers, executor, prepare)
-        write_sweep(findings, path, sum(folder.file(key).stat().st_size for key in folder if key.startswith("point-")))
-        held = to_dataset(findings)
-    if held.attrs["complete"]:
-        shutil.rmtree(parts, ignore_errors=True)
-    return held
+    run = functools.partial(run_tasks, workers=workers, executor=executor, prepare=prepare)
+    if executor is not None or workers != 1:
+        threading.Thread(target=_import_ahead, daemon=True).start()
+    find = functools.partial(_found, grid, asked, run, observer)
+    return to_dataset(find({})) if path is None else _filed(Path(path), asked, find)
+
+
+def _import_ahead() -> None:
+    """Import what the table needs while others work, which takes as long as two solves."""
+    with contextlib.suppress(ImportError):  # told where the table is made
+        importlib.import_module("xarray")
 
 
 def _found(
     grid: Grid,
     asked: dict[str, Any],
-    kept: MutableMapping[str, Gait],
+    run: Callable[..., Any],
     observer: Observer | None,
-    workers: int,
-    executor: Executor | None,
-    prepare: Prepare | None,
+    kept: MutableMapping[str, Gait],
 ) -> Findings:
     """Compute what is not kept yet and keep it; an interrupt ends this early."""
     planned = tasks(grid)
-    running = run_tasks(solve_task, planned, grid, known=kept, workers=workers, executor=executor, prepare=prepare)
-    lost = collect_tasks(running, kept, planned, observer)
+    lost = collect_tasks(run(solve_task, planned, grid, known=kept), kept, planned, observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():
         key = f"point-{point.name}"
@@ -140,32 +139,16 @@ def _found(
     return Findings(grid, kept, missing, asked)
 
 
-def solve_task(grid: Grid, duty: Duty, *found: Gait | None) -> Gait:
-    """Do one task of a sweep: a coarse gait from starts of its own or from neighbours, or the proven best of a point.
-
-    Neighbours are tried on the coarse grid, which tells good gaits from bad ones at a fraction of the cost; only what
-    has proved best there is solved on the problem's own grid.
-    """
-    problem = grid.problem_at(duty.point)
-    gaits = [gait for gait in found if gait is not None]
-    if duty.kind == "point":
-        coarse = sorted((gait for gait in gaits if gait.status.ok), key=objective)
-        ready = finished(problem, coarse) if coarse else gaits
-        if not any(gait.status.ok for gait in ready):
-            ready = [*ready, *found_cold(problem, grid.starts)]
-        return proven(problem, ready)
-    if duty.kind == "cold" or not gaits:
-        return leading(problem, scouted(problem, own_starts(problem, grid.starts)))
-    own = [gait for gait in found[-1:] if duty.own and gait is not None]
-    return _continued(problem, own, [gait for gait in gaits if gait not in own])
-
-
-def _continued(problem: GaitProblem, own: list[Gait], neighbours: list[Gait]) -> Gait:
-    """Return the best of a point's own gait and one from its best neighbour; a failure is handed on."""
-    reached = list(own)
-    for start in sorted(neighbours, key=objective):
-        if start.status.ok:
-            reached.append(scouted(problem, [start])[0])
-            if reached[-1].status.ok:
-                break
-    return best(reached or neighbours)
+def _filed(path: Path, asked: dict[str, Any], find: Callable[[GaitFolder], Findings]) -> "xr.Dataset":
+    """Return the sweep a file holds; what is not there yet is found, and kept gait by gait on the way."""
+    parts = GaitFolder.beside(path)
+    held = held_sweep(path, asked)
+    if held is None:
+        check_writable(path)
+        folder = GaitFolder(parts, asked)
+        findings = find(folder)
+        room = sum(folder.file(key).stat().st_size for key in folder if key.startswith("point-"))
+        held = write_sweep(findings, path, room)
+    if held.attrs["complete"]:
+        shutil.rmtree(parts, ignore_errors=True)
+    return held

@@ -114,22 +114,24 @@ def _attributes(findings: Findings) -> dict[str, Any]:
     }
 
 
-def write_sweep(findings: Findings, path: Path, room: int) -> None:
-    """Write a sweep to a file, whole or not at all.
+def write_sweep(findings: Findings, path: Path, room: int) -> "xr.Dataset":
+    """Write a sweep to a file, whole or not at all, and return its table.
 
     All gaits go into the same file: a sweep is then one thing to move, send and cite.  The disk must have `room` for
     that many bytes of gaits before it begins: the HDF5 library does not survive a disk that is full.
     """
+    table = to_dataset(findings)
     with replacing(path) as temporary:
         reserve(temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
-        to_dataset(findings).to_netcdf(temporary, mode="a", engine="h5netcdf")
+        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
         with h5py.File(temporary, "a") as file:
             for point in findings.grid.points():
                 gait = findings.gait(point)
                 if gait is not None:
                     write_gait(file.create_group(f"{GAITS}/{point.name}"), gait)
+    return table
 
 
 def load_sweep(path: str | Path) -> "xr.Dataset":

@@ -88,6 +88,15 @@ def test_phases_that_share_a_sample_are_joined(compass, samples):
         np.testing.assert_allclose(torque(law, clock), expected, rtol=1e-13, atol=1e-13)
 
 
+def test_samples_on_a_straight_line_are_no_corners(compass, slip_gait):
+    law = feedforward(compass, slip_gait.motion)
+    counts = slip_gait.problem["intervals"]
+    assert law.breakpoints.size == sum(counts) + 1  # the motion has a sample in the middle of each interval, too
+    for one in slip_gait.motion.segments:
+        for clock, expected in zip(one.time, one.torque.T, strict=True):
+            np.testing.assert_allclose(torque(law, clock), expected, atol=1e-12)
+
+
 def test_a_torque_may_jump_between_phases(compass):
     one = segment(np.array([0.0, 0.2]), np.array([[0.0, 1.0], [0.0, 0.0]]))
     two = segment(np.array([0.2, 0.4]), np.array([[5.0, 7.0], [1.0, 1.0]]))

@@ -199,7 +199,7 @@ def test_who_starts_from_whom_is_decided_by_the_grid():
     grid = Grid(quick_problem(), (quick_problem().word,), axes, 1)
     needs = {task.key: task.needs for task in tasks(grid)}
     assert needs["forward-0-001-001"] == ("forward-0-000-001", "forward-0-001-000")
-    assert needs["backward-0-001-001"] == ("backward-0-002-001", "backward-0-001-002")
+    assert needs["backward-0-001-001"] == ("backward-0-002-001", "backward-0-001-002", "forward-0-001-001")
     assert needs["point-0-001-001"] == ("forward-0-001-001", "backward-0-001-001")
     assert needs["forward-0-002-001"][-1] == "cold-0-002-001"
     assert len(needs) == 3 * 12 + 9

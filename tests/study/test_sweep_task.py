@@ -1,0 +1,67 @@
+"""What a task of a sweep solves, and what it spares itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gaitopt.study.sweep_task as module
+from gaitopt import Collocation, Line, Status
+from gaitopt.study.attempt import objective
+from gaitopt.study.grid import Duty, Grid, Point
+from tests.study.conftest import quick_problem
+
+BEFORE, BEHIND = Point(0, (0,)), Point(0, (1,))
+
+
+def two_points(word, frictions):
+    """Return a grid, and the forward gaits of its two points, the second continued from the first."""
+    problem = quick_problem(word=word, objective="cost_of_transport", transcription=Collocation(intervals=20))
+    grid = Grid(problem, (problem.word,), {"friction": np.array(frictions)}, 1)
+    first, second = (module.halved(grid.problem_at(point)) for point in (BEFORE, BEHIND))
+    gait = module.attempt(first, Line())
+    return grid, gait, module.attempt(second, gait)
+
+
+@pytest.fixture(scope="module")
+def jump():
+    """Return two points of which the second, continued from the first, lands on another, cheaper branch."""
+    return two_points("slip+ stick slip- | slip+", [0.1, 0.106])
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    return two_points("stick | stick", [0.19, 0.196])
+
+
+def backward(grid, first, second):
+    """Return what is found at the first point from the second one."""
+    duty = Duty("backward", BEFORE, (("backward", BEHIND), ("forward", BEFORE), ("cold", BEFORE)))
+    return module.solve_task(grid, duty, second, first, first)
+
+
+def test_the_way_back_from_another_branch_is_gone(jump):
+    grid, first, second = jump
+    assert objective(backward(grid, first, second)) < 0.999 * objective(first)
+
+
+def test_the_way_back_along_the_same_branch_is_spared(smooth, monkeypatch):
+    grid, first, second = smooth
+    gone = module.attempt(module.halved(grid.problem_at(BEFORE)), second)
+    assert objective(gone) == pytest.approx(objective(first), rel=1e-6)
+    monkeypatch.setattr(module, "attempt", lambda *given: pytest.fail("solved"))
+    assert backward(grid, first, second) is first
+
+
+def test_a_failure_is_on_no_branch(smooth):
+    grid, first, second = smooth
+    here, there = (grid.problem_at(point) for point in (BEFORE, BEHIND))
+    assert module.on_one_branch(here, first, there, second)
+    assert not module.on_one_branch(here, replace(first, status=Status.INFEASIBLE), there, second)
+
+
+def test_what_leads_on_the_first_grid_is_handed_on_as_finely_as_neighbours_are():
+    for intervals, expected in ((40, [20]), (20, [10])):
+        problem = quick_problem(transcription=Collocation(intervals=intervals))
+        grid = Grid(problem, (problem.word,), {"friction": np.array([0.2])}, 1)
+        assert module.solve_task(grid, Duty("cold", BEFORE)).problem["intervals"] == expected
