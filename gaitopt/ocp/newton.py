@@ -36,7 +36,7 @@ MOST_STEPS = 15
 SOFT, STIFF = 1e-11, 1e12
 """Compliance of active constraints; stiffness of what is held, whose inverse is the compliance of what is let go."""
 
-_MESSAGES = {Status.SOLVED: "Newton's method converged to a strict minimum", Status.INTERRUPTED: "User_Requested_Stop"}
+_MESSAGES = {Status.SOLVED: "Newton's method converged to a minimum", Status.INTERRUPTED: "User_Requested_Stop"}
 
 SAME = 1e-4
 """Newton's method may leave another solver's minimum dearer by this share and still has stayed with it."""
@@ -125,7 +125,7 @@ class _Run:
     def arrived(self, x: Array, multipliers: Array, observer: Observer) -> Outcome | None:
         """Return the minimum arrived at from a start, or where it was interrupted; None if it goes astray."""
         iterate, inertia = _iterate(self.nlp)
-        scaled, before = multipliers / self.nlp.typical, math.inf
+        scaled, before = multipliers / self.nlp.typical, (math.inf, math.inf)
         for number in range(self.most_steps + 1):
             numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
             f, unmet, wrong, mean = numbers.tolist()
@@ -140,10 +140,12 @@ class _Run:
             if self.interrupted or (there and not saddle):
                 status = Status.INTERRUPTED if self.interrupted else Status.SOLVED
                 return Outcome(status, _MESSAGES[status], x, g, f, number, prices)
-            # The first step brings multipliers along, of whatever size; from then on the error must fall.
-            if saddle or not sound or (number > 1 and not wrong < max(before, self.tolerance)):
+            # The first step brings multipliers along, of whatever size; from then on the error must fall, and where
+            # there is none left, what is violated.
+            nearer = wrong < before[0] or (wrong <= self.tolerance and unmet < before[1])
+            if saddle or not sound or (number > 1 and not nearer):
                 return None
-            x, scaled, before = x_after, scaled_after, wrong
+            x, scaled, before = x_after, scaled_after, (wrong, unmet)
         return None
 
     def _tell(self, observer: Observer, iteration: Iteration) -> None:

@@ -152,6 +152,14 @@ def test_a_constraint_of_very_many_unknowns_is_left_to_the_other_solver(size, so
     np.testing.assert_allclose(found.x, 1, atol=1e-8)
 
 
+def test_a_constraint_may_need_more_steps_than_the_gradient():
+    """Without an objective, as for a walker that needs no torque, the gradient is right from the start."""
+    nlp = programme(lambda x, z: 0 * x[0] + x[1] ** 2, lambda x, z: [ca.exp(x[0])])
+    found = minimised(nlp, [1.0, 0], 0.0, FREE, [(9, 9)])
+    assert found.message.startswith("Newton")
+    np.testing.assert_allclose(found.x, [math.log(9), 0], atol=1e-9)
+
+
 def test_an_infeasible_programme_is_reported_by_the_other_solver():
     nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1]])
     assert minimised(nlp, [0, 0], 0.0, [(0, 1), (0, 1)], [(3, 3)]).status is Status.INFEASIBLE
