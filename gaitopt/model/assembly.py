@@ -40,7 +40,7 @@ def assemble(
     landing_foot : SX, shape (2, 1)
         Position of the foot that will land [m].
     touchdown, armed : SX
-        The step ends when `touchdown` falls through zero while `armed` > 0.
+        The step ends when `touchdown` falls through zero while `armed` > 0, which alone may depend on the rates `c.v`.
     relabel : sequence of SX
         The angles of the next step as functions of the angles at touchdown (linear, invertible).
     upright : SX
@@ -82,6 +82,7 @@ def assemble(
         written |= {f"{kind} {label!r}": expression for label, expression in group.items()}
     for number, body in enumerate(bodies, start=1):
         written |= {f"{entry.name} of body {number}": getattr(body, entry.name) for entry in fields(body)}
+    written |= {f"relabelled angle {number}": expression for number, expression in enumerate(relabel, start=1)}
     _check_symbols(name, coordinates, written)
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
@@ -109,14 +110,16 @@ def assemble(
 
 def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
     """Raise InputError if an expression is in other symbols than the coordinates'."""
-    known = {symbol.element_hash() for symbol in ca.symvar(ca.vertcat(coordinates.q, coordinates.v, coordinates.p))}
+    rates = {symbol.element_hash() for symbol in ca.symvar(coordinates.v)}
+    placed = {symbol.element_hash() for symbol in ca.symvar(ca.vertcat(coordinates.q, coordinates.p))}
     used = {symbol.element_hash() for symbol in ca.symvar(ca.veccat(*expressions.values()))}
-    for what, expression in expressions.items() if used - known else ():
+    for what, expression in expressions.items() if used - placed else ():
+        known = placed | rates if what == "armed" else placed
         for symbol in ca.symvar(ca.vec(ca.SX(expression))):
             if symbol.element_hash() not in known:
                 raise InputError(
-                    f"Robot {name!r}: {what} depends on a symbol {symbol.name()!r} that is none of its coordinates: "
-                    "use those of the Coordinates given, c.angle(...), c.parameter(...) and c.foot."
+                    f"Robot {name!r}: {what} depends on a symbol {symbol.name()!r} that is none of its coordinates "
+                    "and parameters: use those of the Coordinates given, c.angle(...), c.parameter(...) and c.foot."
                 )
 
 

@@ -123,11 +123,22 @@ def test_the_catalogue_returns_one_object_for_each_robot(compass):
         ("point 'end'", {"points": {"end": ca.vertcat(ca.SX.sym("theta"), 0)}, "links": []}),
         ("actuator 'ankle'", {"actuators": {"ankle": 2 * ca.SX.sym("theta")}}),
         ("mass of body 1", {"bodies": lambda c, th: [PointMass(ca.SX.sym("theta"), c.foot)]}),
+        ("relabelled angle 1", {"relabel": lambda th: ca.SX.sym("theta") - th}),
     ],
 )
 def test_a_symbol_from_elsewhere_is_named_at_once(what, changes):
     with pytest.raises(InputError, match=f"{what} depends on a symbol 'theta'"):
         rod(**changes)
+
+
+def test_rates_are_named_where_only_the_place_counts():
+    c = Coordinates(["th"], [GRAVITY])
+    th, tip = c.angle("th"), c.foot + ca.vertcat(ca.sin(c.angle("th")), ca.cos(c.angle("th")))
+    parts = {"description": "", "bodies": [PointMass(1.0, tip)], "landing_foot": tip, "touchdown": 1 - th}
+    parts |= {"armed": c.v[2], "relabel": [-th], "actuators": {}, "points": {"tip": tip}, "links": []}
+    assert float(assemble("rod", c, upright=ca.cos(th), **parts).touchdown([0, 0, 0], [0, 0, 2], [9.8, 0, 1])[2]) == 2
+    with pytest.raises(InputError, match="upright depends on a symbol 'v_2' that is none of its coordinates"):
+        assemble("rod", c, upright=ca.cos(th) + c.v[2], **parts)
 
 
 def test_a_robot_that_was_used_in_part_can_be_pickled():
