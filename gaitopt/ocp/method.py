@@ -10,8 +10,8 @@ from gaitopt.ocp.scheme import Scheme
 from gaitopt.parameters import Parameter
 
 MOST_INTERVALS = 2000
-COARSE = 10
-"""A grid whose longest phase has no more intervals than this is solved on at once."""
+COARSEST, COARSE = 10, 20
+"""Intervals of the longest phase: on the grid to begin with, and up to which a grid is solved on at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,16 +61,17 @@ class Method(ABC):
         A coarse grid has a smoother landscape and is quick; from its solution the next one needs few iterations.
         """
         path: list[Method] = [self]
-        while (coarser := path[0].coarser(word, 4)) is not None:
-            path.insert(0, coarser)
+        if max(self.intervals_for(word)) > COARSE:
+            while (coarser := path[0].coarser(word, 4)) is not None:
+                path.insert(0, coarser)
         return path
 
     def coarser(self, word: Word, most: int) -> "Method | None":
         """Return the method on a grid coarser by a factor of at most `most`, or None where it is coarse already."""
         counts = self.intervals_for(word)
-        if max(counts) <= COARSE:
+        if max(counts) <= COARSEST:
             return None
-        factor = min(most, max(counts) / COARSE)
+        factor = min(most, max(counts) / COARSEST)
         return replace(self, intervals=tuple(max(5, round(count / factor)) for count in counts))
 
     def doubled(self, word: Word) -> "Method | None":

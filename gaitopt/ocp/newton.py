@@ -130,8 +130,8 @@ class _Run:
             numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
             f, unmet, wrong, mean = numbers.tolist()
             # CasADi's norms leave out what is not a number, which the next iterate shows.
-            sound = all(np.isfinite(part).all() for part in (numbers, g, x_after, scaled_after))
-            there = sound and max(wrong / max(1.0, mean / 100), unmet) <= self.tolerance
+            sound = math.isfinite(sum(float(part.sum()) for part in (numbers, g, x_after, scaled_after)))
+            there = sound and max(wrong / max(1.0, mean), unmet) <= self.tolerance
             saddle = there and inertia(matrix) != self.nlp.n_constraints
             # What Functions return lies in memory of their own.
             g, x_after, scaled_after = g.copy(), x_after.copy(), scaled_after.copy()

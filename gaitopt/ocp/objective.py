@@ -1,6 +1,7 @@
 """What an optimal gait makes small."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -153,6 +154,8 @@ def check_objective(objective: Objective, n_u: int) -> None:
     ]
     if missing:
         raise InputError(f"The objective {kind} does not say its {', '.join(missing)}: set it in the class.")
+    if not isinstance(objective, Hashable):
+        raise InputError(f"The objective {kind} cannot be told from others: make its class a frozen dataclass.")
     torque = ca.SX.sym("torque", n_u)
     positive, negative = (ca.SX.sym(part, n_u if objective.uses_power else 0) for part in ("positive", "negative"))
     rows, columns = ca.SX(objective.integrand(torque, positive, negative)).shape

@@ -1,5 +1,6 @@
 """GaitProblem: everything that defines an optimal gait, as a frozen record."""
 
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -107,6 +108,12 @@ class GaitProblem:
     def replace(self, **changes: Any) -> "GaitProblem":
         """Return the problem with some fields changed and everything checked again."""
         return replace(self, **changes)
+
+    def without_guess(self) -> "GaitProblem":
+        """Return the problem without its guess, which may hold on to other gaits."""
+        bare = copy.copy(self)
+        object.__setattr__(bare, "guess", None)
+        return bare
 
     @property
     def values(self) -> dict[str, float]:

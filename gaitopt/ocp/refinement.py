@@ -33,6 +33,8 @@ def approached(own: Attempt) -> Step:
         path, before, barrier = path[-1:], known, NEAR
     step = None
     for method in path:
+        if step is not None:
+            before = solution_of(step.transcription, step.outcome)
         last, step = step, own.run(method, before, barrier)
         if step.outcome.status in STOPPED and last is not None:
             return last.stopped(step.outcome)
@@ -40,7 +42,6 @@ def approached(own: Attempt) -> Step:
             return step
         if not step.outcome.status.ok:
             break
-        before = solution_of(step.transcription, step.outcome)
         # On another grid a swing foot rests on its least height at other points.
         barrier = SAME if problem.limits.clearance is None else NEAR
     assert step is not None

@@ -158,4 +158,4 @@ class Attempt:
         outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
         # Without its guess: what is read out of a step later must not keep the gait alive from which it went on.
-        return Step(replace(problem, guess=None), method, transcription, limits, outcome)
+        return Step(problem.without_guess(), method, transcription, limits, outcome)

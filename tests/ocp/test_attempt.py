@@ -36,7 +36,7 @@ def test_a_fine_grid_is_approached_through_coarse_ones():
     path = Collocation(intervals=320).approach(Word.parse(SLIP))
     assert [method.intervals for method in path[:-1]] == [(5, 10), (5, 20), (20, 80)]
     assert path[-1].intervals_for(Word.parse(SLIP)) == (80, 320)
-    assert Collocation(intervals=10).approach(Word.parse(SLIP)) == [Collocation(intervals=10)]
+    assert Collocation(intervals=20).approach(Word.parse(SLIP)) == [Collocation(intervals=20)]
 
 
 def test_a_fine_grid_that_defeats_a_straight_line_is_solved(reference_problem):

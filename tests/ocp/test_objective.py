@@ -1,3 +1,5 @@
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -88,3 +90,16 @@ def test_an_objective_that_does_not_say_what_it_is_is_refused():
 
     with pytest.raises(InputError, match="Nameless does not say its name: set it in the class"):
         check_objective(Nameless(), 2)
+
+
+def test_an_objective_that_cannot_be_told_from_others_is_refused():
+    @dataclass
+    class Mutable(Objective):
+        weight: float = 1.0
+        name, uses_power, per_weight_and_travel, smooth = "mutable", False, False, True
+
+        def integrand(self, torque, positive, negative):
+            return self.weight * ca.sumsqr(torque)
+
+    with pytest.raises(InputError, match="Mutable cannot be told from others: make its class a frozen dataclass"):
+        check_objective(Mutable(), 2)
