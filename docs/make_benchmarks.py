@@ -37,7 +37,7 @@ BETWEEN = """### Where the time goes
 Of a first answer of gaitopt a tenth goes into the robot's equations, half into the programme and its derivatives, a
 seventh into Newton's method, most of that for building its one Function, and a tenth into the start. The script tuned
 by hand has the equations of this one robot written out and nothing else to build; for any other robot they would have
-to be written anew. A solve again is five steps of Newton's method. How that works, and why the cost of transport needs
+to be written anew. A solve again is four steps of Newton's method. How that works, and why the cost of transport needs
 Ipopt instead, is told in [concepts/optimisation](concepts/optimisation.md).
 """
 
