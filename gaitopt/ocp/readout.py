@@ -138,10 +138,13 @@ def _forces(stance: Stance, count: int) -> ca.Function:
 
 
 def _parts(transcription: Transcription, phase: Phase, x: Array) -> int:
-    """Return the Runge-Kutta steps of each interval of a phase: a power of two, so few functions are built."""
+    """Return the Runge-Kutta steps of each interval of a phase: a power of two, so few functions are built.
+
+    At least four: a force that leaves its cone just behind a node is met at a quarter of the interval at the latest.
+    """
     durations = x[transcription.variables["duration"][0]]
     steps = STEPS * durations[phase.number] / (durations.sum() * phase.count)
-    return int(2 ** max(1, math.ceil(math.log2(steps))))
+    return int(2 ** max(2, math.ceil(math.log2(steps))))
 
 
 def _halves(stance: Stance, begun: Array, fine: Array, length: float, p: Array) -> tuple[Array, Array]:

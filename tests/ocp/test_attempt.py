@@ -22,6 +22,7 @@ from gaitopt import (
 )
 from gaitopt.ocp.attempt import attempt
 from gaitopt.progress import silent
+from tests.benchmarks.test_reliability import random_problem
 
 SLIP = "slip+ stick | slip+"
 
@@ -187,3 +188,11 @@ def test_a_small_margin_makes_up_for_a_coarse_grid(reference_problem):
     gait = solve(reference_problem(torque=60.0, friction=0.1, margins=Margins(cone=5e-3), transcription=method))
     assert gait.status is Status.SOLVED
     assert not gait.solver.warnings
+
+
+def test_a_force_that_leaves_its_cone_just_behind_a_node_is_met_by_a_finer_grid():
+    """On its first grid this foot, once at rest, would slide again for a moment: its replay walks another word."""
+    gait = solve(random_problem(3))
+    assert gait.status is Status.SOLVED
+    assert gait.problem["intervals"] == [20, 80]
+    assert verify(gait).verification.passed
