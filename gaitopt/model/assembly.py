@@ -1,5 +1,6 @@
 """assemble: a robot's Functions from its symbolic description, those of motion, of the landing foot and of the step."""
 
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
@@ -219,14 +220,15 @@ class PerMode(Mapping[Mode, ca.Function]):
     """The Functions of the modes a foot can be in, each made when it is first asked for."""
 
     def __init__(self, make: Callable[[Mode], ca.Function]) -> None:
-        self._make, self._made = make, dict[Mode, ca.Function]()
+        self._make, self._made, self._lock = make, dict[Mode, ca.Function](), threading.Lock()
 
     def __getitem__(self, mode: Mode) -> ca.Function:
-        if mode not in self._made:
-            if mode not in PHYSICAL:
-                raise KeyError(mode)
-            self._made[mode] = self._make(mode)
-        return self._made[mode]
+        if mode not in PHYSICAL:
+            raise KeyError(mode)
+        with self._lock:  # two threads shall not write the same expressions at once
+            if mode not in self._made:
+                self._made[mode] = self._make(mode)
+            return self._made[mode]
 
     def __iter__(self) -> Iterator[Mode]:
         return iter(PHYSICAL)

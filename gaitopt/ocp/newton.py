@@ -20,6 +20,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.errors import InputError
 from gaitopt.model.buffered import Buffered
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
@@ -61,6 +62,11 @@ class Newton:
     otherwise : Ipopt
         Its tolerance is Newton's, too, and so is its limit of iterations.
 
+    Raises
+    ------
+    InputError
+        If `otherwise` is no Ipopt.
+
     Examples
     --------
     >>> Newton(otherwise=Ipopt(max_iterations=100)).otherwise.max_iterations
@@ -68,6 +74,10 @@ class Newton:
     """
 
     otherwise: Ipopt = field(default_factory=Ipopt)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.otherwise, Ipopt):
+            raise InputError(f"Newton.otherwise must be an Ipopt(...), got {self.otherwise!r}.")
 
     def minimise(
         self,

@@ -2,6 +2,7 @@
 
 import functools
 
+from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.attempt import attempt
 from gaitopt.ocp.guess import Guess, Line, Scattered
@@ -66,7 +67,7 @@ def solve(
     Raises
     ------
     InputError
-        If `starts` is not a whole number of at least 1.
+        If `starts` is not a whole number of at least 1, or `solver` is none.
 
     Examples
     --------
@@ -80,6 +81,8 @@ def solve(
     (True, 0.45)
     """
     check_count("starts", starts, 1, 1000)
+    if solver is not None and (isinstance(solver, type) or not hasattr(solver, "minimise")):
+        raise InputError(f"solver must be a Newton(...) or an Ipopt(...), got {solver!r}.")
     gaits: list[Gait] = []
     once = functools.partial(attempt_open, homotopy=homotopy or Homotopy()) if problem.word.is_open else attempt
     while True:

@@ -1,6 +1,8 @@
 """Robots assembled from parts: a rod that can be checked by hand, and every mistake named."""
 
 import pickle
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import casadi as ca
 import numpy as np
@@ -160,3 +162,14 @@ def test_a_bound_must_be_a_parameter():
         Coordinates(
             ["th"], [GRAVITY, Parameter("height", 1.0, "m", ""), Parameter("mark", 0.5, "m", "", at_most="hight")]
         )
+
+
+def test_threads_share_one_function_of_a_mode():
+    gate, robot = threading.Barrier(4, timeout=10), rod()
+
+    def asked(_):
+        gate.wait()
+        return robot.acceleration[Mode.STICK]
+
+    with ThreadPoolExecutor(4) as pool:
+        assert len({id(function) for function in pool.map(asked, range(4))}) == 1

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, Continued, Ipopt, Limits, Newton, Status, solve, verify
+from gaitopt import Collocation, Continued, InputError, Ipopt, Limits, Newton, Status, solve, verify
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp import Block, assemble_nlp
 from gaitopt.progress import silent
@@ -23,10 +23,10 @@ def programme(cost, constraints, *, typical=1.0, smooth=True):
     return assemble_nlp([block], z, 2, values.numel(), typical=typical, smooth=smooth)
 
 
-def minimised(nlp, start, data, x_bounds, g_bounds, solver=None):
+def minimised(nlp, start, data, x_bounds, g_bounds, solver=None, observer=silent):
     (x_lower, x_upper), (g_lower, g_upper) = np.array(x_bounds, float).T, np.array(g_bounds, float).T
     bounds = Bounds(x_lower, x_upper, g_lower, g_upper)
-    return (solver or Newton()).minimise(nlp, np.array(start, float), np.array([data], float), bounds, silent)
+    return (solver or Newton()).minimise(nlp, np.array(start, float), np.array([data], float), bounds, observer)
 
 
 FREE = [(-math.inf, math.inf)] * 2
@@ -86,7 +86,9 @@ def test_a_start_from_which_it_diverges_is_left_to_the_other_solver():
     nlp = programme(lambda x, z: x[0] * ca.atan(x[0]) - ca.log(1 + x[0] ** 2) / 2 + x[1] ** 2, lambda x, z: [x[1]])
     assert minimised(nlp, [1.0, 0], 0.0, FREE, [(-9, 9)]).message.startswith("Newton")
     alone = minimised(nlp, [3.0, 0], 0.0, FREE, [(-9, 9)], Ipopt())
-    found = minimised(nlp, [3.0, 0], 0.0, FREE, [(-9, 9)])
+    seen = []
+    found = minimised(nlp, [3.0, 0], 0.0, FREE, [(-9, 9)], observer=lambda step: seen.append(step.number))
+    assert seen[:4] == [0, 1, 2, 0]  # the error has not fallen in the second step, so Ipopt begins
     assert found.iterations >= alone.iterations > 2
     np.testing.assert_allclose(found.x, [0, 0], atol=1e-8)
 
@@ -233,3 +235,11 @@ def test_limits_that_are_held_are_met_exactly(reference_problem):
     assert held.solver.message.startswith("Newton")
     assert np.abs(held.solution.unknowns["torque"].values).max() == pytest.approx(0.97 * largest, rel=1e-9)
     assert held.solver.objective > free.solver.objective
+
+
+def test_solvers_that_are_none_are_refused(squared):
+    with pytest.raises(InputError, match=r"Newton.otherwise must be an Ipopt"):
+        Newton(otherwise=Ipopt)
+    for given in (3, Ipopt, "ipopt"):
+        with pytest.raises(InputError, match=r"solver must be a Newton\(...\) or an Ipopt"):
+            solve(squared, solver=given)
