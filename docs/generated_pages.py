@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 LAYERS = {
     "model": "Robots and their physics",
-    "motion": "Words, motions, gaits and their files",
+    "motion": "Contact sequences, motions, gaits and their files",
     "ocp": "Problems and their solution",
     "control": "Control laws",
     "simulation": "Simulation and replay",
@@ -95,8 +95,8 @@ def _option(parameter):
     default = parameter.default
     shown = isinstance(default, int | float | str) and not isinstance(default, bool) and default != ""
     value = "" if is_argument else parameter.metavar or ("NUMBER" if shown and not isinstance(default, str) else "")
-    words = (parameter.help or "") + (f" [{default}]" if shown else "")
-    cells = (f"`{spelling}`", f"`{value}`" if value else "", words)
+    sequences = (parameter.help or "") + (f" [{default}]" if shown else "")
+    cells = (f"`{spelling}`", f"`{value}`" if value else "", sequences)
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

@@ -103,13 +103,13 @@ def convergence(results):
         "In brackets are the intervals of each phase, doubled where a plan leaves its contact modes between nodes.",
         "",
     ]
-    for i, (word, table) in enumerate(chosen(results, "convergence, ").items()):
+    for i, (sequence, table) in enumerate(chosen(results, "convergence, ").items()):
         if i == 0:
             counts = list(next(iter(table.values())))
-            lines += [row(["word", "method", *counts]), "|---|---|" + "---:|" * len(counts)]
+            lines += [row(["sequence", "method", *counts]), "|---|---|" + "---:|" * len(counts)]
         for method, values in table.items():
             cells = [f"{cost:.6f} ({'+'.join(map(str, grid))})" for cost, grid in values.values()]
-            lines.append(row([f"`{word}`".replace("|", "\\|"), method, *cells]))
+            lines.append(row([f"`{sequence}`".replace("|", "\\|"), method, *cells]))
     return "\n".join([*lines, ""])
 
 
@@ -120,7 +120,7 @@ def studies(results):
     numbers, machine = results["sweep"]["numbers"], results["sweep"]["machine"]
     return (
         "## Sweeps\n\n"
-        "A sweep of 26 frictions from 0.1 to 0.25 and two words, 52 gaits, each reached from both sides and replayed,\n"
+        "A sweep of 26 frictions from 0.1 to 0.25 and two sequences, 52 gaits, each reached from both sides and replayed,\n"
         f"takes {numbers['one']:.1f} s, as long as {numbers['solves']:.1f} cold solves of "
         f"{numbers['cold']:.2f} s. Two workers are\n{numbers['speed_up']:.2f} times as fast as one. "
         f"By the clock, imports included ({machine}).\n\n"

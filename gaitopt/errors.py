@@ -1,6 +1,6 @@
 """Exceptions for mistakes a user can correct.
 
-A *mistake* (bad input, a word that cannot be, a corrupt file) raises one of these and says what is wrong,
+A *mistake* (bad input, a contact sequence that cannot be, a corrupt file) raises one of these and says what is wrong,
 where, and what to do.  A *numerical failure* (a solver that does not converge, a robot that falls) is not an
 exception: it is a :class:`gaitopt.Status` or a :class:`gaitopt.Stop` carried by the result.
 """
@@ -17,8 +17,8 @@ class InputError(GaitoptError, ValueError):
     """A value, name or combination of settings that cannot be used."""
 
 
-class WordError(InputError):
-    """A gait word that cannot be walked, or cannot be read."""
+class SequenceError(InputError):
+    """A gait contact sequence that cannot be walked, or cannot be read."""
 
 
 class ArchiveError(GaitoptError):

@@ -1,7 +1,7 @@
 """Progress of long work, as data handed to an observer.
 
 The library never prints.  A function that takes long accepts ``observer``, a callable that receives one
-:class:`Iteration` at a time, and for a word left open one :class:`HomotopyStep` after each of its relaxed problems; the
+:class:`Iteration` at a time, and for a sequence left open one :class:`HomotopyIteration` after each of its relaxed problems; the
 default looks away.
 """
 
@@ -34,7 +34,7 @@ class Iteration:
 
 
 @dataclass(frozen=True)
-class HomotopyStep:
+class HomotopyIteration:
     """One relaxed problem of a homotopy.
 
     Attributes
@@ -53,7 +53,7 @@ class HomotopyStep:
 
     Examples
     --------
-    >>> HomotopyStep(1, 0.1, 0.016, 2e-3, 25, "solved").status
+    >>> HomotopyIteration(1, 0.1, 0.016, 2e-3, 25, "solved").status
     'solved'
     """
 
@@ -66,8 +66,8 @@ class HomotopyStep:
 
 
 Observer = Callable[[Iteration], None]
-SolveObserver = Callable[[Iteration | HomotopyStep], None]
+SolveObserver = Callable[[Iteration | HomotopyIteration], None]
 
 
-def silent(step: Iteration | HomotopyStep) -> None:
+def silent(step: Iteration | HomotopyIteration) -> None:
     """Observe nothing; the default observer."""

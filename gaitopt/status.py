@@ -18,15 +18,15 @@ class Status(Enum):
     ACCEPTABLE = "Stopped near an optimum, at a looser tolerance than requested; check the residuals before using it."
     NOT_VERIFIED = (
         "The optimiser converged but its torques, replayed in the event-driven simulator, do not give the planned "
-        "gait; use more intervals or larger cone margins, or another word."
+        "gait; use more intervals or larger cone margins, or another contact sequence."
     )
     UNCONFIRMED = (
-        "The word proposed for an open one was solved, but at another cost than the open problem's: take another "
-        "relaxation or more starts, or solve the proposed word by itself."
+        "The sequence proposed for an open one was solved, but at another cost than the open problem's: take another "
+        "relaxation or more starts, or solve the proposed contact sequence by itself."
     )
     INFEASIBLE = (
-        "No gait with this word meets the constraints near the starting guess; see the worst constraints, relax one "
-        "of them, or try another word or guess."
+        "No gait with this sequence meets the constraints near the starting guess; see the worst constraints, relax one "
+        "of them, or try another contact sequence or guess."
     )
     ITERATION_LIMIT = "Stopped at the iteration limit; raise it, or start from a nearer gait."
     TIME_LIMIT = "Stopped at the time limit; raise it, or start from a nearer gait."

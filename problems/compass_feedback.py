@@ -2,7 +2,7 @@
 
 Solve it with ``gaitopt solve problems/compass_feedback.py``, then tune a law that has the torque kept back:
 ``gaitopt tune compass_feedback.h5 --law lqr --torque-limit 6`` and ``gaitopt push compass_feedback.h5 --law lqr``.
-With ``--set word="stick | stick"`` it is the best gait that never slips, with a margin on the impact's cone: without
+With ``--set sequence="stick | stick"`` it is the best gait that never slips, with a margin on the impact's cone: without
 one the smallest disturbance would make its impact slip.
 
 ``gaitopt run problems/studies/feedback_laws.py`` tunes four laws for both gaits and an imitation of passive Gait C,
@@ -17,7 +17,7 @@ from gaitopt import Margins
 
 
 def problem(
-    word="slip+ stick | slip+",  # phases | impact
+    sequence="slip+ stick | slip+",  # phases | impact
     friction=0.14,  # Coulomb coefficient
     speed=0.633,  # [m/s]
     step_length=0.4713,  # [m]
@@ -28,7 +28,7 @@ def problem(
 ):
     """Return the problem: the one of compass_slip.py with margins."""
     plain = compass_slip.problem(
-        word=word,
+        sequence=sequence,
         friction=friction,
         speed=speed,
         step_length=step_length,

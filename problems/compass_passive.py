@@ -16,13 +16,13 @@ def problem(
     gravity=9.8,  # [m/s^2]
     slope=1.0,  # downhill [deg]
     friction=math.inf,  # Coulomb coefficient
-    word=None,  # such as "stick | stick"; None for all gaits that are found
+    sequence=None,  # such as "stick | stick"; None for all gaits that are found
 ):
     """Return the walker of Gamus & Or (2015)."""
     return WalkProblem(
         name="passive compass biped",
         robot=compass_biped(),
-        word=word,
+        sequence=sequence,
         parameters={
             "leg_length": leg_length,
             "leg_com": leg_com,

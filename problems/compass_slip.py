@@ -22,13 +22,13 @@ def problem(
     torque_limit=6.0,  # of ankle and hip each [N m]
     objective="cost_of_transport",  # or torque_squared, positive_work
     intervals=40,  # grid intervals of a sticking phase (a slip phase gets a quarter)
-    word="slip+ stick | slip+",  # phases | impact
+    sequence="slip+ stick | slip+",  # phases | impact
 ):
     """Return the problem: walk at the given speed and step with the least energy."""
     return GaitProblem(
         name="compass biped, slipping impact",
         robot=compass_biped(),
-        word=word,
+        sequence=sequence,
         parameters={
             "leg_length": leg_length,
             "leg_com": leg_com,

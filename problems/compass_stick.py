@@ -1,13 +1,13 @@
 """Energy-optimal compass-biped gait that never slips, to compare with compass_slip.py.
 
-The same problem and parameters with another word.  Run it with ``gaitopt solve problems/compass_stick.py``.
+The same problem and parameters with another sequence.  Run it with ``gaitopt solve problems/compass_stick.py``.
 """
 
 import functools
 
 import compass_slip
 
-problem = functools.partial(compass_slip.problem, word="stick | stick")
+problem = functools.partial(compass_slip.problem, sequence="stick | stick")
 
 
 if __name__ == "__main__":

@@ -96,14 +96,14 @@ def problem(
     objective="torque_squared",
     intervals=80,  # grid intervals of a sticking phase (a slip phase gets a quarter)
     points=6,  # collocation points of an interval: many, as this walker magnifies errors 50 000 times within a step
-    word="slip+ stick | slip+",  # phases | impact
+    sequence="slip+ stick | slip+",  # phases | impact
 ):
     """Return the problem: walk at the given speed and step with the least torque."""
     knee = (0.02, 1.5)  # knees do not bend backwards
     return GaitProblem(
         name="five-link walker, slipping impact",
         robot=five_link(),
-        word=word,
+        sequence=sequence,
         friction=friction,
         speed=speed,
         step_length=step_length,

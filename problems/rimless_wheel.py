@@ -13,13 +13,13 @@ def problem(
     inertia_ratio=1 / 3,  # I_c / (m l^2)
     slope=13.0,  # downhill [deg]
     friction=0.3,  # Coulomb coefficient; inf for no slip
-    word=None,  # such as "stick slip+ | stick"; None for all gaits that are found
+    sequence=None,  # such as "stick slip+ | stick"; None for all gaits that are found
 ):
     """Return the rimless wheel of Gamus & Or (2015), with spokes of 1 m."""
     return WalkProblem(
         name="rimless wheel",
         robot=rimless_wheel(),
-        word=word,
+        sequence=sequence,
         parameters={
             "spokes": spokes,
             "inertia_ratio": inertia_ratio,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from gaitopt import Word, compass_biped, load, rimless_wheel
-from gaitopt.model.modes import Mode
+from gaitopt import ContactSequence, compass_biped, load, rimless_wheel
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.status import Status
 from tests import dask
 
@@ -62,7 +62,7 @@ def slipping(slip_gait):
 def sticking(slipping):
     """Return the example with its slip phase cut off, called sticking."""
     motion = replace(slipping.motion, segments=slipping.motion.segments[1:])
-    return replace(slipping, word=Word.parse("stick | stick"), motion=motion)
+    return replace(slipping, sequence=ContactSequence.parse("stick | stick"), motion=motion)
 
 
 @pytest.fixture(scope="session")
@@ -73,7 +73,7 @@ def slipping_both_ways(slipping):
     parts = [{name: getattr(last, name)[..., cut] for name in names} for cut in (slice(0, 76), slice(75, None))]
     middle, end = replace(last, **parts[0]), replace(last, mode=Mode.SLIP_BACKWARD, **parts[1])
     motion = replace(slipping.motion, segments=(first, middle, end))
-    return replace(slipping, word=Word.parse("slip+ stick slip- | slip+"), motion=motion)
+    return replace(slipping, sequence=ContactSequence.parse("slip+ stick slip- | slip+"), motion=motion)
 
 
 @pytest.fixture(scope="session")

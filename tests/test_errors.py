@@ -2,11 +2,11 @@
 
 import pytest
 
-from gaitopt import ArchiveError, GaitoptError, InputError, ScriptError, WordError
+from gaitopt import ArchiveError, GaitoptError, InputError, ScriptError, SequenceError
 from gaitopt.errors import suggest
 
 
-@pytest.mark.parametrize("error", [ArchiveError, InputError, ScriptError, WordError])
+@pytest.mark.parametrize("error", [ArchiveError, InputError, ScriptError, SequenceError])
 def test_one_family(error):
     assert issubclass(error, GaitoptError)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt import InputError, Parameter, Patience, Search, Walking
+from gaitopt import GainSearchOptions, InputError, Parameter, SettlingCriterion, WalkTest
 from gaitopt.parameters import as_vector, resolve
 
 MASS = Parameter("mass", 2.0, "kg", "a mass", lower=0.0, lower_open=True)
@@ -76,14 +76,14 @@ def test_defaults_fill_in_and_the_order_is_that_of_the_parameters():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Patience(steps=0), "Patience.steps must be at least 1, got 0"),
-        (lambda: Patience(steps=2.5), "Patience.steps must be a whole number, got 2.5"),
-        (lambda: Patience(longest_period=0), "Patience.longest_period must be at least 1"),
-        (lambda: Patience(tolerance=-1), "Patience.tolerance must be greater than 0"),
-        (lambda: Walking(steps=0), "Walking.steps must be at least 1"),
-        (lambda: Walking(resolution=2), "Walking.resolution must be greater than 0 and at most 1"),
-        (lambda: Search(evaluations=0), "Search.evaluations must be at least 1"),
-        (lambda: Search(seed=-1), "Search.seed must be at least 0"),
+        (lambda: SettlingCriterion(steps=0), "Patience.steps must be at least 1, got 0"),
+        (lambda: SettlingCriterion(steps=2.5), "Patience.steps must be a whole number, got 2.5"),
+        (lambda: SettlingCriterion(longest_period=0), "Patience.longest_period must be at least 1"),
+        (lambda: SettlingCriterion(tolerance=-1), "Patience.tolerance must be greater than 0"),
+        (lambda: WalkTest(steps=0), "Walking.steps must be at least 1"),
+        (lambda: WalkTest(resolution=2), "Walking.resolution must be greater than 0 and at most 1"),
+        (lambda: GainSearchOptions(evaluations=0), "Search.evaluations must be at least 1"),
+        (lambda: GainSearchOptions(seed=-1), "Search.seed must be at least 0"),
     ],
 )
 def test_options_that_cannot_be_are_named_with_their_class(make, says):

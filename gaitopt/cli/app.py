@@ -13,8 +13,8 @@ import typer
 from rich.markup import escape
 
 from gaitopt import __version__
-from gaitopt.cli import beginning, feedback, listing, presenting, solving, studies, walking
-from gaitopt.cli.options import with_manners
+from gaitopt.cli import exporting, feedback, listing, setup, solving, studies, walking
+from gaitopt.cli.options import with_common_options
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
 
@@ -29,14 +29,14 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 for command in (
-    beginning.new,
+    setup.new,
     solving.solve,
     solving.show,
     solving.verify,
-    presenting.plot,
-    presenting.animate,
-    presenting.report,
-    presenting.export,
+    exporting.plot,
+    exporting.animate,
+    exporting.report,
+    exporting.export,
     listing.problems,
     walking.simulate,
     walking.stability,
@@ -47,9 +47,9 @@ for command in (
     studies.search,
     studies.sweep,
     studies.compare,
-    beginning.doctor,
+    setup.doctor,
 ):
-    app.command()(with_manners(command))
+    app.command()(with_common_options(command))
 
 
 @app.callback(invoke_without_command=True)

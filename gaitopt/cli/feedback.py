@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gaitopt.cli.feedback_output import basin_facts, print_endurance, print_tuning, print_unheld, tuning_facts
+from gaitopt.cli.feedback_output import basin_facts, print_endurance, print_tuning, print_unstabilised, tuning_facts
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, design_for, law_for
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript
 from gaitopt.cli.output import err, print_json
 from gaitopt.cli.script import robot_of
-from gaitopt.cli.workforce import Scheduler, Workers, workforce
+from gaitopt.cli.workers import Scheduler, Workers, worker_options
 from gaitopt.control.law import Law, feedforward
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -51,8 +51,8 @@ def tune(
     """
     from gaitopt.motion.archive import load
     from gaitopt.stability.recovery import PushTest
+    from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.objective import SensitivityNorm, SpectralRadius
-    from gaitopt.tuning.search import Search
     from gaitopt.tuning.tune import tune_feedback
 
     gait = load(file).require()
@@ -71,7 +71,7 @@ def tune(
             robot=robot,
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
-            search=Search(seed=seed),
+            search=GainSearchOptions(seed=seed),
             test=PushTest(starts=starts, seed=seed),
             observer=observe,
         )
@@ -80,7 +80,7 @@ def tune(
     elif not quiet:
         print_tuning(tuned)
     if not tuned.stable:
-        print_unheld(tuned)
+        print_unstabilised(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
 
 
@@ -110,18 +110,18 @@ def push(
     """
     from gaitopt.cli.study_output import counting
     from gaitopt.motion.archive import load
-    from gaitopt.simulation.engines import default_engine
+    from gaitopt.simulation.engine_choice import default_engine
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
-    from gaitopt.study.disturbance import Walking, endurance
+    from gaitopt.study.robustness.robustness_margins import WalkTest, assess_robustness
 
     began, gait = time.perf_counter(), load(file).require()
     robot = robot_of(gait, problem)
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     cycle, test = assess_stability(gait, chosen, robot=robot), PushTest(starts=starts)
-    walking = Walking(steps=steps)
-    with workforce(workers, scheduler) as hands, counting("disturbances", hidden=json or quiet) as observer:
-        found = endurance(
+    walking = WalkTest(steps=steps)
+    with worker_options(workers, scheduler) as hands, counting("disturbances", hidden=json or quiet) as observer:
+        found = assess_robustness(
             robot,
             chosen,
             cycle,
@@ -154,8 +154,8 @@ def push(
 
 def _basin(gait: Gait, robot: Robot, law: Law, ball: float, test: "PushTest") -> "Recovery | None":
     """Return how many starts in a ball of pushes return to the gait under a law; None where it leaves no gait."""
-    from gaitopt.simulation.engines import default_engine
-    from gaitopt.simulation.walker import Walker
+    from gaitopt.simulation.engine_choice import default_engine
+    from gaitopt.simulation.hybrid_automaton import Walker
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import recovery
 

@@ -55,7 +55,7 @@ def print_tuning(tuned: Tuning) -> None:
     out.print(table)
 
 
-def print_unheld(tuned: Tuning) -> None:
+def print_unstabilised(tuned: Tuning) -> None:
     """Say that a gait is not held, and what was reached."""
     reached = "no gains tried leave a periodic gait near the plan"
     if tuned.cycle is not None:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitopt.control.law import Law, feedforward
-from gaitopt.control.stance_angle import by_stance_angle
+from gaitopt.control.phase_variable import by_stance_angle
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 
 if TYPE_CHECKING:
-    from gaitopt.tuning.design import Design
+    from gaitopt.tuning.controller_family import ControllerFamily
 
 OPEN_LOOP = "feedforward"
 RESERVE = 1.2
@@ -60,11 +60,13 @@ def law_for(
     return design.law(values)
 
 
-def design_for(gait: Gait, robot: Robot, name: str, torque_limit: float | None, stance_angle: bool) -> "Design":
+def design_for(
+    gait: Gait, robot: Robot, name: str, torque_limit: float | None, stance_angle: bool
+) -> "ControllerFamily":
     """Return the design of a law for a gait by name."""
-    from gaitopt.tuning.design import design_named
+    from gaitopt.tuning.controller_family import controller_family_named
 
-    design = design_named(name, robot, gait.motion, torque_limit=limit_for(gait, torque_limit))
+    design = controller_family_named(name, robot, gait.motion, torque_limit=limit_for(gait, torque_limit))
     return design.by_stance_angle(robot, gait.motion) if stance_angle else design
 
 

@@ -44,7 +44,7 @@ def labelled(files: Sequence[Path]) -> dict[str, Path]:
     return found
 
 
-def with_manners(command: Callable[..., None]) -> Callable[..., None]:
+def with_common_options(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command with ``--quiet`` and ``--verbose``, which work in all commands alike.
 
     A command that has such a parameter of its own is told, to hide or show its progress.

@@ -14,10 +14,10 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from gaitopt.motion.facts import describe_gait
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import plain
-from gaitopt.progress import HomotopyStep
+from gaitopt.progress import HomotopyIteration
 
 INTERRUPTED = 128 + signal.SIGINT
 """Exit status of what Ctrl-C has ended."""
@@ -49,7 +49,7 @@ def print_written(path: Path, *, json: bool = False) -> None:
     out.print(f"wrote {escape(str(path))}", soft_wrap=True)
 
 
-def homotopy_lines(step: HomotopyStep, objective: str) -> list[str]:
+def homotopy_lines(step: HomotopyIteration, objective: str) -> list[str]:
     """Return a homotopy's table as it grows: the line of a step, before the first one the names of the columns."""
     head = f"{'step':>4}  {'relaxation':>10}  {objective:>17}  {'complementarity':>15}  {'iterations':>10}  status"
     line = (
@@ -64,7 +64,7 @@ def print_gait(gait: Gait) -> None:
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
-    for name, text in describe_gait(gait):
+    for name, text in tabulate_gait(gait):
         table.add_row(name, _coloured(gait, name, text))
     out.print(table)
 

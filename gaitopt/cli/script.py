@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
-from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
+from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.stability.walk_problem import WalkProblem

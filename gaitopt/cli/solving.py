@@ -9,7 +9,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, Script, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, print_written
-from gaitopt.progress import HomotopyStep, Iteration
+from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
 
 
@@ -46,8 +46,8 @@ def solve(
     with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
         task = progress.add_task(f"{escape(problem.name)}: building")
 
-        def observe(step: Iteration | HomotopyStep) -> None:
-            if isinstance(step, HomotopyStep):
+        def observe(step: Iteration | HomotopyIteration) -> None:
+            if isinstance(step, HomotopyIteration):
                 lines = homotopy_lines(step, problem.objective.name) if verbose or not (json or quiet) else []
                 err.print(*lines, sep="\n", markup=False, end="\n" if lines else "")
                 return

@@ -10,40 +10,40 @@ import typer
 from gaitopt.cli.axis import grid
 from gaitopt.cli.options import Json, Quiet, RobotScript, Script, Setting, labelled
 from gaitopt.cli.output import leave_unfinished, print_json, print_written
-from gaitopt.cli.workforce import Scheduler, Workers, workforce
+from gaitopt.cli.workers import Scheduler, Workers, worker_options
 
 Starts = Annotated[int, typer.Option(min=1, max=100, help="Starts tried where there is no neighbour to start from.")]
 
 MOST_POINTS = 100_000
-"""Of a sweep: half a day of work, and more, for each word."""
+"""Of a sweep: half a day of work, and more, for each contact sequence."""
 
 
 def search(
     script: Script,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Keeps a gait for each word; run again to go on.")
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Keeps a gait for each sequence; run again to go on.")
     ],
-    max_phases: Annotated[int, typer.Option(min=1, max=6, help="Phases of the longest words.")] = 3,
-    starts: Annotated[int, typer.Option(min=1, max=100, help="Starts of its own each word has.")] = 4,
+    max_phases: Annotated[int, typer.Option(min=1, max=6, help="Phases of the longest contact sequences.")] = 3,
+    starts: Annotated[int, typer.Option(min=1, max=100, help="Starts of its own each contact sequence has.")] = 4,
     setting: Setting = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find out which sequence of stick and slip walks cheapest: try every word, replay each gait, and rank them.
+    """Find out which sequence of stick and slip walks cheapest: try every sequence, replay each gait, and rank them.
 
-    Interrupt it at any time; the same command goes on.  Exit status 0 if a word has a gait, 1 if none has.
+    Interrupt it at any time; the same command goes on.  Exit status 0 if a sequence has a gait, 1 if none has.
 
-    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o words
+    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o contact sequences
     """
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import counting, print_ranking
-    from gaitopt.study.search import search as search_words
+    from gaitopt.study.sequence_search.search import search as search_sequences
 
     began, problem = time.perf_counter(), build_problem(script, setting or [])
-    with workforce(workers, scheduler) as hands, counting("words", hidden=json or quiet) as observer:
-        ranking = search_words(
+    with worker_options(workers, scheduler) as hands, counting("sequences", hidden=json or quiet) as observer:
+        ranking = search_sequences(
             problem,
             max_phases=max_phases,
             starts=starts,
@@ -72,9 +72,9 @@ def sweep(
         ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Keeps results; run again to go on.")],
-    words: Annotated[
+    sequences: Annotated[
         list[str] | None,
-        typer.Option(metavar="WORD,WORD...", help="Words to compare. [the script's own]", show_default=False),
+        typer.Option(metavar="WORD,WORD...", help="Sequences to compare. [the script's own]", show_default=False),
     ] = None,
     setting: Setting = None,
     starts: Starts = 3,
@@ -83,7 +83,7 @@ def sweep(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find the optimal gait of each word at every point of a grid: the frontier of cheap gaits.
+    """Find the optimal gait of each contact sequence at every point of a grid: the frontier of cheap gaits.
 
     Kill it at any time; the same command goes on.  Exit status 0 if there is a gait, 1 if there is none.
 
@@ -91,14 +91,14 @@ def sweep(
     """
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import counting, print_sweep, sweep_facts
-    from gaitopt.study.grid import FIELDS
-    from gaitopt.study.sweep import sweep as sweep_problem
+    from gaitopt.study.sweep.sweep import sweep as sweep_problem
+    from gaitopt.study.sweep.sweep_grid import FIELDS
 
     began, problem = time.perf_counter(), build_problem(script, setting or [])
     axes = grid(over, MOST_POINTS)
     fields = {name: axes.pop(name) for name in FIELDS if name in axes}
-    spelled = [word.strip() for text in words or [] for word in text.split(",")]
-    with workforce(workers, scheduler) as hands, counting("gaits", hidden=json or quiet) as observer:
+    spelled = [sequence.strip() for text in sequences or [] for sequence in text.split(",")]
+    with worker_options(workers, scheduler) as hands, counting("gaits", hidden=json or quiet) as observer:
         found = sweep_problem(
             problem,
             friction=fields.get("friction"),
@@ -106,7 +106,7 @@ def sweep(
             step_length=fields.get("step_length"),
             slope=fields.get("slope"),
             parameters=axes,
-            words=spelled or None,
+            sequences=spelled or None,
             starts=starts,
             workers=hands.workers,
             executor=hands.executor,

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import err, out
 from gaitopt.study.comparison import Comparison
-from gaitopt.study.ranking import Ranking
+from gaitopt.study.sequence_search.ranking import Ranking
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,16 +28,16 @@ def counting(what: str, *, hidden: bool) -> Iterator[Callable[[int, int], None]]
 
 
 def print_ranking(ranking: Ranking) -> None:
-    """Print ranked words as a table, and the others with the reason why they are not ranked."""
+    """Print ranked contact sequences as a table, and the others with the reason why they are not ranked."""
     shown = Table(box=box.SIMPLE, pad_edge=False)
-    for column in ("word", "cost of transport", "dearer by", "phases [ms]", "replay"):
+    for column in ("sequence", "cost of transport", "dearer by", "phases [ms]", "replay"):
         shown.add_column(column, no_wrap=True)
     ranked = [finding.gait for finding in ranking.findings if finding.ranked and finding.gait is not None]
     for gait in ranked:
         dearer = gait.solver.objective / ranked[0].solver.objective - 1
         phases = ", ".join(f"{part.mode.value} {1e3 * part.duration:.1f}" for part in gait.motion.segments)
         error = "" if gait.verification is None else f"state within {gait.verification.state_error:.0e}"
-        shown.add_row(str(gait.word), f"{gait.cost_of_transport:.6f}", f"{100 * dearer:.2f} %", phases, error)
+        shown.add_row(str(gait.sequence), f"{gait.cost_of_transport:.6f}", f"{100 * dearer:.2f} %", phases, error)
     if ranked:
         out.print(shown)
     others = Table(box=box.SIMPLE, pad_edge=False)
@@ -45,7 +45,7 @@ def print_ranking(ranking: Ranking) -> None:
         others.add_column(column, no_wrap=column != "reason")
     for finding in ranking.findings:
         if not finding.ranked:
-            others.add_row(str(finding.word), finding.status, escape(finding.reason))
+            others.add_row(str(finding.sequence), finding.status, escape(finding.reason))
     if others.row_count:
         out.print(others)
 
@@ -58,7 +58,7 @@ def print_comparison(comparison: Comparison) -> None:
     for record in records:
         shown.add_column(escape(record["label"]), no_wrap=True)
     rows: list[tuple[str, list[str]]] = [
-        ("word", [record["word"] for record in records]),
+        ("sequence", [record["sequence"] for record in records]),
         ("status", [record["status"] for record in records]),
     ]
     for name, form, label in (
@@ -89,12 +89,12 @@ def _number(value: float | str | None, form: str) -> str:
 
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
     """Return a sweep as data, a record for each point."""
-    axes = [str(name) for name in table.status.dims if name != "word"]
+    axes = [str(name) for name in table.status.dims if name != "sequence"]
     numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel"]
     points = []
     for at in np.ndindex(*table.status.shape):
         place = dict(zip(table.status.dims, at, strict=True))
-        point: dict[str, Any] = {"word": str(table.word.values[place["word"]])}
+        point: dict[str, Any] = {"sequence": str(table.sequence.values[place["sequence"]])}
         point |= {name: float(table[name].values[place[name]]) for name in axes}
         point |= {name: table[name].values[at] for name in ("status", "reason", *numbers)}
         points.append(point | {"verified": bool(table.verified.values[at])})
@@ -102,15 +102,15 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
 
 
 def print_sweep(table: "xr.Dataset") -> None:
-    """Print the cost of transport of each word over the axes, the cheapest in green, and why some are missing."""
-    axes = [str(name) for name in table.status.dims if name != "word"]
-    words = [str(word) for word in table.word.values]
+    """Print the cost of transport of each sequence over the axes, the cheapest in green, and why some are missing."""
+    axes = [str(name) for name in table.status.dims if name != "sequence"]
+    sequences = [str(sequence) for sequence in table.sequence.values]
     shown = Table(box=box.SIMPLE, pad_edge=False, title="cost of transport", title_justify="left")
     for name in axes:
         unit = table[name].attrs.get("units", "1")
         shown.add_column(name if unit == "1" else f"{name} [{unit}]", no_wrap=True)
-    for word in words:
-        shown.add_column(escape(word), no_wrap=True)
+    for sequence in sequences:
+        shown.add_column(escape(sequence), no_wrap=True)
     cost, status = table.cost_of_transport.values, table.status.values
     for index in np.ndindex(*cost.shape[1:]):
         column = cost[(slice(None), *index)]

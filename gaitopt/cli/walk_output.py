@@ -7,14 +7,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.cli.output import out
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.summary import ledger_facts
-from gaitopt.motion.word import Word
-from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
-from gaitopt.study.basin_file import Basin
+from gaitopt.study.basin.basin_file import Basin
 
 
 def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
@@ -31,13 +31,13 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
         title_justify="left",
         caption_justify="left",
     )
-    table.add_column("word")
+    table.add_column("sequence")
     for column in ("state", "period [s]", "multipliers", "stable", "needs"):
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
         critical = cycle.critical_friction
         table.add_row(
-            cycle.word + (f"\nfoot speed {cycle.drift:+.4g} m/s a step" if cycle.drift else ""),
+            cycle.sequence + (f"\nfoot speed {cycle.drift:+.4g} m/s a step" if cycle.drift else ""),
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(_multipliers(cycle)),
@@ -88,31 +88,31 @@ def walk_facts(walk: Rollout) -> dict[str, Any]:
         "stop": walk.stop.key,
         "hint": walk.stop.hint,
         "steps": len(walk.motion.jumps),
-        "words": list(_words(walk).values()),
+        "sequences": list(_sequences(walk).values()),
         "events": [vars(event) for event in walk.events],
         "energy": ledger_facts(ledger(walk.motion)),
     }
 
 
-def _words(walk: Rollout) -> dict[int, str]:
-    """Return the word of each step that was walked to its end, in time that grows with the steps alone."""
+def _sequences(walk: Rollout) -> dict[int, str]:
+    """Return the contact sequence of each step that was walked to its end, in time that grows with the steps alone."""
     phases: dict[int, list[Mode]] = {}
     for segment in walk.motion.segments:
         phases.setdefault(segment.step, []).append(segment.mode)
     ended = (jump for jump in walk.motion.jumps if jump.step in phases)
-    return {jump.step: str(Word(tuple(phases[jump.step]), jump.mode)) for jump in ended}
+    return {jump.step: str(ContactSequence(tuple(phases[jump.step]), jump.mode)) for jump in ended}
 
 
 def print_walk(walk: Rollout) -> None:
     """Print the event log of a walk as a table, and why it ended."""
     table = Table(box=box.SIMPLE, pad_edge=False, title=f"events (engine {walk.engine})", title_justify="left")
-    for column in ("step", "time [s]", "event", "from", "to", "energy lost [J]", "word of the step"):
-        table.add_column(column, no_wrap=column != "word of the step")
-    words = _words(walk)
+    for column in ("step", "time [s]", "event", "from", "to", "energy lost [J]", "contact sequence of the step"):
+        table.add_column(column, no_wrap=column != "contact sequence of the step")
+    sequences = _sequences(walk)
     for event in walk.events:
-        lost, word = (f"{event.energy_lost:.6g}", words.get(event.step, "")) if event.impulse else ("", "")
+        lost, sequence = (f"{event.energy_lost:.6g}", sequences.get(event.step, "")) if event.impulse else ("", "")
         cells = (str(event.step + 1), f"{event.time:.6f}", event.name, event.before, event.after, lost)
-        table.add_row(*cells, word)
+        table.add_row(*cells, sequence)
     out.print(table)
     out.print(f"{len(walk.motion.jumps)} steps: {walk.stop.hint}")
 

@@ -14,7 +14,7 @@ from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueL
 from gaitopt.cli.options import Json, Quiet, RobotScript, Setting
 from gaitopt.cli.output import err, leave_unfinished, out, print_json, print_written, working
 from gaitopt.cli.script import call_script, load_script
-from gaitopt.cli.workforce import Scheduler, Workers, workforce
+from gaitopt.cli.workers import Scheduler, Workers, worker_options
 from gaitopt.errors import InputError
 
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="A walking problem script or a saved gait.")]
@@ -45,13 +45,13 @@ def stability(
 
     Example: gaitopt stability problems/compass_passive.py --set friction=0.14
     """
-    from gaitopt.cli.subject import read_subject
+    from gaitopt.cli.inputs import read_input
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.summary import summarise_cycle
 
     feedback = feedback_named(law, gain, torque_limit, stance_angle)
     with working("looking for periodic gaits", hidden=json or out.quiet):
-        subject = read_subject(source, setting or [], engine, starts, feedback=feedback, script=problem)
+        subject = read_input(source, setting or [], engine, starts, feedback=feedback, script=problem)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
@@ -85,18 +85,18 @@ def simulate(
 
     Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20 -o walk.csv
     """
-    from gaitopt.cli.subject import read_start, read_subject
+    from gaitopt.cli.inputs import read_input, read_start
     from gaitopt.cli.walk_output import print_walk, walk_facts
     from gaitopt.export.csv_file import write_csv
     from gaitopt.motion.atomic import check_writable
+    from gaitopt.simulation.hybrid_automaton import Walker
     from gaitopt.simulation.simulator import record_walk
-    from gaitopt.simulation.walker import Walker
     from gaitopt.stability.section import Section
 
     if output is not None:
         check_writable(output)
     feedback = feedback_named(law, gain, torque_limit, stance_angle)
-    subject = read_subject(source, setting or [], engine, 300, first=True, feedback=feedback, script=problem)
+    subject = read_input(source, setting or [], engine, 300, first=True, feedback=feedback, script=problem)
     p = subject.robot.vector(subject.parameters)
     start = read_start(subject, p, state or [])
     walker = Walker(subject.robot, subject.law, p, subject.engine)
@@ -148,20 +148,20 @@ def basin(
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.h5
     """
+    from gaitopt.cli.inputs import coordinates_missing, read_input, read_start, share_at
     from gaitopt.cli.law import read_pairs
     from gaitopt.cli.study_output import counting
-    from gaitopt.cli.subject import coordinates_missing, read_start, read_subject, share_at
     from gaitopt.cli.walk_output import basin_facts, print_basin
-    from gaitopt.simulation.engines import faster_walks
+    from gaitopt.simulation.engine_choice import faster_walks
     from gaitopt.stability.section import Section
-    from gaitopt.study.basin import basin as find_basin
-    from gaitopt.study.settling import Patience
+    from gaitopt.study.basin.attractor import SettlingCriterion
+    from gaitopt.study.basin.basin import basin as find_basin
 
     began = time.perf_counter()
     axes = grid(over, MOST_STARTS)
     feedback = feedback_named(law, gain, torque_limit, stance_angle)
     tried = 300 if coordinates_missing(state, axes) else 0
-    subject = read_subject(source, setting or [], engine, tried, first=True, feedback=feedback, script=problem)
+    subject = read_input(source, setting or [], engine, tried, first=True, feedback=feedback, script=problem)
     advice = faster_walks(subject.engine)
     if advice and not (json or quiet):
         err.print(escape(advice), soft_wrap=True)
@@ -172,14 +172,14 @@ def basin(
         if subject.gaits
         else read_pairs(state)
     )
-    with workforce(workers, scheduler) as hands, counting("starts", hidden=json or quiet) as observer:
+    with worker_options(workers, scheduler) as hands, counting("starts", hidden=json or quiet) as observer:
         found = find_basin(
             subject.robot,
             {name: value for name, value in subject.parameters.items() if name not in axes},
             axes,
             base={name: value for name, value in base.items() if name not in axes},
             law=subject.law,
-            patience=Patience(steps=steps),
+            patience=SettlingCriterion(steps=steps),
             engine=subject.engine,
             workers=hands.workers,
             executor=hands.executor,
@@ -219,12 +219,12 @@ def run(
     from gaitopt.cli.walk_output import print_numbers
     from gaitopt.motion.atomic import check_writable
     from gaitopt.plot.saving import save_figure
-    from gaitopt.study.reproduction import Study
+    from gaitopt.study.published_values import Reproduction
 
     path = output or Path(f"{script.stem}.png")
     check_writable(path)
     study = call_script(script, setting or [], "study")
-    if not isinstance(study, Study):
+    if not isinstance(study, Reproduction):
         raise InputError(f"study() of {script} must return a Study, it returned {type(study).__name__}.")
     written = save_figure(study.figure, path)
     numbers = [

@@ -19,15 +19,15 @@ class SpecialPoint:
     width : float
         Of the interval known to hold it.
     before : str
-        Word of the gait before, and ``stable`` or ``unstable`` where that is what changes.
+        ContactSequence of the gait before, and ``stable`` or ``unstable`` where that is what changes.
     after : str
         The same behind it; at an end, what becomes of a step beyond it: the key of a :class:`gaitopt.Stop`, or
         ``"no gait"``.
 
     Examples
     --------
-    >>> print(SpecialPoint("word", 0.9141, 1e-6, "stick slip+ | stick", "stick | stick"))
-    word at 0.914100: stick slip+ | stick -> stick | stick
+    >>> print(SpecialPoint("sequence", 0.9141, 1e-6, "stick slip+ | stick", "stick | stick"))
+    contact sequence at 0.914100: stick slip+ | stick -> stick | stick
     """
 
     kind: str
@@ -53,7 +53,7 @@ class Branch:
     ended : str
         Why the branch was not followed further.
     special : tuple of SpecialPoint
-        Changes of word and of stability, and the end of the branch, in order; the gaits on either side of each are
+        Changes of sequence and of stability, and the end of the branch, in order; the gaits on either side of each are
         among `cycles`.
 
     Examples

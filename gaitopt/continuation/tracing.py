@@ -12,12 +12,12 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import Parameter
-from gaitopt.simulation.arc import Engine
-from gaitopt.simulation.engines import default_engine
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.cycle_search import cycle_from
 from gaitopt.stability.return_map import ReturnMap
-from gaitopt.stability.search import cycle_from
 from gaitopt.stability.section import Section
 
 
@@ -28,7 +28,7 @@ def trace_branch(
     parameter: str,
     values: Sequence[float] | Array,
     *,
-    same_word: bool = False,
+    same_sequence: bool = False,
     tolerance: float = 1e-6,
     law: Law | None = None,
     engine: Engine | None = None,
@@ -36,7 +36,7 @@ def trace_branch(
     """Follow a periodic gait over increasing or decreasing values of a parameter.
 
     Each gait starts Newton's method from the line through the two before it.  Where that fails, the step is halved
-    until the end of the branch is located; changes of the gait's word and of its stability are located by bisection.
+    until the end of the branch is located; changes of the gait's sequence and of its stability are located by bisection.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def trace_branch(
     values : sequence of float
         Where gaits are wanted, in order.
     same_word : bool
-        Whether to end the branch where the word of the gait changes.
+        Whether to end the branch where the contact sequence of the gait changes.
     tolerance : float
         Width to which special points are located, in the unit of the parameter.
     law : Law, optional
@@ -92,8 +92,8 @@ def trace_branch(
         special.append(found)
         if found.kind == "end":
             ended = f"no gait found beyond {parameter} = {found.value:.6g}"
-        elif found.kind == "word" and same_word:
-            ended = f"the word changes to '{found.after}'"
+        elif found.kind == "sequence" and same_sequence:
+            ended = f"the contact sequence changes to '{found.after}'"
             break
     return Branch(parameter, np.array([p.value for p in points]), tuple(p.cycle for p in points), ended, tuple(special))
 
@@ -133,14 +133,14 @@ class _Family:
                     before, last = last, point
                 elif abs(step) <= self.tolerance:
                     beyond = self.fate(value, last, before)
-                    yield SpecialPoint("end", last.value + step / 2, abs(step), last.cycle.word, beyond)
+                    yield SpecialPoint("end", last.value + step / 2, abs(step), last.cycle.sequence, beyond)
                     return
                 else:
                     step /= 2
 
     def gait(self, value: float, last: _Point, before: _Point | None = None) -> _Point | None:
         """Return the gait at a value that continues one, or the line through two; None if there is none."""
-        cycle = cycle_from(self.walker(value), _predict(before, last, value), len(last.cycle.words))
+        cycle = cycle_from(self.walker(value), _predict(before, last, value), len(last.cycle.sequences))
         return None if cycle is None or not _near(cycle, last.cycle) else _Point(value, cycle)
 
     def between(self, one: _Point, other: _Point) -> Iterator[_Point | SpecialPoint]:
@@ -169,7 +169,7 @@ class _Family:
         """Return what becomes of the steps where the gait would be, beyond the end of a branch."""
         walker = self.walker(value)
         section = Section(self.robot, walker.p, sliding=True)
-        passage = ReturnMap(walker, section, len(last.cycle.words))(_predict(before, last, value))
+        passage = ReturnMap(walker, section, len(last.cycle.sequences))(_predict(before, last, value))
         return passage.stop.key if passage.stop is not None else "no gait"
 
     def walker(self, value: float) -> Walker:
@@ -179,21 +179,21 @@ class _Family:
 
 def _kind(point: _Point) -> tuple[str, bool]:
     """Return what must not change along a branch without being told of."""
-    return point.cycle.word, point.cycle.stable
+    return point.cycle.sequence, point.cycle.stable
 
 
 def _change(one: _Point, other: _Point) -> SpecialPoint:
     value, width = (one.value + other.value) / 2, abs(other.value - one.value)
-    if one.cycle.word != other.cycle.word:
-        return SpecialPoint("word", value, width, one.cycle.word, other.cycle.word)
-    names = [f"{p.cycle.word}, {'stable' if p.cycle.stable else 'unstable'}" for p in (one, other)]
+    if one.cycle.sequence != other.cycle.sequence:
+        return SpecialPoint("sequence", value, width, one.cycle.sequence, other.cycle.sequence)
+    names = [f"{p.cycle.sequence}, {'stable' if p.cycle.stable else 'unstable'}" for p in (one, other)]
     return SpecialPoint("stability", value, width, *names)
 
 
 def _predict(before: _Point | None, last: _Point, value: float) -> Array:
     """Return a start on the section with foot speed: on the line through the last two gaits, if they are alike."""
     wide = _wide(last.cycle)
-    if before is None or before.cycle.word != last.cycle.word or before.value == last.value:
+    if before is None or before.cycle.sequence != last.cycle.sequence or before.value == last.value:
         return wide
     slope = (wide - _wide(before.cycle)) / (last.value - before.value)
     return wide + slope * (value - last.value)

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.inverse_dynamics import inverse_dynamics, nominal_parameters
 from gaitopt.control.law import Law, torque_function
-from gaitopt.control.limits import limited, torque_limits
-from gaitopt.control.prescribed_angles import believed_numbers, inverse_dynamics
+from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
@@ -27,7 +27,7 @@ def computed_torque(
     """Return the law that makes the angles' errors obey e'' + damping e' + stiffness e = 0, within torque limits.
 
     With T(q, v, a) the torques that give the angles accelerations a in a state (inverse dynamics, with a resting foot
-    in stick and one braked by friction in slip; :func:`gaitopt.control.prescribed_angles.inverse_dynamics`),
+    in stick and one braked by friction in slip; :func:`gaitopt.control.inverse_dynamics.inverse_dynamics`),
 
         u = u_ref + T(q, v, a_ref - damping e' - stiffness e) - T(q_ref, v_ref, a_ref),
 
@@ -59,7 +59,7 @@ def computed_torque(
     ['th1_stiffness', 'th2_stiffness', 'th1_damping', 'th2_damping']
     """
     n_a, plan = len(robot.angles), reference(robot, motion)
-    numbers = believed_numbers(robot, motion.parameters)
+    numbers = nominal_parameters(robot, motion.parameters)
     data = ca.SX.sym("data", plan.size + 2 * n_a + numbers.size)
     gains, p = data[plan.size : plan.size + 2 * n_a], data[plan.size + 2 * n_a :]
 
@@ -76,4 +76,4 @@ def computed_torque(
     values = np.concatenate([np.full(n_a, float(stiffness)), np.full(n_a, float(damping)), numbers])
     names = [f"{angle}_{kind}" for kind in ("stiffness", "damping") for angle in robot.angles]
     law = plan.law("computed torque", torque_function(robot, data, torque), values, names)
-    return limited(law, torque_limits(robot, torque_limit))
+    return limit_torque(law, torque_limits(robot, torque_limit))

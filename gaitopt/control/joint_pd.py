@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law, torque_function
-from gaitopt.control.limits import limited, torque_limits
+from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
@@ -58,7 +58,7 @@ def joint_pd(
     names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
     values = np.concatenate([np.full(n_u, float(stiffness)), np.full(n_u, float(damping))])
     law = plan.law("pd", torque_function(robot, data, torque), values, names)
-    return limited(law, torque_limits(robot, torque_limit))
+    return limit_torque(law, torque_limits(robot, torque_limit))
 
 
 def joints(robot: Robot, angles: ca.SX) -> ca.SX:

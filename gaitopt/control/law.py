@@ -185,7 +185,7 @@ def _corners(time: Array, torque: Array) -> Array:
     return np.concatenate([[True], ~straight, [True]])
 
 
-def demanded(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> tuple[ca.SX, ca.SX]:
+def demand_torque(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> tuple[ca.SX, ca.SX]:
     """Return the torque of a law's Function in a state y = (q, v, held), and the switches some have besides."""
     n = torque.size1_in(1)
     extra = [y[2 * n :], slide] if torque.n_in() > 4 else []
@@ -195,13 +195,13 @@ def demanded(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: in
 
 def demand_slope(law: Law, n_q: int, slide: int) -> ca.Function:
     """Return (clock, y, data) -> (n_u, n_y) Function: how the torque of a law, without its limits, changes with y."""
-    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * n_q + held_size(law.torque))
+    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * n_q + latched_size(law.torque))
     data = ca.SX.sym("data", law.table.shape[0])
-    torque, _ = demanded(law.torque if law.demand is None else law.demand, clock, y, data, slide)
+    torque, _ = demand_torque(law.torque if law.demand is None else law.demand, clock, y, data, slide)
     return ca.Function("slope", [clock, y, data], [ca.jacobian(torque, y)])
 
 
-def held_size(torque: ca.Function) -> int:
+def latched_size(torque: ca.Function) -> int:
     """Return how many values a law's Function wants held over a step."""
     return int(torque.size1_in(4)) if torque.n_in() > 4 else 0
 

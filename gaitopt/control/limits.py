@@ -43,7 +43,7 @@ def torque_limits(robot: Robot, given: float | Mapping[str, float]) -> Array:
     return np.minimum(values, UNLIMITED) if np.any(np.isfinite(values)) else np.zeros(0)
 
 
-def limited(law: Law, limits: Array) -> Law:
+def limit_torque(law: Law, limits: Array) -> Law:
     """Return a law whose torque keeps within limits [N m], shape (n_u,); the law itself where `limits` is empty."""
     if not limits.size:
         return law
@@ -56,17 +56,17 @@ def limited(law: Law, limits: Array) -> Law:
         torque=ca.Function("torque", wider, [ca.fmin(ca.fmax(demand, -rows), rows), *switches]),
         table=np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)]),
         demand=ca.Function("demand", wider, [demand, *switches]),
-        hold=law.hold and _wider_hold(law.hold, rows),
+        hold=law.hold and _wider_latch(law.hold, rows),
     )
 
 
-def _wider_hold(hold: ca.Function, rows: ca.SX) -> ca.Function:
+def _wider_latch(hold: ca.Function, rows: ca.SX) -> ca.Function:
     q, v, data = hold.sx_in()
     return ca.Function("hold", [q, v, ca.vertcat(data, rows)], [hold(q, v, data)])
 
 
 @functools.lru_cache(maxsize=128)
-def by_sides(demand: ca.Function) -> ca.Function:
+def split_at_limits(demand: ca.Function) -> ca.Function:
     """Return the torque of a law with limits, and what stays positive while no actuator changes its side.
 
     What the demand's own second output keeps positive comes last.  Its data are those of `demand` followed by the side
@@ -85,4 +85,4 @@ def by_sides(demand: ca.Function) -> ca.Function:
     beyond = free * (limits - value) + held * (side * value - limits)
     below = free * (limits + value) + held
     wider = [*inputs[:3], ca.vertcat(inputs[3], side), *inputs[4:]]
-    return ca.Function("by_sides", wider, [torque, ca.vertcat(beyond, below, *switches)])
+    return ca.Function("split_at_limits", wider, [torque, ca.vertcat(beyond, below, *switches)])

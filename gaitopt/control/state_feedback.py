@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law, torque_function
-from gaitopt.control.limits import limited, torque_limits
+from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -65,4 +65,4 @@ def state_feedback(
     begin, end = (gains[:, k].transpose(0, 2, 1).reshape(pieces, count) for k in (0, 1))  # by column, as CasADi
     rows = np.hstack([np.vstack([begin, end[-1:]]), np.vstack([(end - begin) / steps, np.zeros((1, count))])]).T
     law = Law(name, torque_function(robot, data, torque), plan.breakpoints, np.vstack([plan.table, rows]))
-    return limited(law, torque_limits(robot, torque_limit))
+    return limit_torque(law, torque_limits(robot, torque_limit))

@@ -6,10 +6,10 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limited, torque_limits
+from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.errors import InputError
-from gaitopt.model.closing import closing_angle
 from gaitopt.model.robot import Robot
+from gaitopt.model.section_coordinate import dependent_coordinate
 from gaitopt.motion.motion import Array
 
 
@@ -60,7 +60,7 @@ def step_to_step(
         raise InputError(
             f"Step-to-step feedback is added to a law by the clock without limits that holds nothing, not {law.name!r}."
         )
-    free = (entry for entry in range(2, n_q) if entry != 2 + closing_angle(robot))
+    free = (entry for entry in range(2, n_q) if entry != 2 + dependent_coordinate(robot))
     places = [*free, *range(n_q + 2, 2 * n_q), n_q]
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
     if state.shape != (len(places),) or gains.shape != (windows * n_u, len(places)):
@@ -95,4 +95,4 @@ def step_to_step(
         law.gains,
         ca.Function("hold", [q, v, data], [hold]),
     )
-    return limited(added, torque_limits(robot, torque_limit))
+    return limit_torque(added, torque_limits(robot, torque_limit))

@@ -8,10 +8,10 @@ import casadi as ca
 import numpy as np
 
 from gaitopt import __version__
-from gaitopt.control.law import Law, held_size
+from gaitopt.control.law import Law, latched_size
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
 
 _TORQUE_INPUTS = ("clock", "q", "v", "data", "held", "slide")
@@ -68,7 +68,7 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
         raise InputError(f"The law {law.name!r} does not belong to the robot {robot.name!r}.")
     prefix, values = path.stem, robot.vector(robot.resolve(parameters))
     functions = _functions(robot, law)
-    with replacing(path) as source, replacing(path.with_suffix(".h")) as header:
+    with write_atomically(path) as source, write_atomically(path.with_suffix(".h")) as header:
         source.write_text(_source(prefix, functions, law, values), encoding="utf-8")
         header.write_text(_header(prefix, functions, robot, law, values), encoding="utf-8")
     return path
@@ -79,7 +79,7 @@ def _functions(robot: Robot, law: Law) -> list[ca.Function]:
     found = [robot.dynamics, *robot.acceleration.values(), robot.energy, robot.joint_rates, robot.wellposed]
     found += [robot.landing, robot.collision, robot.touchdown, robot.swap]
     found.append(_torque(law))
-    return found if law.hold is None else [*found, _renamed(law.hold, "hold", ["q", "v", "data"], ["held"])]
+    return found if law.hold is None else [*found, _rename(law.hold, "hold", ["q", "v", "data"], ["held"])]
 
 
 def _torque(law: Law) -> ca.Function:
@@ -89,10 +89,10 @@ def _torque(law: Law) -> ca.Function:
 
 
 def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Array) -> str:
-    generator = ca.CodeGenerator(f"{prefix}_generated", {"casadi_int": "int"})
+    generator = ca.CodeGenerator(f"{prefix}_generate", {"casadi_int": "int"})
     for function in functions:
-        name = _generated(prefix, function)
-        generator.add(_renamed(function, name, function.name_in(), function.name_out()))
+        name = _generate(prefix, function)
+        generator.add(_rename(function, name, function.name_in(), function.name_out()))
     breakpoints, table = law.breakpoints, law.table.T
     pieces, rows = table.shape
     parts = [
@@ -160,16 +160,16 @@ def _call(prefix: str, function: ca.Function) -> str:
   casadi_real *res[{function.sz_res()}] = {{{", ".join(results)}}};
   casadi_int iw[{function.sz_iw() + 1}];
   casadi_real w[{function.sz_w() + 1}];
-  {_generated(prefix, function)}(arg, res, iw, w, 0);
+  {_generate(prefix, function)}(arg, res, iw, w, 0);
 }}"""
 
 
-def _generated(prefix: str, function: ca.Function) -> str:
+def _generate(prefix: str, function: ca.Function) -> str:
     """Return the name of a generated function, unlike any argument and any other in a program."""
     return f"{prefix}_generated_{function.name()}"
 
 
-def _renamed(function: ca.Function, name: str, inputs: Sequence[str], outputs: Sequence[str]) -> ca.Function:
+def _rename(function: ca.Function, name: str, inputs: Sequence[str], outputs: Sequence[str]) -> ca.Function:
     symbols = function.sx_in()
     return ca.Function(name, symbols, function.call(symbols), list(inputs), list(outputs))
 
@@ -198,7 +198,7 @@ def _control_signature(prefix: str) -> str:
 def _hold_prototype(prefix: str, law: Law) -> list[str]:
     if law.hold is None:
         return []
-    size = held_size(law.torque)
+    size = latched_size(law.torque)
     return [
         f"/* The {size} values to keep over a step, from the state after the touchdown. */",
         f"{_hold_signature(prefix)};",
@@ -231,10 +231,10 @@ def _control(prefix: str, law: Law) -> str:
 
 
 def _braced(values: Array) -> str:
-    return "{" + ", ".join(_written(float(value)) for value in values) + "}"
+    return "{" + ", ".join(_write(float(value)) for value in values) + "}"
 
 
-def _written(value: float) -> str:
+def _write(value: float) -> str:
     """Return a number as C spells it, every digit kept."""
     if np.isfinite(value):
         return repr(value)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array, Motion, Segment
 
 
@@ -48,7 +48,7 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
         raise InputError("There is nothing to write: the motion stopped at its very start.")
     path = Path(path)
     header = ["step", "mode", *(name for name, _ in _columns(motion, motion.segments[0]))]
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+    with write_atomically(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(header) + "\n")
         for segment in motion.segments:
             values = np.array([row for _, row in _columns(motion, segment)])

@@ -9,7 +9,7 @@ import numpy as np
 from gaitopt import __version__
 from gaitopt.control.law import Law, demand_slope
 from gaitopt.errors import InputError
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Motion, Segment
 from gaitopt.motion.summary import plain
 
@@ -56,7 +56,7 @@ def write_torques(motion: Motion, path: str | Path, *, law: Law | None = None) -
         raise InputError("There are no torques to write: the motion has no actuators or no samples.")
     path = Path(path)
     text = json.dumps(_table(motion, law), indent=1, allow_nan=False)
-    with replacing(path) as temporary:
+    with write_atomically(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return path
 
@@ -70,7 +70,7 @@ def _table(motion: Motion, law: Law | None) -> dict[str, Any]:
         "format": FORMAT,
         "format_version": VERSION,
         "gaitopt": __version__,
-        "word": str(motion.word(first[0].step) or ""),
+        "sequence": str(motion.sequence(first[0].step) or ""),
         "parameters": motion.parameters,
         "time_unit": "s",
         "time": (time - time[0]).tolist(),

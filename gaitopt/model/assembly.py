@@ -8,10 +8,10 @@ from typing import Any
 import casadi as ca
 
 from gaitopt.errors import InputError
-from gaitopt.later import Deferred
-from gaitopt.model import contact
+from gaitopt.lazy import Deferred
+from gaitopt.model.contacts import accelerations
+from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.mechanics import Body, Mechanics, derive
-from gaitopt.model.modes import PHYSICAL, Mode
 from gaitopt.model.robot import Coordinates, Robot
 
 
@@ -63,7 +63,7 @@ def assemble(
 
     Examples
     --------
-    A pendulum that never walks (see ``gaitopt/model/compass.py`` for a robot that does):
+    A pendulum that never walks (see ``gaitopt/model/robots/compass.py`` for a robot that does):
 
     >>> from gaitopt import Coordinates, Parameter, PointMass, assemble
     >>> c = Coordinates(["theta"], [Parameter("gravity", 9.8, "m/s^2", "gravity")])
@@ -155,7 +155,7 @@ def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[
     impact = {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p}
 
     def collision() -> dict[str, ca.SX]:
-        spread = contact.solve_symmetric(mass_matrix, jacobian.T)
+        spread = accelerations.solve_symmetric(mass_matrix, jacobian.T)
         return {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
 
     def exchange() -> dict[str, ca.SX]:
@@ -203,16 +203,16 @@ def contact_functions(
     q, v, u, p : SX
         Their inputs.
     mass_matrix, drive, friction : SX
-        As in :func:`gaitopt.model.contact.accelerations`, expressions of the inputs.
+        As in :func:`gaitopt.model.contacts.accelerations.accelerations`, expressions of the inputs.
     """
 
     def of(mode: Mode) -> ca.Function:
-        a, f = contact.accelerations(mode, mass_matrix, drive, friction)
+        a, f = accelerations.accelerations(mode, mass_matrix, drive, friction)
         label = "acceleration_" + mode.name.lower()
         return _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
 
     return PerMode(of), _later(
-        "wellposed", {"q": q, "p": p}, lambda: {"share": contact.sliding_inertia(mass_matrix, friction)}
+        "wellposed", {"q": q, "p": p}, lambda: {"share": accelerations.sliding_inertia(mass_matrix, friction)}
     )
 
 

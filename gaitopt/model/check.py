@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.impact import Impact, complementarity_pairs, solve_impact
-from gaitopt.model.modes import PHYSICAL, Mode
+from gaitopt.model.contacts.impact import Impact, complementarity_pairs, solve_impact
+from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.robot import Robot
 
 _STEP = 1e-6

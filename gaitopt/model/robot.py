@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError, suggest
-from gaitopt.later import Deferring, Later
-from gaitopt.model.modes import Mode
+from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 GROUND = (
@@ -73,7 +73,7 @@ class Coordinates:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Robot(Deferring):
+class Robot(LazyRecord):
     """A planar single-support walker.  Build one with :func:`gaitopt.assemble`.
 
     Every attribute from `dynamics` on is a CasADi Function of q (n_q), v (n_q), u (n_u) and the parameter
@@ -119,21 +119,21 @@ class Robot(Deferring):
     parameters: tuple[Parameter, ...]
     points: tuple[str, ...]
     links: tuple[tuple[int, int], ...]
-    dynamics: Later[ca.Function] = Later()
+    dynamics: LazyField[ca.Function] = LazyField()
     acceleration: Mapping[Mode, ca.Function] = field(repr=False)
-    mass: Later[ca.Function] = Later()
-    energy: Later[ca.Function] = Later()
-    momentum: Later[ca.Function] = Later()
-    wellposed: Later[ca.Function] = Later()
-    landing: Later[ca.Function] = Later()
-    impact: Later[ca.Function] = Later()
-    collision: Later[ca.Function] = Later()
-    touchdown: Later[ca.Function] = Later()
-    swap: Later[ca.Function] = Later()
-    unswap: Later[ca.Function] = Later()
-    upright: Later[ca.Function] = Later()
-    joint_rates: Later[ca.Function] = Later()
-    figure: Later[ca.Function] = Later()
+    mass: LazyField[ca.Function] = LazyField()
+    energy: LazyField[ca.Function] = LazyField()
+    momentum: LazyField[ca.Function] = LazyField()
+    wellposed: LazyField[ca.Function] = LazyField()
+    landing: LazyField[ca.Function] = LazyField()
+    impact: LazyField[ca.Function] = LazyField()
+    collision: LazyField[ca.Function] = LazyField()
+    touchdown: LazyField[ca.Function] = LazyField()
+    swap: LazyField[ca.Function] = LazyField()
+    unswap: LazyField[ca.Function] = LazyField()
+    upright: LazyField[ca.Function] = LazyField()
+    joint_rates: LazyField[ca.Function] = LazyField()
+    figure: LazyField[ca.Function] = LazyField()
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"

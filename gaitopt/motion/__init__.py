@@ -1,1 +1,1 @@
-"""Motion as plain data: words, segments and jumps, gaits, energy, files."""
+"""Motion as plain data: contact sequences, segments and jumps, gaits, energy, files."""

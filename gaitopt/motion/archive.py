@@ -12,14 +12,14 @@ from typing import Any
 import h5py
 
 from gaitopt.errors import ArchiveError
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
-from gaitopt.motion.hdf5 import reading_hdf5, replacing_hdf5
+from gaitopt.motion.hdf5 import open_hdf5, write_hdf5_atomically
 from gaitopt.motion.motion_archive import read_motion, write_motion
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution, Table
 from gaitopt.motion.summary import plain
-from gaitopt.motion.word import Word
-from gaitopt.progress import HomotopyStep
+from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status
 
 KIND = "gait"
@@ -54,11 +54,11 @@ def save(gait: Gait, path: str | Path) -> Path:
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = save(gait, f"{folder}/copy.h5")
-    ...     load(path).word == gait.word
+    ...     load(path).sequence == gait.sequence
     True
     """
     path = Path(path)
-    with replacing_hdf5(path) as file:
+    with write_hdf5_atomically(path) as file:
         write_gait(file, gait)
     return path
 
@@ -66,7 +66,11 @@ def save(gait: Gait, path: str | Path) -> Path:
 def write_gait(group: h5py.Group, gait: Gait) -> None:
     """Write a gait into a group of an open file, whose root is one too."""
     group.attrs.update(
-        format=f"gaitopt {KIND}", format_version=VERSION, robot=gait.robot, word=str(gait.word), status=gait.status.key
+        format=f"gaitopt {KIND}",
+        format_version=VERSION,
+        robot=gait.robot,
+        sequence=str(gait.sequence),
+        status=gait.status.key,
     )
     group.attrs["problem"] = json.dumps(plain(gait.problem))
     group.create_group("versions").attrs.update(gait.versions)
@@ -98,7 +102,7 @@ def load(path: str | Path) -> Gait:
 
     Examples
     --------
-    >>> str(load("docs/examples/compass_slip.h5").word)
+    >>> str(load("docs/examples/compass_slip.h5").sequence)
     'slip+ stick | slip+'
     """
     path = Path(path)
@@ -106,7 +110,7 @@ def load(path: str | Path) -> Gait:
         raise ArchiveError(
             f"{path} is a script, not a gait; run 'gaitopt solve {path}' first and name the file it writes."
         )
-    with reading_hdf5(path, KIND, VERSION) as file:
+    with open_hdf5(path, KIND, VERSION) as file:
         return read_gait(file)
 
 
@@ -131,7 +135,7 @@ def read_gait(file: h5py.Group) -> Gait:
         verification = Verification(**{**fields, "reasons": tuple(json.loads(fields["reasons"]))})
     return Gait(
         robot=str(file.attrs["robot"]),
-        word=Word.parse(str(file.attrs["word"])),
+        sequence=ContactSequence.parse(str(file.attrs["sequence"])),
         status=Status[str(file.attrs["status"]).upper()],
         motion=read_motion(file["motion"]),
         problem=_numbers(json.loads(file.attrs["problem"])),
@@ -148,8 +152,8 @@ def _read_proposal(group: h5py.Group) -> Proposal:
     rows: list[dict[str, Any]] = _numbers(json.loads(fields["steps"]))
     for row in rows:
         row.update({name: float("nan") for name, value in row.items() if value is None})  # JSON has nan as null
-    steps = tuple(HomotopyStep(**row) for row in rows)
-    return Proposal(**{**fields, "words": tuple(json.loads(fields["words"])), "steps": steps})
+    steps = tuple(HomotopyIteration(**row) for row in rows)
+    return Proposal(**{**fields, "sequences": tuple(json.loads(fields["sequences"])), "steps": steps})
 
 
 def _write_solution(group: h5py.Group, solution: Solution) -> None:

@@ -10,7 +10,7 @@ from gaitopt.errors import ArchiveError, InputError
 
 
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
+def write_atomically(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` that takes its place when the block succeeds, and vanishes if it fails.
 
     Raises
@@ -20,7 +20,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
     Examples
     --------
-    >>> with replacing("note.txt") as temporary:
+    >>> with write_atomically("note.txt") as temporary:
     ...     _ = temporary.write_text("whole")
     >>> Path("note.txt").read_text()
     'whole'
@@ -52,7 +52,7 @@ def check_writable(path: str | Path) -> None:
     _temporary(Path(path)).unlink()
 
 
-def checked_suffix(path: Path, kinds: Mapping[str, str]) -> str:
+def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:
     """Return the suffix of a path in lower case, or raise InputError that names the possible ones.
 
     Parameters
@@ -63,9 +63,9 @@ def checked_suffix(path: Path, kinds: Mapping[str, str]) -> str:
 
     Examples
     --------
-    >>> checked_suffix(Path("gait.PNG"), {".png": "image"})
+    >>> check_suffix(Path("gait.PNG"), {".png": "image"})
     '.png'
-    >>> checked_suffix(Path("gait.bmp"), {".png": "image"})
+    >>> check_suffix(Path("gait.bmp"), {".png": "image"})
     Traceback (most recent call last):
     ...
     gaitopt.errors.InputError: Cannot write gait.bmp: the suffix '.bmp' names no known format. Use .png (image).
@@ -73,7 +73,7 @@ def checked_suffix(path: Path, kinds: Mapping[str, str]) -> str:
     suffix = path.suffix.lower()
     if suffix in kinds:
         return suffix
-    possible = ", ".join(f"{kind} ({word})" for kind, word in kinds.items())
+    possible = ", ".join(f"{kind} ({sequence})" for kind, sequence in kinds.items())
     wrong = f"the suffix {suffix!r} names no known format" if suffix else "the file name has no suffix"
     raise InputError(f"Cannot write {path}: {wrong}. Use {possible}.")
 

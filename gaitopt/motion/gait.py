@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.later import Deferring, Later
+from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution
-from gaitopt.motion.word import Word
 from gaitopt.status import Status
 
 
@@ -43,7 +43,7 @@ class Violation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolverReport(Deferring):
+class SolverReport(LazyRecord):
     """What the solver did.
 
     Attributes
@@ -75,12 +75,12 @@ class SolverReport(Deferring):
     iterations: int
     objective: float
     constraint_violation: float
-    error_between_nodes: Later[float] = Later()
+    error_between_nodes: LazyField[float] = LazyField()
     build_seconds: float
     solve_seconds: float
     message: str
     violations: tuple[Violation, ...] = ()
-    warnings: Later[tuple[str, ...]] = Later(())
+    warnings: LazyField[tuple[str, ...]] = LazyField(())
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,8 @@ class Verification:
     Attributes
     ----------
     passed : bool
-    word : str
-        Word walked in replay, or what was walked until the simulation stopped.
+    sequence : str
+        ContactSequence walked in replay, or what was walked until the simulation stopped.
     stop : str
         Why the replay ended.
     state_error : float
@@ -115,7 +115,7 @@ class Verification:
     """
 
     passed: bool
-    word: str
+    sequence: str
     stop: str
     state_error: float
     period_error: float
@@ -126,15 +126,15 @@ class Verification:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Gait(Deferring):
+class Gait(LazyRecord):
     """One step of an optimised gait.
 
     Attributes
     ----------
     robot : str
         Name of the robot.
-    word : Word
-        The word it was planned with.
+    sequence : ContactSequence
+        The contact sequence it was planned with.
     status : Status
         Look at ``status.ok`` first.
     motion : Motion
@@ -148,20 +148,20 @@ class Gait(Deferring):
     verification : Verification or None
         None until :func:`gaitopt.verify` has replayed it.
     proposal : Proposal or None
-        How the word was found, for a problem whose word was left open.
+        How the contact sequence was found, for a problem whose contact sequence was left open.
 
     Examples
     --------
     >>> from gaitopt import load
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> gait.status.key, str(gait.word), round(gait.speed, 3)
+    >>> gait.status.key, str(gait.sequence), round(gait.speed, 3)
     ('solved', 'slip+ stick | slip+', 0.633)
     """
 
     robot: str
-    word: Word
+    sequence: ContactSequence
     status: Status
-    motion: Later[Motion] = Later()
+    motion: LazyField[Motion] = LazyField()
     problem: dict[str, Any]
     solver: SolverReport
     versions: dict[str, str]

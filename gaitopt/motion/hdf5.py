@@ -7,8 +7,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from gaitopt.errors import ArchiveError, WordError
-from gaitopt.motion.atomic import replacing
+from gaitopt.errors import ArchiveError, SequenceError
+from gaitopt.motion.atomic import write_atomically
 
 READERS = {
     "gait": "load reads it",
@@ -19,7 +19,7 @@ READERS = {
 
 
 @contextmanager
-def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
+def write_hdf5_atomically(path: str | Path) -> Iterator[h5py.File]:
     """Yield an HDF5 file to fill, which takes the place of `path` when the block succeeds.
 
     It is filled in memory: the HDF5 library does not survive a disk that is full (segmentation fault, 1.14).
@@ -31,11 +31,11 @@ def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
 
     Examples
     --------
-    >>> with replacing_hdf5("note.h5") as file:
+    >>> with write_hdf5_atomically("note.h5") as file:
     ...     file.attrs["note"] = "whole"
     >>> Path("note.h5").unlink()
     """
-    with replacing(path) as temporary:
+    with write_atomically(path) as temporary:
         with h5py.File(temporary, "w", driver="core", backing_store=False) as file:
             yield file
             file.flush()
@@ -44,7 +44,7 @@ def replacing_hdf5(path: str | Path) -> Iterator[h5py.File]:
 
 
 @contextmanager
-def reading_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+def open_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     """Yield an HDF5 file to read.
 
     Parameters
@@ -62,7 +62,7 @@ def reading_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.Fil
 
     Examples
     --------
-    >>> with reading_hdf5("nowhere.h5", "gait", 2):
+    >>> with open_hdf5("nowhere.h5", "gait", 2):
     ...     pass
     Traceback (most recent call last):
     ...
@@ -80,7 +80,7 @@ def reading_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.Fil
             yield file
     except OSError as error:
         raise ArchiveError(f"{path} cannot be read as HDF5; it is damaged or another kind of file ({error}).") from None
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError, WordError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError, SequenceError) as error:
         raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.model.modes import Mode
-from gaitopt.motion.word import Word
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.contact_sequence import ContactSequence
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ class Segment:
         Which step it belongs to, from 0.
     time : (K,) array [s]
     q, v : (n_q, K) arrays
-        Stance foot (x, y) [m] and angles [rad]; their rates.
+        PhaseDynamics foot (x, y) [m] and angles [rad]; their rates.
     torque : (n_u, K) array [N m]
     force : (2, K) array [N]
         Contact force (f_t, f_n) on the stance foot.
@@ -139,7 +139,7 @@ class Motion:
     --------
     >>> from gaitopt import load
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> str(gait.motion.word()), gait.motion.channel("q").shape[0], round(gait.motion.travel, 4)
+    >>> str(gait.motion.sequence()), gait.motion.channel("q").shape[0], round(gait.motion.travel, 4)
     ('slip+ stick | slip+', 4, 0.4713)
     """
 
@@ -181,8 +181,8 @@ class Motion:
         """
         return np.concatenate([getattr(segment, name) for segment in self.segments], axis=-1)
 
-    def word(self, step: int = 0) -> Word | None:
-        """Return the word of a step, or None if the step did not reach its touchdown."""
+    def sequence(self, step: int = 0) -> ContactSequence | None:
+        """Return the contact sequence of a step, or None if the step did not reach its touchdown."""
         impacts = [jump.mode for jump in self.jumps if jump.step == step]
         phases = tuple(segment.mode for segment in self.segments if segment.step == step)
-        return Word(phases, impacts[0]) if impacts and phases else None
+        return ContactSequence(phases, impacts[0]) if impacts and phases else None

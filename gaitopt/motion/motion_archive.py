@@ -6,7 +6,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 
 _SEGMENT_UNITS = {

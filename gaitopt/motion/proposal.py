@@ -1,32 +1,32 @@
-"""How the word of a gait was found, for a problem that left it open."""
+"""How the contact sequence of a gait was found, for a problem that left it open."""
 
 from dataclasses import dataclass
 
-from gaitopt.progress import HomotopyStep
+from gaitopt.progress import HomotopyIteration
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """The record of a word found by complementarity.
+    """The record of a contact sequence found by complementarity.
 
     Attributes
     ----------
-    word : str
-        The open word asked for.
+    sequence : str
+        The open contact sequence asked for.
     relaxation : str
         How the complementarity pairs were relaxed.
-    steps : tuple of HomotopyStep
+    steps : tuple of HomotopyIteration
         The relaxed problems, in order.
     complementarity : float
         Residual of the last one: the largest of the products of the pairs' sides and of what is negative in a side,
         from the impact law in m/s (impulses per mass), from friction with forces per weight.  Computed anew from the
         motion, impulses and forces.
-    words : tuple of str
-        The closed words it proposed, which were solved, cheapest first.
+    sequences : tuple of str
+        The closed contact sequences it proposed, which were solved, cheapest first.
     stationarity : str
-        What is known of the optimality with respect to the choice of the word.
+        What is known of the optimality with respect to the choice of the contact sequence.
     cost_before, cost_after : float
-        Objective of the last relaxed problem, and of the gait of the closed word.
+        Objective of the last relaxed problem, and of the gait of the closed contact sequence.
     reason : str
         What went wrong; empty when nothing did.
 
@@ -36,11 +36,11 @@ class Proposal:
     ''
     """
 
-    word: str
+    sequence: str
     relaxation: str
-    steps: tuple[HomotopyStep, ...]
+    steps: tuple[HomotopyIteration, ...]
     complementarity: float
-    words: tuple[str, ...]
+    sequences: tuple[str, ...]
     stationarity: str
     cost_before: float
     cost_after: float

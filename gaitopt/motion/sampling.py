@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 

@@ -47,7 +47,7 @@ class Solution:
     --------
     >>> from gaitopt import GaitProblem, Limits, compass_biped, solve
     >>> gait = solve(GaitProblem(
-    ...     robot=compass_biped(), word="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
+    ...     robot=compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
     ...     limits=Limits(torque=6), objective="torque_squared",
     ... ))
     >>> gait.solution.unknowns["torque"].rows, gait.solution.unknowns["torque"].values.shape

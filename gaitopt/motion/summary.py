@@ -35,7 +35,7 @@ def summarise(gait: Gait) -> dict[str, Any]:
         "status": gait.status.key,
         "hint": gait.status.hint,
         "robot": gait.robot,
-        "word": str(gait.word),
+        "sequence": str(gait.sequence),
         "cost_of_transport": gait.cost_of_transport,
         "speed": gait.speed,
         "step_length": gait.step_length,

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.frame import MARGINS
-from gaitopt.ocp.grid import Phase
-from gaitopt.ocp.landing import Landing
-from gaitopt.ocp.method import Method
-from gaitopt.ocp.open_touchdown import OPEN_IMPACT
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.relaxation import Relaxation
-from gaitopt.ocp.transcription import Structure, Transcription
+from gaitopt.ocp.transcription.grid import Phase
+from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
+from gaitopt.ocp.transcription.impact_complementarity import OPEN_IMPACT
+from gaitopt.ocp.transcription.method import Method
+from gaitopt.ocp.transcription.nlp_builder import MARGINS
+from gaitopt.ocp.transcription.relaxation import Relaxation
+from gaitopt.ocp.transcription.transcription import Structure, Transcription
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,19 +33,19 @@ class Bounds:
 
 
 def structure(
-    problem: GaitProblem, method: Method, relaxation: Relaxation | None = None, landing: Landing | None = None
+    problem: GaitProblem, method: Method, relaxation: Relaxation | None = None, landing: GuardSchedule | None = None
 ) -> Structure:
-    """Return what decides the equations of a problem's programme; an open word needs a relaxation."""
+    """Return what decides the equations of a problem's programme; an open contact sequence needs a relaxation."""
     if relaxation is None:
-        problem.word.require_closed("A smooth programme")
+        problem.sequence.require_closed("A smooth programme")
     robot, limits = problem.robot, problem.limits
     torques = limits.torques(robot.actuators)
     return Structure(
         robot=robot,
-        word=problem.word,
+        sequence=problem.sequence,
         objective=problem.objective,
         scheme=method.scheme,
-        counts=method.intervals_for(problem.word),
+        counts=method.intervals_for(problem.sequence),
         powered=tuple(name for name, limit in zip(robot.actuators, torques, strict=True) if limit > 0),
         free_slope=len(set(problem.slope_range)) > 1,
         rate_limited=any(map(math.isfinite, limits.torque_rates(robot.actuators))),

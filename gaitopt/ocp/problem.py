@@ -10,13 +10,13 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motion.word import Word
-from gaitopt.ocp.collocation import Collocation
-from gaitopt.ocp.guess import Guess
-from gaitopt.ocp.limits import Limits, Margins, Range, Target
-from gaitopt.ocp.method import Method
-from gaitopt.ocp.objective import CostOfTransport, Objective, check_objective, objective_named
-from gaitopt.ocp.reach import longest_reach
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.ocp.statement.initial_guess import Guess
+from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
+from gaitopt.ocp.statement.objective import CostOfTransport, Objective, check_objective, objective_named
+from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
+from gaitopt.ocp.transcription.collocation import Collocation
+from gaitopt.ocp.transcription.method import Method
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,7 +26,7 @@ class GaitProblem:
     Attributes
     ----------
     robot : Robot
-    word : Word or str
+    sequence : ContactSequence or str
         Phases and impact, such as ``"slip+ stick | slip+"``; ``any`` leaves a place open, see :func:`gaitopt.solve`.
     parameters : mapping of str to float
         Robot parameters (SI units); those not named keep their defaults.
@@ -54,7 +54,7 @@ class GaitProblem:
     --------
     >>> from gaitopt import GaitProblem, compass_biped, Limits
     >>> problem = GaitProblem(
-    ...     robot=compass_biped(), word="stick | stick", friction=0.14, speed=0.6, step_length=0.47,
+    ...     robot=compass_biped(), sequence="stick | stick", friction=0.14, speed=0.6, step_length=0.47,
     ...     limits=Limits(torque=6),
     ... )
     >>> problem.replace(friction=0.2).friction
@@ -62,7 +62,7 @@ class GaitProblem:
     """
 
     robot: Robot
-    word: Word
+    sequence: ContactSequence
     parameters: Mapping[str, float] = field(default_factory=dict)
     friction: float = math.inf
     slope: float | tuple[float, float] = 0.0
@@ -79,7 +79,7 @@ class GaitProblem:
         set_ = object.__setattr__
         if not isinstance(self.robot, Robot):
             raise InputError(f"robot must be a Robot such as compass_biped(), got {self.robot!r}.")
-        set_(self, "word", Word.parse(self.word).check_periodic())
+        set_(self, "sequence", ContactSequence.parse(self.sequence).check_periodic())
         set_(self, "objective", objective_named(self.objective))
         self._check_parts()
         check_objective(self.objective, self.robot.n_u)
@@ -142,7 +142,7 @@ class GaitProblem:
         return {
             "name": self.name,
             "robot": self.robot.name,
-            "word": str(self.word),
+            "sequence": str(self.sequence),
             "objective": self.objective.name,
             **self.values,
             "slope": _plain(self.slope),
@@ -163,7 +163,7 @@ class GaitProblem:
             "guess": "automatic" if self.guess is None else self.guess.describe(),
             "transcription": self.transcription.name,
             "tolerance": self.transcription.tolerance,
-            "intervals": list(self.transcription.intervals_for(self.word)),
+            "intervals": list(self.transcription.intervals_for(self.sequence)),
         }
 
     def _check_parts(self) -> None:
@@ -184,36 +184,38 @@ class GaitProblem:
         self.limits.torque_rates(self.robot.actuators)
         if not any(self.limits.torques(self.robot.actuators)):
             raise InputError("Limits.torque is 0 for every actuator, so there is nothing to optimise.")
-        self.transcription.intervals_for(self.word)
+        self.transcription.intervals_for(self.sequence)
 
     def _check_friction(self) -> None:
-        if self.word.is_open and math.isinf(self.friction):
-            raise InputError(f"Without a friction limit nothing slips: the word '{self.word}' needs no open place.")
-        slips = any(mode.slips for mode in (*self.word.phases, self.word.impact))
+        if self.sequence.is_open and math.isinf(self.friction):
+            raise InputError(
+                f"Without a friction limit nothing slips: the sequence '{self.sequence}' needs no open place."
+            )
+        slips = any(mode.slips for mode in (*self.sequence.phases, self.sequence.impact))
         if slips and math.isinf(self.friction):
-            raise InputError(f"The word '{self.word}' slips, which needs a finite friction, got inf.")
+            raise InputError(f"The contact sequence '{self.sequence}' slips, which needs a finite friction, got inf.")
         if self.friction == 0:  # the cones are written with 1 / mu
             raise InputError("A gait needs a friction greater than 0: without it no foot can push off.")
 
     def _check_targets(self) -> None:
         speed, step = self.speed_range, self.step_range
-        reach = longest_reach(self.robot, self.values, self.limits.angles(self.robot.angles))
+        reach = find_longest_reach(self.robot, self.values, self.limits.angles(self.robot.angles))
         if step.lower > reach:
             raise InputError(
                 f"step_length {step.lower:g} m is longer than the {reach:.3g} m the robot can reach within "
                 f"Limits.angle; shorten the step or lengthen the legs."
             )
-        shortest = self.limits.shortest_phase * len(self.word.phases)
+        shortest = self.limits.shortest_phase * len(self.sequence.phases)
         if shortest > self.limits.longest_step:
             raise InputError(
-                f"{len(self.word.phases)} phases of at least Limits.shortest_phase = {self.limits.shortest_phase:g} s "
+                f"{len(self.sequence.phases)} phases of at least Limits.shortest_phase = {self.limits.shortest_phase:g} s "
                 f"take longer than Limits.longest_step = {self.limits.longest_step:g} s."
             )
         longest_period = min(step.upper, reach) / speed.lower if speed.lower > 0 else math.inf
         if longest_period < shortest:
             raise InputError(
                 f"speed {speed.lower:g} m/s and step_length leave at most {longest_period:.3g} s for a step, less than "
-                f"the {shortest:.3g} s that {len(self.word.phases)} phases need (Limits.shortest_phase)."
+                f"the {shortest:.3g} s that {len(self.sequence.phases)} phases need (Limits.shortest_phase)."
             )
         if math.isfinite(speed.upper) and step.lower / speed.upper > self.limits.longest_step:
             raise InputError(

@@ -4,14 +4,14 @@ import functools
 
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
-from gaitopt.ocp.attempt import attempt
-from gaitopt.ocp.guess import Guess, Line, Scattered
-from gaitopt.ocp.homotopy import Homotopy
-from gaitopt.ocp.method import check_count
-from gaitopt.ocp.newton import Newton
-from gaitopt.ocp.outcome import Minimiser
+from gaitopt.ocp.mode_search.homotopy import Homotopy
+from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
+from gaitopt.ocp.nlp.active_set import Newton
+from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.proposal import attempt_open
+from gaitopt.ocp.solve.single_start import solve_from_start
+from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
+from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import SolveObserver, silent
 from gaitopt.status import Status
 
@@ -33,7 +33,7 @@ def solve(
     problem: GaitProblem,
     *,
     starts: int = 1,
-    solver: Minimiser | None = None,
+    solver: NlpSolver | None = None,
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
 ) -> Gait:
@@ -42,8 +42,8 @@ def solve(
     The problem is solved on a coarse grid first, then on its own, then with a finer integration until the plan is
     accurate between its nodes.  Where a start leads nowhere, up to three others are tried.
 
-    A word with an open place, such as ``"slip+ stick | any"``, is closed first: the contact laws of the open place
-    enter as complementarity pairs, relaxed and tightened step by step, and propose closed words, which are then solved.
+    A sequence with an open place, such as ``"slip+ stick | any"``, is closed first: the contact laws of the open place
+    enter as complementarity pairs, relaxed and tightened step by step, and propose closed sequences, which are then solved.
     The gait returned has the cheapest of them; ``gait.proposal`` says how it was found.
 
     Parameters
@@ -55,9 +55,9 @@ def solve(
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` if not given: Ipopt, but for smooth objectives Newton's method is tried first.
     homotopy : Homotopy, optional
-        How open places of the word are closed.
+        How open places of the contact sequence are closed.
     observer : SolveObserver
-        Receives an :class:`gaitopt.Iteration` per iteration, and a :class:`gaitopt.HomotopyStep` per relaxed problem.
+        Receives an :class:`gaitopt.Iteration` per iteration, and a :class:`gaitopt.HomotopyIteration` per relaxed problem.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def solve(
     --------
     >>> from gaitopt import GaitProblem, Limits, compass_biped, solve
     >>> problem = GaitProblem(
-    ...     robot=compass_biped(), word="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
+    ...     robot=compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
     ...     limits=Limits(torque=6), objective="torque_squared",
     ... )
     >>> gait = solve(problem)
@@ -84,7 +84,11 @@ def solve(
     if solver is not None and (isinstance(solver, type) or not hasattr(solver, "minimise")):
         raise InputError(f"solver must be a Newton(...) or an Ipopt(...), got {solver!r}.")
     gaits: list[Gait] = []
-    once = functools.partial(attempt_open, homotopy=homotopy or Homotopy()) if problem.word.is_open else attempt
+    once = (
+        functools.partial(solve_open_sequence, homotopy=homotopy or Homotopy())
+        if problem.sequence.is_open
+        else solve_from_start
+    )
     while True:
         gaits.append(once(problem, _start(problem, len(gaits)), solver or Newton(), observer))
         solved = [gait for gait in gaits if gait.status.ok]
@@ -101,5 +105,5 @@ def solve(
 def _start(problem: GaitProblem, number: int) -> Guess:
     """Return the start of an attempt, counted from 0."""
     if number == 0:
-        return problem.guess or Line()
-    return Scattered(number)
+        return problem.guess or LinearGuess()
+    return RandomPerturbation(number)

@@ -8,10 +8,10 @@ from tempfile import TemporaryFile
 import numpy as np
 
 from gaitopt.errors import ArchiveError, InputError
-from gaitopt.motion.atomic import checked_suffix, replacing
+from gaitopt.motion.animation_frames import AnimationFrames
+from gaitopt.motion.atomic import check_suffix, write_atomically
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.playback import Playback
-from gaitopt.motion.skeleton import is_drawable
+from gaitopt.motion.link_roles import is_drawable
 from gaitopt.plot.stage import Picture, draw_pictures
 from gaitopt.plot.style import FigureStyle
 
@@ -73,13 +73,13 @@ def animate(
     from matplotlib import rc_context
 
     path = Path(path)
-    suffix = checked_suffix(path, _KINDS)
+    suffix = check_suffix(path, _KINDS)
     _check(gait, steps, fps, slow)
     # A GIF holds a frame for whole hundredths of a second, and viewers take fewer than two for a mistake.
     rate = 100 / max(2, round(100 / fps)) if suffix == ".gif" else float(fps)
-    film = Playback(gait.motion, steps=steps, rate=rate, slow=slow)
-    with replacing(path) as temporary, rc_context(FigureStyle().settings):
-        pictures = _observed(draw_pictures(gait, film), len(film), observer)
+    film = AnimationFrames(gait.motion, steps=steps, rate=rate, slow=slow)
+    with write_atomically(path) as temporary, rc_context(FigureStyle().settings):
+        pictures = _report_frames(draw_pictures(gait, film), len(film), observer)
         if suffix == ".gif":
             _write_gif(pictures, rate, temporary)
         else:
@@ -95,7 +95,7 @@ def _check(gait: Gait, steps: int, fps: int, slow: float) -> None:
         raise InputError(f"This gait cannot be animated: its motion is not made of numbers ({gait.status.key}).")
 
 
-def _observed(pictures: Iterator[Picture], total: int, observer: FrameObserver | None) -> Iterator[Picture]:
+def _report_frames(pictures: Iterator[Picture], total: int, observer: FrameObserver | None) -> Iterator[Picture]:
     """Yield pictures, telling the observer each time one has been used."""
     for number, picture in enumerate(pictures):
         yield picture

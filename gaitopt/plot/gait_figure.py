@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Motion
-from gaitopt.motion.skeleton import is_drawable
 from gaitopt.plot import panels
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, MODE_HATCH, WARNING, FigureStyle
@@ -58,7 +58,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     >>> from gaitopt import load, plot_gait
     >>> figure = plot_gait(load("docs/examples/compass_slip.h5"))
     >>> print(figure.get_suptitle().splitlines()[1])
-    word slip+ stick | slip+, verified by replay
+    contact sequence slip+ stick | slip+, verified by replay
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -86,7 +86,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
 
 
 def _describe(gait: Gait, title: str | None) -> str:
-    """Return the title: what it is, its word, and the numbers that sum it up."""
+    """Return the title: what it is, its contact sequence, and the numbers that sum it up."""
     slope = np.rad2deg(gait.motion.parameters["slope"])
     facts = [
         f"cost of transport {_number(gait, 'cost_of_transport', '.4g')}",
@@ -98,7 +98,7 @@ def _describe(gait: Gait, title: str | None) -> str:
     verified = "" if not gait.status.ok else ", verified by replay" if gait.verification else ", not replayed"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot.replace("_", " ") if name == "gait" else name)
-    return f"{first}\nword {gait.word}{where}{verified}\n{', '.join(facts)}"
+    return f"{first}\nword {gait.sequence}{where}{verified}\n{', '.join(facts)}"
 
 
 def _number(gait: Gait, name: str, form: str) -> str:

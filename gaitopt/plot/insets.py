@@ -1,13 +1,13 @@
-"""The small pictures of an animation: contact force, stance foot enlarged, word and time."""
+"""The small pictures of an animation: contact force, stance foot enlarged, contact sequence and time."""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.playback import Frame, Playback
-from gaitopt.motion.skeleton import read_skeleton
+from gaitopt.motion.link_roles import classify_links
 from gaitopt.plot.style import CONE, FIRST_LEG, FORCE, GROUND, MODE_FILL, MODE_INK, SECOND_LEG, WARNING
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class ForceDiagram:
         axes.locator_params(nbins=5)
         self.moving: list[Artist] = [self._line, self._tip]
 
-    def show(self, frame: Frame) -> None:
+    def show(self, frame: AnimationFrame) -> None:
         """Move the force to where it is in a frame."""
         f_t, f_n = frame.force / self._weight
         self._line.set_data([0, f_t], [0, f_n])
@@ -64,7 +64,7 @@ class FootGlass:
     ----------
     axes : matplotlib.axes.Axes
     gait : Gait
-    film : Playback
+    film : AnimationFrames
     scale : float
         Inches on the screen for a metre in the main picture, to say how many times larger the foot is.
 
@@ -74,8 +74,8 @@ class FootGlass:
         What each frame draws again.
     """
 
-    def __init__(self, axes: "Axes", gait: Gait, film: Playback, scale: float) -> None:
-        motion, skeleton = gait.motion, read_skeleton(gait.motion)
+    def __init__(self, axes: "Axes", gait: Gait, film: AnimationFrames, scale: float) -> None:
+        motion, skeleton = gait.motion, classify_links(gait.motion)
         self._axes, self._film, self._travel = axes, film, motion.travel
         self._landing, self._foot_point = float(motion.segments[0].q[0, 0]), skeleton.stance_foot
         self._neighbours = [a if b == self._foot_point else b for a, b in skeleton.stance if self._foot_point in (a, b)]
@@ -90,7 +90,7 @@ class FootGlass:
         axes.set_title(f"stance foot, {float(f'{larger:.2g}'):g} times larger")
         self._add_artists()
 
-    def show(self, frame: Frame) -> None:
+    def show(self, frame: AnimationFrame) -> None:
         """Move the foot to where it is in a frame."""
         landing = self._landing + frame.step * self._travel
         x = 1e3 * (frame.foot[0] - landing)
@@ -124,13 +124,13 @@ class FootGlass:
 
 
 class Header:
-    """The word with its current phase highlighted, the time, and whether the gait is a solution.
+    """The contact sequence with its current phase highlighted, the time, and whether the gait is a solution.
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
     gait : Gait
-    film : Playback
+    film : AnimationFrames
 
     Attributes
     ----------
@@ -138,9 +138,9 @@ class Header:
         What each frame draws again.
     """
 
-    def __init__(self, figure: "Figure", gait: Gait, film: Playback) -> None:
+    def __init__(self, figure: "Figure", gait: Gait, film: AnimationFrames) -> None:
         self._steps, self._slowest = film.steps, film.slow
-        tokens = [*str(gait.word).split(" | ")[0].split(), "|", gait.word.impact.value]
+        tokens = [*str(gait.sequence).split(" | ")[0].split(), "|", gait.sequence.impact.value]
         size, left = 14.0, 0.025
         self._tokens = []
         for token in tokens:
@@ -157,7 +157,7 @@ class Header:
             verdict = f"NOT A SOLUTION ({gait.status.key})"
             figure.text(0.025, 0.075, verdict, color=WARNING, weight="bold", size=12, va="center")
 
-    def show(self, frame: Frame) -> None:
+    def show(self, frame: AnimationFrame) -> None:
         """Highlight the phase of a frame, and its impact just after touchdown; write the time."""
         current = {frame.phase} | ({len(self._tokens) - 1} if frame.touchdown else set())
         for number, text in enumerate(self._tokens):

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitopt.motion.atomic import checked_suffix, replacing
+from gaitopt.motion.atomic import check_suffix, write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def save_figure(figure: "Figure", path: str | Path) -> Path:
     'gait.pdf'
     """
     path = Path(path)
-    suffix = checked_suffix(path, _KINDS)
-    with replacing(path) as temporary:
+    suffix = check_suffix(path, _KINDS)
+    with write_atomically(path) as temporary:
         figure.savefig(temporary, format=suffix[1:], dpi=DOTS_PER_INCH)
     return path

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames, SlideMark
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.link_roles import classify_links, tilt
 from gaitopt.motion.motion import Array
-from gaitopt.motion.playback import Frame, Playback, Slide
-from gaitopt.motion.skeleton import read_skeleton, tilt
 from gaitopt.plot.style import BODY, CONE, FIRST_LEG, FORCE, GROUND, MODE_FILL, MODE_INK, SECOND_LEG
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Scene:
     axes : matplotlib.axes.Axes
         Its shape decides how much ground is seen; the view follows a walk that is longer.
     gait : Gait
-    film : Playback
+    film : AnimationFrames
 
     Attributes
     ----------
@@ -45,18 +45,18 @@ class Scene:
         Inches on the screen for a metre.
     """
 
-    def __init__(self, axes: "Axes", gait: Gait, film: Playback) -> None:
+    def __init__(self, axes: "Axes", gait: Gait, film: AnimationFrames) -> None:
         motion = gait.motion
         self._axes, self._film = axes, film
         self._slope, self._friction = motion.parameters["slope"], motion.parameters["friction"]
         self._height = float(np.max(motion.channel("points")[1]))
         self._newton = WEIGHT_DRAWN * self._height / (motion.total_mass * motion.parameters["gravity"])
-        self._skeleton = read_skeleton(motion)
+        self._skeleton = classify_links(motion)
         self._marks: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._frame_view(motion.channel("points")[0], (film.steps - 1) * motion.travel)
         self._add_artists()
 
-    def show(self, frame: Frame) -> None:
+    def show(self, frame: AnimationFrame) -> None:
         """Move everything to where it is in a frame."""
         points, foot = tilt(frame.points, self._slope), tilt(frame.foot, self._slope)
         swapped = frame.step % 2 == 1
@@ -113,7 +113,7 @@ class Scene:
         legs = [*self._body, *self._swing, *self._stance]
         self.moving: list[Artist] = [self._cone, *legs, self._joints, self._foot, self._force]
 
-    def _mark(self, slide: Slide) -> None:
+    def _mark(self, slide: SlideMark) -> None:
         """Draw a slide to scale on the ground, and below it its direction and length, which are always legible."""
         key = (slide.step, slide.order)
         if key not in self._marks:
@@ -124,7 +124,7 @@ class Scene:
         slid = 1e3 * abs(slide.end - slide.start)
         text.set_text(f"{arrow} {slid:.{2 if slid < 10 else 1 if slid < 100 else 0}f} mm")
 
-    def _add_mark(self, slide: Slide) -> tuple[Any, Any]:
+    def _add_mark(self, slide: SlideMark) -> tuple[Any, Any]:
         """Create the line and the text of a slide, and a pointer that shows where even a tiny one is."""
         fill, ink = MODE_FILL[slide.mode], MODE_INK[slide.mode]
         (line,) = self._axes.plot([], [], color=fill, linewidth=5, solid_capstyle="butt", zorder=2)
@@ -138,7 +138,7 @@ class Scene:
         self.moving += [line, pointer, text]
         return line, text
 
-    def _look(self, frame: Frame) -> None:
+    def _look(self, frame: AnimationFrame) -> None:
         """Point the view at where the walk has come to, at a steady pace so that it is the walker that moves."""
         first, last = self._centres
         share = frame.time / (self._film.steps * self._film.motion.period)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.playback import Frame, Playback
 from gaitopt.plot.insets import FootGlass, ForceDiagram, Header
 from gaitopt.plot.scene import Scene
 
@@ -25,24 +25,24 @@ class Part(Protocol):
 
     moving: list["Artist"]
 
-    def show(self, frame: Frame) -> None:
+    def show(self, frame: AnimationFrame) -> None:
         """Move everything to where it is in a frame."""
 
 
-def draw_pictures(gait: Gait, film: Playback) -> Iterator[Picture]:
+def draw_pictures(gait: Gait, film: AnimationFrames) -> Iterator[Picture]:
     """Yield the picture of each frame, an array of shape (544, 960, 4) that holds until the next is asked for.
 
     Parameters
     ----------
     gait : Gait
-    film : Playback
+    film : AnimationFrames
         Of the gait's motion.
 
     Examples
     --------
     >>> from gaitopt import load
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> next(draw_pictures(gait, Playback(gait.motion, steps=1, rate=30, slow=2.0))).shape
+    >>> next(draw_pictures(gait, AnimationFrames(gait.motion, steps=1, rate=30, slow=2.0))).shape
     (544, 960, 4)
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg

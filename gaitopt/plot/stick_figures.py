@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gaitopt.motion.link_roles import Links, classify_links, tilt
 from gaitopt.motion.motion import Array, Motion, Segment
-from gaitopt.motion.skeleton import Links, read_skeleton, tilt
 from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, SECOND_LEG
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def _spacing(instants: Sequence[Instant]) -> float:
 
 
 def _draw_walker(axes: "Axes", motion: Motion, instant: Instant, shift: float, slope: float) -> None:
-    skeleton = read_skeleton(motion)
+    skeleton = classify_links(motion)
     mode = instant.segment.mode
     points = tilt(instant.segment.points[:, :, instant.sample] + np.array([[shift], [0.0]]), slope)
     draw_links(axes, points, skeleton.body, color=BODY, linewidth=2.0)

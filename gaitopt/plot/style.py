@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.parameters import Parameter
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.report.markup import Element, element, points
 
@@ -46,7 +46,7 @@ class Axis:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Line:
+class Curve:
     """A line of a chart, one piece for each phase of the step.
 
     Attributes
@@ -78,7 +78,7 @@ class Chart:
 
     Examples
     --------
-    >>> line = Line(label="a", x=(np.array([0.0, 1.0]),), y=(np.array([0.0, 2.0]),))
+    >>> line = Curve(label="a", x=(np.array([0.0, 1.0]),), y=(np.array([0.0, 2.0]),))
     >>> chart = Chart(title="a", x_label="time [s]", y_label="a [m]", unit="m", lines=[line])
     >>> chart.draw().tag, chart.place(0.0, 0.0)[0]
     ('svg', 54.0)
@@ -88,7 +88,7 @@ class Chart:
     x_label: str
     y_label: str
     unit: str
-    lines: Sequence[Line]
+    lines: Sequence[Curve]
     bands: Sequence[tuple[float, float, Mode]] = ()
     limits: Sequence[float] = ()
     closed: bool = False
@@ -139,7 +139,7 @@ class Chart:
             aria_label=f"{self.title}: {', '.join(line.label for line in self.lines)}",
         )
 
-    def _line(self, number: int, line: Line) -> list[Element]:
+    def _line(self, number: int, line: Curve) -> list[Element]:
         pieces = [
             [self.place(float(a), float(b)) for a, b in zip(*piece, strict=True)]
             for piece in zip(line.x, line.y, strict=True)
@@ -173,12 +173,12 @@ def _grid(x: Axis, y: Axis) -> list[Element]:
     parts = []
     for value in x.ticks(5):
         parts.append(element("path", class_="grid", d=f"M{x(value):.2f} {y.start}V{y.end}"))
-        parts.append(element("text", _written(value), class_="tick middle", x=x(value), y=y.start + 15))
+        parts.append(element("text", _write(value), class_="tick middle", x=x(value), y=y.start + 15))
     for value in y.ticks(4):
         parts.append(element("path", class_="grid", d=f"M{x.start} {y(value):.2f}H{x.end}"))
-        parts.append(element("text", _written(value), class_="tick end", x=x.start - 6, y=y(value) + 4))
+        parts.append(element("text", _write(value), class_="tick end", x=x.start - 6, y=y(value) + 4))
     return parts
 
 
-def _written(value: float) -> str:
+def _write(value: float) -> str:
     return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")

@@ -7,7 +7,7 @@ from pathlib import Path
 from gaitopt import __version__
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motion.atomic import replacing
+from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.sections import comparison_section, gait_section
@@ -60,7 +60,7 @@ def write_report(
         raise InputError("A report needs at least one gait.")
     path = Path(path)
     text = "<!doctype html>\n" + to_html(_page(gaits, title, robot)) + "\n"
-    with replacing(path) as temporary:
+    with write_atomically(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.report.chart import Chart, Line
+from gaitopt.report.chart import Chart, Curve
 
 
 def time_charts(motion: Motion, torque_limits: Mapping[str, Any]) -> list[Chart]:
@@ -44,7 +44,7 @@ def portraits(motion: Motion) -> list[Chart]:
             y_label=f"rate of {name} [deg/s]",
             unit="deg/s",
             lines=[
-                Line(
+                Curve(
                     label=name,
                     x=tuple(np.rad2deg(part.q[row]) for part in motion.segments),
                     y=tuple(np.rad2deg(part.v[row]) for part in motion.segments),
@@ -73,7 +73,7 @@ def _over_time(
         y_label=f"{quantity} [{unit}]" if unit else quantity,
         unit=unit,
         lines=[
-            Line(label=label, x=time, y=tuple(part[number] for part in rows)) for number, label in enumerate(labels)
+            Curve(label=label, x=time, y=tuple(part[number] for part in rows)) for number, label in enumerate(labels)
         ],
         bands=[(float(p.time[0]), float(p.time[-1]), p.mode) for p in motion.segments if p.mode.slips],
         limits=limits,

@@ -1,13 +1,13 @@
-"""The player of a gait: stage, word, controls, and the positions of every mark in every frame."""
+"""The player of a gait: stage, contact sequence, controls, and the positions of every mark in every frame."""
 
 from typing import Any
 
 import numpy as np
 
+from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.motion.playback import Frame, Playback
-from gaitopt.report.chart import Chart, Line
+from gaitopt.report.chart import Chart, Curve
 from gaitopt.report.markup import Element, data_element, element
 from gaitopt.report.stage import Stage
 
@@ -26,7 +26,7 @@ def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
     name : str
         Unlike that of any other player of the page.
     """
-    film = Playback(gait.motion, steps=1, rate=RATE, slow=SLOW)
+    film = AnimationFrames(gait.motion, steps=1, rate=RATE, slow=SLOW)
     stage = Stage(film, steps=STEPS, name=name)
     frames = [film.frame(number) for number in range(len(film))]
     positions = stage.frames()
@@ -47,26 +47,26 @@ def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
     }
     return element(
         "div",
-        _word(gait),
+        _sequence(gait),
         stage.draw(),
         _controls(STEPS * len(frames) - 1),
         _key(),
         data_element(data, class_="film"),
         class_="player",
         role="group",
-        aria_label=f"Animation of {gait.word}",
+        aria_label=f"Animation of {gait.sequence}",
     )
 
 
-def _word(gait: Gait) -> Element:
-    """Return the word of the gait, each token of which lights up in its turn."""
+def _sequence(gait: Gait) -> Element:
+    """Return the contact sequence of the gait, each token of which lights up in its turn."""
     tokens = [
         element("span", mode.label, class_=f"token {mode.name.lower()}", data_phase=phase)
-        for phase, mode in enumerate(gait.word.phases)
+        for phase, mode in enumerate(gait.sequence.phases)
     ]
-    impact = gait.word.impact
+    impact = gait.sequence.impact
     landing = element("span", impact.label, class_=f"token {impact.name.lower()} impact")
-    return element("p", *tokens, element("span", "|", class_="bar"), landing, class_="word")
+    return element("p", *tokens, element("span", "|", class_="bar"), landing, class_="sequence")
 
 
 def _controls(last: int) -> Element:
@@ -89,18 +89,18 @@ def _key() -> Element:
     )
 
 
-def _marks(chart: Chart, gait: Gait, frame: Frame) -> list[list[Any]]:
+def _marks(chart: Chart, gait: Gait, frame: AnimationFrame) -> list[list[Any]]:
     """Return for each line of a chart where its mark is, and what it reads."""
     return [_mark(chart, line, gait, frame) for line in chart.lines]
 
 
-def _mark(chart: Chart, line: Line, gait: Gait, frame: Frame) -> list[Any]:
+def _mark(chart: Chart, line: Curve, gait: Gait, frame: AnimationFrame) -> list[Any]:
     x, y = (_value(gait, frame, pieces) for pieces in (line.x, line.y))
     column, row = chart.place(x, y)
     return [round(column, 1), round(row, 1), f"{chart.write(y)} {chart.unit}".strip()]
 
 
-def _value(gait: Gait, frame: Frame, pieces: tuple[Array, ...]) -> float:
+def _value(gait: Gait, frame: AnimationFrame, pieces: tuple[Array, ...]) -> float:
     """Return a sampled quantity at the time of a frame, in the phase of the frame."""
     motion = gait.motion
     time = frame.time + float(motion.segments[0].time[0])

@@ -8,10 +8,10 @@ from typing import Any
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import ledger
-from gaitopt.motion.facts import describe_gait
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Motion
-from gaitopt.motion.skeleton import is_drawable
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
 from gaitopt.report.chart import Chart
 from gaitopt.report.markup import Element, element, table
@@ -95,7 +95,7 @@ def cycle_card(cycle: Cycle) -> Element:
     """Return a periodic gait: its facts, its multipliers on the unit circle, and its energy."""
     critical = cycle.critical_friction
     facts = [
-        ("word", cycle.word),
+        ("sequence", cycle.sequence),
         ("stable", f"{'yes' if cycle.stable else 'no'}: largest modulus {cycle.radius:.6g}"),
         *((name, f"{value:.9g}") for name, value in cycle.state.items()),
         ("period", f"{cycle.period:.7g} s"),
@@ -132,7 +132,7 @@ def comparison_card(found: Comparison) -> Element:
 
 
 def _side_by_side(gaits: Mapping[str, Gait]) -> Element:
-    columns = [dict(describe_gait(gait)) for gait in gaits.values()]
+    columns = [dict(tabulate_gait(gait)) for gait in gaits.values()]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = [(name, *(column.get(name, "\N{EN DASH}") for column in columns)) for name in names]
     return table(rows, ("", *gaits), name="Comparison of gaits")
@@ -140,7 +140,7 @@ def _side_by_side(gaits: Mapping[str, Gait]) -> Element:
 
 def facts_table(gait: Gait) -> Element:
     """Return the facts of a gait as a table."""
-    return table(describe_gait(gait), name="Facts")
+    return table(tabulate_gait(gait), name="Facts")
 
 
 def chart_figure(chart: Chart) -> Element:

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
+from gaitopt.motion.link_roles import classify_links, tilt
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.motion.playback import Frame, Playback
-from gaitopt.motion.skeleton import read_skeleton, tilt
 from gaitopt.report.markup import Element, element, points
 
 TALL, WIDEST, FLOOR = 360, 720, 46
@@ -22,7 +22,7 @@ class Stage:
 
     Parameters
     ----------
-    film : Playback
+    film : AnimationFrames
         Of one step.
     steps : int
         How often it is played; the legs swap roles each time.
@@ -32,16 +32,16 @@ class Stage:
     Examples
     --------
     >>> from gaitopt import load
-    >>> film = Playback(load("docs/examples/compass_slip.h5").motion, steps=1, rate=30, slow=2.0)
+    >>> film = AnimationFrames(load("docs/examples/compass_slip.h5").motion, steps=1, rate=30, slow=2.0)
     >>> stage = Stage(film, steps=2, name="walker")
     >>> stage.draw().tag, len(stage.frames()), len(stage.frames()[0]["links"])
     ('svg', 61, 2)
     """
 
-    def __init__(self, film: Playback, *, steps: int, name: str) -> None:
+    def __init__(self, film: AnimationFrames, *, steps: int, name: str) -> None:
         motion = film.motion
         self._film, self._steps, self._name = film, steps, name
-        self._skeleton = read_skeleton(motion)
+        self._skeleton = classify_links(motion)
         self._slope, self._friction = motion.parameters["slope"], motion.parameters["friction"]
         self._tall = float(np.max(motion.channel("points")[1]))
         self._newton = WEIGHT_DRAWN * self._tall / (motion.total_mass * motion.parameters["gravity"])
@@ -115,7 +115,7 @@ class Stage:
         level = tilt(places, self._slope)
         return np.stack([self._origin[0] + self._scale * level[0], self._origin[1] - self._scale * level[1]])
 
-    def _positions(self, frame: Frame) -> dict[str, Any]:
+    def _positions(self, frame: AnimationFrame) -> dict[str, Any]:
         joints = self._pixels(frame.points)
         force = self._scale * self._newton * tilt(frame.force, self._slope)
         return {

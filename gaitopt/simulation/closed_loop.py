@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, demanded, held_size
-from gaitopt.model.modes import Mode
+from gaitopt.control.law import Law, demand_torque, latched_size
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
@@ -71,11 +71,11 @@ def paradox_guard(wellposed: ca.SX, mode: Mode) -> ca.SX:
 def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
     """Return the closed loop of a robot, a mode and the Function of a law; composed once."""
     n = robot.n_q
-    held = held_size(torque)
+    held = latched_size(torque)
     t, y = ca.SX.sym("t"), ca.SX.sym("y", 2 * n + held)
     p, data = ca.SX.sym("p", len(robot.parameters)), ca.SX.sym("data", torque.size1_in(3))
     q, v = y[:n], y[n : 2 * n]
-    u, switches = demanded(torque, t, y, data, mode.sign)
+    u, switches = demand_torque(torque, t, y, data, mode.sign)
     acceleration, force = robot.acceleration[mode](q, v, u, p)
     loss = -force[0] * v[0] if mode.slips else 0
     guard, _, armed = robot.touchdown(q, v, p)
@@ -108,9 +108,9 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
 @functools.lru_cache(maxsize=128)
 def demand_of(torque: ca.Function, mode: Mode) -> ca.Function:
     """Return (clock, y, data) -> torque of a law in a contact mode."""
-    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * torque.size1_in(1) + held_size(torque))
+    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * torque.size1_in(1) + latched_size(torque))
     data = ca.SX.sym("data", torque.size1_in(3))
-    return ca.Function("demand", [clock, y, data], [ca.densify(demanded(torque, clock, y, data, mode.sign)[0])])
+    return ca.Function("demand", [clock, y, data], [ca.densify(demand_torque(torque, clock, y, data, mode.sign)[0])])
 
 
 def piece_shift(law: Law, before: Array) -> Array:

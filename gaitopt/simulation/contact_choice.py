@@ -7,10 +7,10 @@ from bisect import bisect_right
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, held_size
+from gaitopt.control.law import Law, latched_size
 from gaitopt.errors import InputError
-from gaitopt.model.buffered import Buffered
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import demand_of
@@ -37,8 +37,8 @@ class ContactChoice:
         self.friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
         self._robot, self._law, self._p, self._speed = robot, law, p, 1 + robot.n_q
         self._breaks, self._index = law.breakpoints.tolist(), law.index
-        self._forces: dict[int, Buffered] = {}
-        self._here = np.zeros(1 + 2 * robot.n_q + held_size(law.torque))
+        self._forces: dict[int, FastCall] = {}
+        self._here = np.zeros(1 + 2 * robot.n_q + latched_size(law.torque))
 
     def choose(self, clock: float, y: Array, *, leaving: Mode | None = None) -> Mode:
         """Return the mode in which the foot goes on.
@@ -74,10 +74,10 @@ class ContactChoice:
         chosen = Mode.slipping(-tangential)
         return Mode.STICK if chosen is leaving else chosen
 
-    def _force(self, piece: int) -> Buffered:
+    def _force(self, piece: int) -> FastCall:
         """Return what computes the force (f_t, f_n) [N] that keeps the foot at rest, in a piece of the law."""
         force, data = _resting_force(self._robot, self._law.torque), self._law.table[:, piece]
-        self._forces[piece] = Buffered(force, self._p, data, shared=self._here)
+        self._forces[piece] = FastCall(force, self._p, data, shared=self._here)
         return self._forces[piece]
 
 

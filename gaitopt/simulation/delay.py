@@ -12,21 +12,21 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, held_size
+from gaitopt.control.law import Law, latched_size
 from gaitopt.errors import InputError
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.arc import Arc, Engine
+from gaitopt.simulation.engine import Arc, Engine
 
 READINGS = 4
 """Readings taken in the time of one delay, so that what the law reads is 1 to 1.25 delays old."""
-AT_ONCE = 1e-12
+SIMULTANEOUS = 1e-12
 """Times nearer to each other than this are one [s]."""
 
 
-def reading_late(law: Law) -> Law:
-    """Return a law that takes its state from the first values it holds over a step, to be set by :class:`LateReadings`.
+def delay_readings(law: Law) -> Law:
+    """Return a law that takes its state from the first values it holds over a step, to be set by :class:`DelayedReadings`.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def reading_late(law: Law) -> Law:
         The clock, reset at touchdown, is its own and not late; nor is the sign of the slide, for laws that want it.
     """
     size = 2 * law.torque.size1_in(1)
-    held, slide = ca.SX.sym("held", size + held_size(law.torque)), ca.SX.sym("slide")
+    held, slide = ca.SX.sym("held", size + latched_size(law.torque)), ca.SX.sym("slide")
 
     def late(function: ca.Function) -> ca.Function:
         clock, q, v, data = function.sx_in()[:4]
@@ -61,8 +61,8 @@ class _Reading(NamedTuple):
     own: Array | None
 
 
-class LateReadings:
-    """An engine for one walk under a law made by :func:`reading_late`: it sets what the law reads at each arrival.
+class DelayedReadings:
+    """An engine for one walk under a law made by :func:`delay_readings`: it sets what the law reads at each arrival.
 
     At a touchdown readings under way change their legs as the robot does.  What a law holds over a step it takes from
     the state after the touchdown, when that arrives.
@@ -91,7 +91,7 @@ class LateReadings:
         until: float,
         record: bool = False,
     ) -> Arc:
-        """Integrate one contact mode from arrival to arrival; see :class:`gaitopt.simulation.arc.Engine`."""
+        """Integrate one contact mode from arrival to arrival; see :class:`gaitopt.simulation.engine.Engine`."""
         n, y, event = robot.n_q, np.array(state, dtype=float), None
         if self._landed:
             self._begin_step(y, n)
@@ -122,10 +122,10 @@ class LateReadings:
     def _take(self, clock: float, y: Array, n: int) -> None:
         """Take what has arrived, and the reading that is due."""
         assert self._held is not None
-        if self._next <= clock + AT_ONCE:
+        if self._next <= clock + SIMULTANEOUS:
             self._under_way.append(_Reading(clock + self._delay, y[: 2 * n].copy(), None))
             self._next = clock + self._delay / READINGS
-        while self._under_way and self._under_way[0].arrival <= clock + AT_ONCE:
+        while self._under_way and self._under_way[0].arrival <= clock + SIMULTANEOUS:
             reading = self._under_way.popleft()
             own = self._held[2 * n :] if reading.own is None else reading.own
             self._held = np.concatenate([reading.state, own])

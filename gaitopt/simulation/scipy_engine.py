@@ -9,14 +9,14 @@ import numpy as np
 from scipy.integrate import DOP853, DenseOutput
 
 from gaitopt.control.law import Law
-from gaitopt.model.buffered import Buffered
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.arc import Arc
+from gaitopt.simulation.active_piece import ActivePiece
 from gaitopt.simulation.closed_loop import closed_loop, piece_shift
-from gaitopt.simulation.course import Course
-from gaitopt.simulation.located_events import Watch, spans_of
+from gaitopt.simulation.engine import Arc
+from gaitopt.simulation.event_location import EventWatch, spans_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,15 +53,15 @@ class ScipyEngine:
         until: float,
         record: bool = False,
     ) -> Arc:
-        """Integrate one contact mode; see :class:`gaitopt.simulation.arc.Engine`."""
+        """Integrate one contact mode; see :class:`gaitopt.simulation.engine.Engine`."""
         loop = closed_loop(robot, mode, law.torque)
         n_y, event = loop.size, None
         start = np.concatenate([state, np.zeros(robot.n_u + 1)]) if record else np.array(state, dtype=float)
-        times, states, course = [clock], [start], Course(law, clock, start)
+        times, states, course = [clock], [start], ActivePiece(law, clock, start)
         while course.clock < until and event is None:
             end = course.end(until)
-            watch = Watch(loop, p, course.data, course.clock, states[-1])
-            rates = [Buffered(f, p, course.data) for f in ((loop.flow, loop.energy) if record else (loop.flow,))]
+            watch = EventWatch(loop, p, course.data, course.clock, states[-1])
+            rates = [FastCall(f, p, course.data) for f in ((loop.flow, loop.energy) if record else (loop.flow,))]
             for dense, span in self._spans(rates, n_y, course.clock, end, states[-1]):
                 event, at = watch.first(dense, span)
                 times.append(at)
@@ -70,7 +70,7 @@ class ScipyEngine:
                     break
             if event is None and times[-1] < end:
                 event = "singular"  # the integrator gave up
-            event = course.go_on(times[-1], event)
+            event = course.advance(times[-1], event)
         time, path = np.array(times), np.array(states).T
         if not record:
             return Arc(time[[0, -1]], path[:, [0, -1]], event)
@@ -82,17 +82,17 @@ class ScipyEngine:
         """Integrate the variational equations along the very path that :meth:`flow` follows.
 
         Where a motion creeps, its derivative grows so large that a path of other steps, within the tolerance of this
-        one, would not do.  See :class:`gaitopt.simulation.arc.Engine`.
+        one, would not do.  See :class:`gaitopt.simulation.engine.Engine`.
         """
         loop = closed_loop(robot, mode, law.torque)
         n_y, y, matrix = loop.size, np.array(state, dtype=float), np.eye(loop.size)
-        course, before, event = Course(law, clock, y), None, None
+        course, before, event = ActivePiece(law, clock, y), None, None
         while course.clock < until and event is None:
             end, reached = course.end(until), course.clock
-            flow, slope = Buffered(loop.flow, p, course.data), Buffered(_slope(loop.flow), p, course.data)
+            flow, slope = FastCall(loop.flow, p, course.data), FastCall(_slope(loop.flow), p, course.data)
             if before is not None:
                 matrix += np.outer(before - flow(reached, y)[0], piece_shift(law, before) @ matrix)
-            watch = Watch(loop, p, course.data, reached, y, law_only=True)
+            watch = EventWatch(loop, p, course.data, reached, y, law_only=True)
             for dense in self._steps([flow], n_y, reached, end, y):
                 event, reached = watch.first_in_step(dense, self.samples)
                 matrix, y = self._varied(slope, dense, reached, matrix), dense(reached)
@@ -101,10 +101,10 @@ class ScipyEngine:
             if event is None and (reached < end or not np.all(np.isfinite(matrix))):
                 return np.full((n_y, n_y), np.nan)
             before = flow(reached, y)[0].copy()
-            event = course.go_on(reached, event)
+            event = course.advance(reached, event)
         return matrix
 
-    def _varied(self, slope: Buffered, dense: DenseOutput, end: float, matrix: Array) -> Array:
+    def _varied(self, slope: FastCall, dense: DenseOutput, end: float, matrix: Array) -> Array:
         """Return a solution of the variational equations at a time in a step of the path; nan if there is none."""
         shape, begin = matrix.shape, dense.t_old
         if end <= begin:
@@ -120,14 +120,14 @@ class ScipyEngine:
         return integrator.y.reshape(shape) if integrator.status == "finished" else np.full(shape, np.nan)
 
     def _spans(
-        self, rates: list[Buffered], n_y: int, begin: float, end: float, start: Array
+        self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array
     ) -> Iterator[tuple[DenseOutput, tuple[float, float]]]:
         """Yield the dense output of the integrator with each of the short spans its steps are divided into."""
         for dense in self._steps(rates, n_y, begin, end, start):
             for span in spans_of(dense, self.samples):
                 yield dense, span
 
-    def _steps(self, rates: list[Buffered], n_y: int, begin: float, end: float, start: Array) -> Iterator[DenseOutput]:
+    def _steps(self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array) -> Iterator[DenseOutput]:
         """Yield the dense output of each step of the integrator; it ends early where the integrator cannot go on."""
 
         def rate(t: float, y: Array) -> Array:

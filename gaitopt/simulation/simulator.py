@@ -7,15 +7,15 @@ import numpy as np
 
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
-from gaitopt.model.impact import Impact
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.impact import Impact
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_motion, make_segment
 from gaitopt.parameters import Parameter
-from gaitopt.simulation.arc import Arc, Engine
-from gaitopt.simulation.engines import default_engine
-from gaitopt.simulation.walker import Stride, Walker
+from gaitopt.simulation.engine import Arc, Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.status import Stop
 
 
@@ -126,7 +126,7 @@ def simulate(
     >>> from gaitopt import compass_biped, simulate
     >>> angles, rates = [-0.147836890, -0.147836890], [0.732796791, -0.500667882]
     >>> walk = simulate(compass_biped(), [0, 0, *angles], [0, 0, *rates], {"slope": np.deg2rad(1), "friction": 0.3})
-    >>> str(walk.motion.word()), round(walk.motion.period, 6)
+    >>> str(walk.motion.sequence()), round(walk.motion.period, 6)
     ('stick | stick', 0.744621)
     """
     Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
@@ -135,7 +135,7 @@ def simulate(
     law = law or passive(robot)
     engine = engine or default_engine(law)
     p = robot.vector(robot.resolve(parameters))
-    q, v = _checked(robot, "q", q), _checked(robot, "v", v)
+    q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
     if v[1] != 0:
         raise InputError(
             f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
@@ -166,7 +166,7 @@ def record_walk(walker: Walker, state: Array, steps: int) -> Rollout:
     return Rollout(motion, stop, tuple(events), walker.engine.name)
 
 
-def _checked(robot: Robot, name: str, value: Array) -> Array:
+def _check_state(robot: Robot, name: str, value: Array) -> Array:
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.control.law import feedforward
-from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
+from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
 from gaitopt.motion.motion import Motion
-from gaitopt.simulation.arc import Engine
+from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
 from gaitopt.status import Stop
@@ -113,12 +113,12 @@ def verify(
 def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verification:
     walked, planned = rollout.motion, gait.motion
     reasons = []
-    word = walked.word()
-    spelled = str(word) if word is not None else " ".join(segment.mode.value for segment in walked.segments)
+    sequence = walked.sequence()
+    spelled = str(sequence) if sequence is not None else " ".join(segment.mode.value for segment in walked.segments)
     if rollout.stop is not Stop.STEPS_DONE:
         reasons.append(f"the replay stopped: {rollout.stop.hint}")
-    if walked.segments and spelled != str(gait.word):
-        reasons.append(f"the replay walked '{spelled}' instead of '{gait.word}'")
+    if walked.segments and spelled != str(gait.sequence):
+        reasons.append(f"the replay walked '{spelled}' instead of '{gait.sequence}'")
     state_error = _state_error(planned, walked)
     period_error, cost, residual = abs(walked.period - planned.period), float("nan"), ledger(walked).relative_residual
     if walked.jumps:
@@ -139,7 +139,7 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verificati
             reasons.append(f"{name} off by {error:.1e}{unit}, allowed {allowed:.0e}")
     return Verification(
         passed=not reasons,
-        word=spelled,
+        sequence=spelled,
         stop=rollout.stop.key,
         state_error=state_error,
         period_error=period_error,

@@ -4,14 +4,14 @@ import numpy as np
 
 from gaitopt.control.law import Law, feedforward
 from gaitopt.errors import InputError
-from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
+from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
-from gaitopt.simulation.arc import Engine
-from gaitopt.simulation.engines import default_engine
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.search import cycle_from
+from gaitopt.stability.cycle_search import cycle_from
 from gaitopt.stability.section import Section
 
 

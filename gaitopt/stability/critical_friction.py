@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import Passage
 
 

@@ -1,18 +1,18 @@
-"""Periodic gaits of a walker: state, word, multipliers, cost in energy and friction."""
+"""Periodic gaits of a walker: state, contact sequence, multipliers, cost in energy and friction."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, ledger
 from gaitopt.motion.motion import Array
-from gaitopt.motion.word import Word
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
-from gaitopt.simulation.walker import Walker
 from gaitopt.stability.critical_friction import CriticalFriction, critical_friction
-from gaitopt.stability.newton import FixedPoint
+from gaitopt.stability.fixed_point import FixedPoint
 from gaitopt.stability.one_sided import one_sided_derivatives
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
@@ -27,7 +27,7 @@ class Cycle:
     robot : str
     parameters : dict of str to float
         SI units, slope and friction included.
-    words : tuple of Word
+    sequences : tuple of ContactSequence
         Of each step of the period.
     section : Section
     z : (n_z,) array
@@ -60,13 +60,13 @@ class Cycle:
     >>> import math
     >>> from gaitopt import find_cycles, rimless_wheel
     >>> gait = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, starts=10)[0]
-    >>> gait.word, gait.stable, list(gait.state)
+    >>> gait.sequence, gait.stable, list(gait.state)
     ('stick | stick', True, ['theta_rate'])
     """
 
     robot: str
     parameters: dict[str, float]
-    words: tuple[Word, ...]
+    sequences: tuple[ContactSequence, ...]
     section: Section
     z: Array
     points: tuple[Array, ...]
@@ -83,9 +83,9 @@ class Cycle:
     engine: str
 
     @property
-    def word(self) -> str:
-        """The words of the period, joined by ``"; "``."""
-        return "; ".join(str(word) for word in self.words)
+    def sequence(self) -> str:
+        """The contact sequences of the period, joined by ``"; "``."""
+        return "; ".join(str(sequence) for sequence in self.sequences)
 
     @property
     def state(self) -> dict[str, float]:
@@ -128,13 +128,13 @@ def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle
     if section.sliding and last.impact.mode is Mode.STICK:
         section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
     motion = record_walk(walker, point.passage.states[0], returning.steps).motion
-    words = tuple(word for step in range(returning.steps) if (word := motion.word(step)) is not None)
+    sequences = tuple(sequence for step in range(returning.steps) if (sequence := motion.sequence(step)) is not None)
     eigenvalues = np.linalg.eigvals(derivative).astype(complex)
     sticks = all(mode is Mode.STICK for stride in point.passage.strides for mode in stride.modes)
     return Cycle(
         robot=walker.robot.name,
         parameters=motion.parameters,
-        words=words,
+        sequences=sequences,
         section=section,
         z=z,
         points=tuple(section.project(state) for state in point.passage.states),

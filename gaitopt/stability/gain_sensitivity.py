@@ -7,17 +7,17 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.control.law import Law, held_size
+from gaitopt.control.law import Law, latched_size
 from gaitopt.errors import InputError
-from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
+from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.arc import Engine
-from gaitopt.simulation.engines import default_engine
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.fixed_point import FixedPoint, find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
-from gaitopt.stability.newton import FixedPoint, find_fixed_point
 from gaitopt.stability.return_map import ReturnMap
 
 STEP = 1e-3
@@ -93,7 +93,7 @@ def gain_sensitivity(
     for name in names:
         law.with_gains({name: law.gain_values.get(name, 0.0)})  # says which gains there are
     _, point = _at(cycle, law, robot, engine)
-    lifted = returning_with(cycle, as_held(law, names), robot, engine)
+    lifted = return_map_with(cycle, latch_gains(law, names), robot, engine)
     passage = lifted(point.z)
     effect = Linearisation(lifted.walker).effect_of_held(passage.states[0], passage.strides[0])
     by_gain = effect[cycle.section.places][:, -len(names) :]
@@ -115,17 +115,17 @@ def gain_sensitivity(
     return GainSensitivity(names, by_gain, state, moved, radius)
 
 
-def as_held(law: Law, names: Sequence[str]) -> Law:
+def latch_gains(law: Law, names: Sequence[str]) -> Law:
     """Return the same law with some gains among the values it holds over a step, last, so that they can be varied."""
     rows = [law.gains[name] for name in names]
-    held, slide = ca.SX.sym("held", held_size(law.torque) + len(rows)), ca.SX.sym("slide")
+    held, slide = ca.SX.sym("held", latched_size(law.torque) + len(rows)), ca.SX.sym("slide")
 
     def varied(function: ca.Function) -> ca.Function:
         clock, q, v, data = function.sx_in()[:4]
         entries = ca.vertsplit(data)
         for k, row in enumerate(rows):
-            entries[row] = held[held_size(law.torque) + k]
-        more = [held[: held_size(law.torque)], slide] if function.n_in() > 4 else []
+            entries[row] = held[latched_size(law.torque) + k]
+        more = [held[: latched_size(law.torque)], slide] if function.n_in() > 4 else []
         outputs = function.call([clock, q, v, ca.vertcat(*entries), *more])
         return ca.Function(function.name(), [clock, q, v, data, held, slide], outputs)
 
@@ -136,7 +136,7 @@ def as_held(law: Law, names: Sequence[str]) -> Law:
     return replace(law, torque=varied(law.torque), hold=hold, demand=law.demand and varied(law.demand))
 
 
-def returning_with(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> ReturnMap:
+def return_map_with(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> ReturnMap:
     """Return the return map of a cycle's section under another law."""
     p = robot.vector(cycle.parameters)
     walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=3 * cycle.period)
@@ -144,7 +144,7 @@ def returning_with(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) 
 
 
 def _at(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> tuple[ReturnMap, FixedPoint]:
-    returning = returning_with(cycle, law, robot, engine)
+    returning = return_map_with(cycle, law, robot, engine)
     point = find_fixed_point(returning, cycle.z)
     if point is None:
         raise InputError("No periodic gait was found for gains next to these.")

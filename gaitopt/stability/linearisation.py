@@ -14,12 +14,12 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.model.buffered import Buffered
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import closed_loop, piece_shift
-from gaitopt.simulation.walker import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 
 BEYOND = 1e-7
 """A located event leaves its guard at rounding (N, m/s, rad); further below zero the mode was left by a jump."""
@@ -29,8 +29,8 @@ BEYOND = 1e-7
 class _Slopes:
     """A mode's flow, and gradients of its guards, ready for numbers."""
 
-    flow: Buffered
-    guards: Buffered
+    flow: FastCall
+    guards: FastCall
 
 
 class Linearisation:
@@ -44,7 +44,7 @@ class Linearisation:
     def __init__(self, walker: Walker) -> None:
         self.walker = walker
         self._known: dict[Mode, _Slopes] = {}
-        self._resets: dict[Mode, Buffered] = {}
+        self._resets: dict[Mode, FastCall] = {}
 
     def derivative(self, state: Array, stride: Stride, *, impact: Mode | None = None) -> Array:
         """Return d (state after the step) / d (state before it), shape (2 n_q, 2 n_q).
@@ -100,7 +100,7 @@ class Linearisation:
         n = self.walker.robot.n_q
         before, shift = self._time_shift(mode, "touchdown", clock, state)
         if outcome not in self._resets:
-            self._resets[outcome] = Buffered(reset_slope(self.walker.robot, outcome), self.walker.p)
+            self._resets[outcome] = FastCall(reset_slope(self.walker.robot, outcome), self.walker.p)
         reset = self._resets[outcome](state[:n], state[n : 2 * n])[0].reshape(2 * n, 2 * n).T
         return reset @ (np.eye(2 * n, state.size) + np.outer(before[: 2 * n], shift))
 
@@ -136,7 +136,7 @@ class Linearisation:
             walker = self.walker
             loop = closed_loop(walker.robot, mode, walker.law.torque)
             flow = _reordered(loop.flow)
-            self._known[mode] = _Slopes(Buffered(flow, walker.p), Buffered(_guard_slopes(loop.guards), walker.p))
+            self._known[mode] = _Slopes(FastCall(flow, walker.p), FastCall(_guard_slopes(loop.guards), walker.p))
         return self._known[mode]
 
 

@@ -10,9 +10,9 @@ continuously differentiable: the slide that appears there has a speed of second 
 
 import numpy as np
 
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.walker import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.section import Section
 

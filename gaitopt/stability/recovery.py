@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import check_options, counted, positive
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.section import Section
 
@@ -111,7 +111,7 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     --------
     >>> import math
     >>> from gaitopt import default_engine, find_cycles, passive, rimless_wheel
-    >>> from gaitopt.simulation.walker import Walker
+    >>> from gaitopt.simulation.hybrid_automaton import Walker
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
@@ -119,7 +119,7 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     5
     """
     test = test or PushTest()
-    settling = [_settling(walker, cycle, radius * push, test) for push in _pushes(walker, cycle, test)]
+    settling = [_settling_steps(walker, cycle, radius * push, test) for push in _pushes(walker, cycle, test)]
     found = tuple(steps for steps in settling if steps is not None)
     return _answer(test, radius, len(found), found)
 
@@ -140,7 +140,7 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
     --------
     >>> import math
     >>> from gaitopt import default_engine, find_cycles, passive, rimless_wheel
-    >>> from gaitopt.simulation.walker import Walker
+    >>> from gaitopt.simulation.hybrid_automaton import Walker
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
@@ -156,7 +156,7 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
     while upper - lower > test.resolution * upper and upper > 1e-6:
         settling = []
         for push in _pushes(walker, cycle, test):
-            settling.append(_settling(walker, cycle, radius * push, test))
+            settling.append(_settling_steps(walker, cycle, radius * push, test))
             if settling[-1] is None:
                 upper = beyond = radius
                 break
@@ -194,7 +194,7 @@ def _pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
         yield scale * direction / np.linalg.norm(direction) * rng.uniform() ** (1 / scale.size)
 
 
-def _settling(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
+def _settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
     """Return the number of steps after which a walk stays within the tolerance of the gait, or None if it does not."""
     whole = Section(walker.robot, walker.p, sliding=True)
     home = whole.project(cycle.section.embed(cycle.z))

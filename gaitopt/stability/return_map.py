@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.walker import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.section import Section
 from gaitopt.status import Stop

@@ -8,9 +8,9 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.buffered import Buffered
-from gaitopt.model.closing import closing_angle, touching
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
+from gaitopt.model.section_coordinate import dependent_coordinate, touching
 from gaitopt.motion.motion import Array
 
 
@@ -41,7 +41,7 @@ class Section:
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates; a rate is written with the suffix ``_rate``."""
         angles = self.robot.angles
-        free = (angle for angle in angles if angle != angles[closing_angle(self.robot)])
+        free = (angle for angle in angles if angle != angles[dependent_coordinate(self.robot)])
         rates = (f"{angle}_rate" for angle in angles)
         return (*free, *rates, *(("foot_speed",) if self.sliding else ()))
 
@@ -54,7 +54,7 @@ class Section:
     @functools.cached_property
     def closing(self) -> int:
         """Entry of the state that the touchdown condition fixes."""
-        return 2 + closing_angle(self.robot)
+        return 2 + dependent_coordinate(self.robot)
 
     @functools.cached_property
     def _free(self) -> list[int]:
@@ -103,7 +103,7 @@ def _angle_fixed(robot: Robot) -> ca.Function:
     The swap of the angles is linear; a touchdown guard that is linear too needs one Newton step, others a few.
     """
     others, p = ca.SX.sym("others", len(robot.angles) - 1), ca.SX.sym("p", len(robot.parameters))
-    angle, place = ca.SX.sym("angle"), closing_angle(robot)
+    angle, place = ca.SX.sym("angle"), dependent_coordinate(robot)
     angles = ca.vertsplit(others)
     angles.insert(place, angle)
     condition = touching(robot, ca.vertcat(*angles), p)
@@ -117,10 +117,10 @@ def _angle_fixed(robot: Robot) -> ca.Function:
 
 
 @functools.lru_cache(maxsize=256)
-def _closing(robot: Robot, p: bytes, thread: int) -> tuple[Buffered, Buffered]:
+def _closing(robot: Robot, p: bytes, thread: int) -> tuple[FastCall, FastCall]:
     """Return other angles -> the one fixed, and its gradient, for given parameters; each thread has its own memory."""
     function = _angle_fixed(robot)
     others, parameters = function.sx_in()
     gradient = ca.densify(ca.jacobian(function(others, parameters), others))
     slope = ca.Function("angle_fixed_slope", [others, parameters], [gradient])
-    return Buffered(function, np.frombuffer(p)), Buffered(slope, np.frombuffer(p))
+    return FastCall(function, np.frombuffer(p)), FastCall(slope, np.frombuffer(p))

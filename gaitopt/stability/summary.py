@@ -30,11 +30,11 @@ def summarise_cycle(cycle: Cycle) -> dict[str, Any]:
     sides = [_pairs(matrix) for matrix in cycle.one_sided_multipliers]
     return plain(
         {
-            "word": cycle.word,
+            "sequence": cycle.sequence,
             "state": cycle.state,
-            "steps": len(cycle.words),
+            "steps": len(cycle.sequences),
             "period": cycle.period,
-            "step_length": cycle.travel / len(cycle.words),
+            "step_length": cycle.travel / len(cycle.sequences),
             "multipliers": _pairs(cycle.multipliers),
             "one_sided_multipliers": dict(zip(("stick", "slip"), sides, strict=True)) if sides else None,
             "radius": cycle.radius,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motion.word import Word
+from gaitopt.motion.contact_sequence import ContactSequence
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -20,7 +20,7 @@ class WalkProblem:
         Of robot and ground, SI units, slope in rad; those not named keep their defaults.
     law : Law or None
         None for passive walking.
-    word : Word, str or None
+    sequence : ContactSequence, str or None
         The gait asked for; None for all that are found.
     name : str
         For people.
@@ -28,7 +28,7 @@ class WalkProblem:
     Raises
     ------
     InputError
-        At construction, if a parameter or the word cannot be.
+        At construction, if a parameter or the contact sequence cannot be.
 
     Examples
     --------
@@ -40,12 +40,16 @@ class WalkProblem:
     robot: Robot
     parameters: Mapping[str, float] = field(default_factory=dict)
     law: Law | None = None
-    word: Word | str | None = None
+    sequence: ContactSequence | str | None = None
     name: str = "walk"
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
             raise InputError(f"robot must be a Robot such as rimless_wheel(), got {self.robot!r}.")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
-        if self.word is not None:
-            object.__setattr__(self, "word", Word.parse(self.word).require_closed("A walking problem").check_periodic())
+        if self.sequence is not None:
+            object.__setattr__(
+                self,
+                "sequence",
+                ContactSequence.parse(self.sequence).require_closed("A walking problem").check_periodic(),
+            )

@@ -10,7 +10,7 @@ from gaitopt.motion.energy import absolute_work
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.stability.assessment import assess_stability
-from gaitopt.study.measure import braking_work, force_ratio, peak_torques
+from gaitopt.study.gait_metrics import braking_work, force_ratio, peak_torques
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Comparison:
         verdict = gait.verification
         record: dict[str, Any] = {
             "label": label,
-            "word": str(gait.word),
+            "sequence": str(gait.sequence),
             "status": gait.status.key,
             "verified": None if verdict is None else verdict.passed,
             "friction": gait.motion.parameters["friction"],
@@ -97,7 +97,7 @@ def compare(
     Parameters
     ----------
     gaits : mapping of str to Gait, or sequence of Gait
-        With labels, or labelled by their words and frictions.
+        With labels, or labelled by their contact sequences and frictions.
     multipliers : bool
         Whether to compute those of the torques played back in open loop.
     robot : Robot, optional
@@ -117,7 +117,7 @@ def compare(
     --------
     >>> from gaitopt import compare, load
     >>> found = compare({"slip": load("docs/examples/compass_slip.h5")})
-    >>> [(record["label"], record["word"]) for record in found.records()]
+    >>> [(record["label"], record["sequence"]) for record in found.records()]
     [('slip', 'slip+ stick | slip+')]
     """
     if isinstance(gaits, Gait):
@@ -131,11 +131,11 @@ def compare(
 
 
 def _labelled(gaits: Sequence[Gait]) -> dict[str, Gait]:
-    """Return gaits by word, with the friction where words repeat, numbered where that does not help."""
-    words = [str(gait.word) for gait in gaits]
+    """Return gaits by sequence, with the friction where sequences repeat, numbered where that does not help."""
+    sequences = [str(gait.sequence) for gait in gaits]
     labels = [
-        word if words.count(word) == 1 else f"{word}, friction {gait.motion.parameters['friction']:g}"
-        for word, gait in zip(words, gaits, strict=True)
+        sequence if sequences.count(sequence) == 1 else f"{sequence}, friction {gait.motion.parameters['friction']:g}"
+        for sequence, gait in zip(sequences, gaits, strict=True)
     ]
     numbered = [
         label if labels.count(label) == 1 else f"{label} ({1 + labels[:number].count(label)})"

@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt import __version__
+from gaitopt.control.inverse_dynamics import prescribed_angles
 from gaitopt.control.law import Law, passive
-from gaitopt.control.prescribed_angles import prescribed_angles
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import cost_of_transport
 from gaitopt.motion.gait import Gait, SolverReport, cone_margin
 from gaitopt.motion.motion import Motion, Segment
-from gaitopt.motion.word import Word
-from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
-from gaitopt.simulation.walker import Walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.status import Status, Stop
@@ -63,9 +63,9 @@ class Imitation:
     gap: float
 
     @property
-    def word(self) -> Word | None:
+    def sequence(self) -> ContactSequence | None:
         """What was walked; None if the step did not reach its touchdown."""
-        return self.motion.word()
+        return self.motion.sequence()
 
     def gait(self, *, samples: int = 60) -> Gait:
         """Return the step as a gait, to be saved, replayed, assessed and given feedback like an optimised one.
@@ -80,9 +80,11 @@ class Imitation:
         InputError
             If the imitation is not feasible.
         """
-        if not self.feasible or self.word is None:
+        if not self.feasible or self.sequence is None:
             raise InputError(f"This imitation cannot be walked: {' '.join(self.reasons)}")
-        return _as_gait(self.robot, self.word, thinned(self.motion, samples), self.gap, "imitation of a passive gait")
+        return _as_gait(
+            self.robot, self.sequence, thin_samples(self.motion, samples), self.gap, "imitation of a passive gait"
+        )
 
 
 def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tolerance: float = 1e-3) -> Imitation:
@@ -113,18 +115,18 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     >>> from gaitopt import compass_biped, find_cycles, imitate
     >>> robot = compass_biped()
     >>> downhill = {"slope": math.radians(1), "friction": 0.3}
-    >>> passive_gait = find_cycles(robot, downhill, word="stick | stick", starts=30)[0]
+    >>> passive_gait = find_cycles(robot, downhill, sequence="stick | stick", starts=30)[0]
     >>> level = imitate(robot, passive_gait, {"slope": 0.0})
-    >>> level.feasible, str(level.word), round(level.cost_of_transport, 4)
+    >>> level.feasible, str(level.sequence), round(level.cost_of_transport, 4)
     (True, 'stick | stick', 0.0175)
     """
-    if len(cycle.words) != 1:
-        raise InputError(f"Only gaits of one step can be imitated, not {cycle.word!r}.")
+    if len(cycle.sequences) != 1:
+        raise InputError(f"Only gaits of one step can be imitated, not {cycle.sequence!r}.")
     origin = robot.vector(cycle.parameters)
     law = passive(robot)
     start = cycle.section.embed(cycle.z)
     walker = Walker(robot, law, origin, default_engine(law))
-    model = thinned(record_walk(walker, start, 1).motion, 80)
+    model = thin_samples(record_walk(walker, start, 1).motion, 80)
     values = robot.resolve({**cycle.parameters, **parameters})
     law = prescribed_angles(robot, model, values)
     walker = Walker(robot, law, robot.vector(values), default_engine(law), step_time_limit=3 * cycle.period)
@@ -175,22 +177,24 @@ def controlled_gait(robot: Robot, gait: Gait, law: Law, *, samples: int = 100) -
     >>> from gaitopt import compass_biped, controlled_gait, joint_pd, load
     >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
     >>> walked = controlled_gait(robot, gait, joint_pd(robot, gait.motion, damping=2, torque_limit=8))
-    >>> str(walked.word), abs(walked.cost_of_transport - gait.cost_of_transport) < 1e-5
+    >>> str(walked.sequence), abs(walked.cost_of_transport - gait.cost_of_transport) < 1e-5
     ('slip+ stick | slip+', True)
     """
     cycle = assess_stability(gait, law, robot=robot)
     walker = Walker(robot, law, robot.vector(cycle.parameters), default_engine(law), step_time_limit=3 * gait.period)
     motion = record_walk(walker, cycle.section.embed(cycle.z), 1).motion
-    return _as_gait(robot.name, cycle.words[0], thinned(motion, samples), cycle.residual, f"walked under {law.name}")
+    return _as_gait(
+        robot.name, cycle.sequences[0], thin_samples(motion, samples), cycle.residual, f"walked under {law.name}"
+    )
 
 
-def thinned(motion: Motion, samples: int) -> Motion:
+def thin_samples(motion: Motion, samples: int) -> Motion:
     """Return a motion with about as many samples per step, the ends of its segments among them."""
     step = motion.period / max(len(motion.jumps), 1) / samples
-    return replace(motion, segments=tuple(_thinned(segment, step) for segment in motion.segments))
+    return replace(motion, segments=tuple(_thin_samples(segment, step) for segment in motion.segments))
 
 
-def _thinned(segment: Segment, step: float) -> Segment:
+def _thin_samples(segment: Segment, step: float) -> Segment:
     count = max(round(segment.duration / step), 8)
     wanted = np.linspace(segment.time[0], segment.time[-1], count + 1)
     after = np.clip(np.searchsorted(segment.time, wanted), 1, segment.time.size - 1)
@@ -200,18 +204,18 @@ def _thinned(segment: Segment, step: float) -> Segment:
     return replace(segment, **{name: getattr(segment, name)[..., keep] for name in series})
 
 
-def _as_gait(robot: str, word: Word, motion: Motion, gap: float, name: str) -> Gait:
+def _as_gait(robot: str, sequence: ContactSequence, motion: Motion, gap: float, name: str) -> Gait:
     largest = float(np.max(np.abs(motion.channel("torque"))))
     cost = cost_of_transport(motion)
     return Gait(
         robot=robot,
-        word=word,
+        sequence=sequence,
         status=Status.SOLVED,
         motion=motion,
         problem={
             "name": name,
             "objective": "none",
-            "word": str(word),
+            "sequence": str(sequence),
             **motion.parameters,
             "torque_limit": dict.fromkeys(motion.actuators, largest),
         },

@@ -12,21 +12,21 @@ from gaitopt.control.law import Law, feedforward
 from gaitopt.control.state_feedback import state_feedback
 from gaitopt.control.step_to_step import step_to_step
 from gaitopt.errors import InputError
-from gaitopt.model.modes import Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import check_options, positive
-from gaitopt.simulation.engines import default_engine
-from gaitopt.simulation.walker import Stride, Walker
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
-from gaitopt.stability.newton import find_fixed_point
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 from gaitopt.tuning.riccati import Stretch, discrete_gains, periodic_gains
 
 
 @dataclass(frozen=True, kw_only=True)
-class Weights:
+class LqrWeights:
     """What a linear-quadratic law holds dear: a deviation or torque of this size costs one unit.
 
     Attributes
@@ -43,7 +43,7 @@ class Weights:
 
     Examples
     --------
-    >>> Weights(torque=2.0).angle
+    >>> LqrWeights(torque=2.0).angle
     0.05
     """
 
@@ -61,7 +61,7 @@ def lqr(
     robot: Robot,
     motion: Motion,
     *,
-    weights: Weights | None = None,
+    weights: LqrWeights | None = None,
     torque_limit: float | Mapping[str, float] = math.inf,
 ) -> Law:
     """Return the time-varying linear-quadratic law of a gait, designed through its contact events.
@@ -74,7 +74,7 @@ def lqr(
     robot : Robot
     motion : Motion
         One step of a periodic gait.
-    weights : Weights, optional
+    weights : LqrWeights, optional
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
@@ -88,7 +88,7 @@ def lqr(
     >>> lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'lqr'
     """
-    weights = weights or Weights()
+    weights = weights or LqrWeights()
     n_a = len(robot.angles)
     sizes = [weights.angle] * n_a + [weights.foot_speed] + [weights.rate] * n_a
     found = periodic_gains(
@@ -105,7 +105,7 @@ def step_lqr(
     *,
     law: Law | None = None,
     windows: int = 2,
-    weights: Weights | None = None,
+    weights: LqrWeights | None = None,
     torque_limit: float | Mapping[str, float] = math.inf,
 ) -> Law:
     """Return the discrete linear-quadratic law of a gait's return map: torques held over windows of each step.
@@ -119,7 +119,7 @@ def step_lqr(
         What the torques are added to, without limits; by default the gait's own torques, played back.
     windows : int
         Equal parts of the step.
-    weights : Weights, optional
+    weights : LqrWeights, optional
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
@@ -133,7 +133,7 @@ def step_lqr(
     >>> step_lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'step-to-step'
     """
-    weights = weights or Weights()
+    weights = weights or LqrWeights()
     base, first = law or feedforward(robot, motion), motion.segments[0]
     p = robot.vector(motion.parameters)
     section = Section(robot, p, sliding=True)
@@ -162,8 +162,8 @@ def _first_stride(walker: Walker, motion: Motion) -> Stride:
     """Return the step the motion's torques walk; it must have the phases of the motion."""
     first = motion.segments[0]
     stride = walker.stride(np.concatenate([first.q[:, 0], first.v[:, 0]]))
-    word = motion.word(first.step)
-    planned = None if word is None else (*word.phases, word.impact)
+    sequence = motion.sequence(first.step)
+    planned = None if sequence is None else (*sequence.phases, sequence.impact)
     outcome = stride.impact.mode if stride.impact is not None else None
     if stride.following is None or (*stride.modes, outcome) != planned:
         raise InputError("The motion's torques, played back, do not walk it; check the gait with verify.")

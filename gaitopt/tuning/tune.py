@@ -8,29 +8,29 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
-from gaitopt.model.catalogue import robot_named
 from gaitopt.model.robot import Robot
+from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
 from gaitopt.progress import Observer, silent
-from gaitopt.simulation.arc import Engine
-from gaitopt.simulation.engines import default_engine
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, Recovery, largest_recovery
-from gaitopt.tuning.design import Design
+from gaitopt.tuning.controller_family import ControllerFamily
+from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
 from gaitopt.tuning.objective import SpectralRadius, TuningObjective
 from gaitopt.tuning.record import Trial, Tuning
-from gaitopt.tuning.search import GainSearch, Search
 
 
 def tune_feedback(
     gait: Gait,
-    design: Design,
+    design: ControllerFamily,
     *,
     objective: TuningObjective | None = None,
     frictions: Sequence[float] = (),
-    search: Search | None = None,
+    search: GainSearchOptions | None = None,
     test: PushTest | None = None,
     robot: Robot | None = None,
     engine: Engine | None = None,
@@ -67,20 +67,20 @@ def tune_feedback(
 
     Examples
     --------
-    >>> from gaitopt import PushTest, Search, compass_biped, design_named, load, tune_feedback
+    >>> from gaitopt import PushTest, GainSearchOptions, compass_biped, controller_family_named, load, tune_feedback
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> design = design_named("computed-torque", compass_biped(), gait.motion, torque_limit=8)
-    >>> tuned = tune_feedback(gait, design, search=Search(samples=2, starts=1, evaluations=8), test=PushTest(starts=1))
+    >>> design = controller_family_named("computed-torque", compass_biped(), gait.motion, torque_limit=8)
+    >>> tuned = tune_feedback(gait, design, search=GainSearchOptions(samples=2, starts=1, evaluations=8), test=PushTest(starts=1))
     >>> tuned.radius_after < 0.2 < tuned.radius_before
     True
     """
     gait.require()
-    robot, search = robot_named(gait.robot, robot), search or Search()
+    robot, search = robot_named(gait.robot, robot), search or GainSearchOptions()
     objective, began = objective or SpectralRadius(), time.perf_counter()
     task = GainSearch(gait, robot, design, objective, tuple(frictions), engine, observer)
     best = task.search(search)
     seconds = time.perf_counter() - began
-    law, cycle = _controlled(gait, design, best, robot, engine)
+    law, cycle = _closed_loop_gait(gait, design, best, robot, engine)
     return Tuning(
         law=law,
         design=design.name,
@@ -90,7 +90,7 @@ def tune_feedback(
         radius_after=math.inf if cycle is None else cycle.radius,
         cycle=cycle,
         fixed_point_shift=math.nan if cycle is None else fixed_point_shift(gait, cycle),
-        verified=_verified(gait, law, cycle, test or PushTest(), robot, engine),
+        verified=_verify_tuning(gait, law, cycle, test or PushTest(), robot, engine),
         trials=tuple(task.trials),
         evaluations=len(task.trials),
         seconds=seconds,
@@ -110,8 +110,8 @@ def _open_loop(gait: Gait, robot: Robot, engine: Engine | None) -> float:
         return math.inf
 
 
-def _controlled(
-    gait: Gait, design: Design, best: Trial, robot: Robot, engine: Engine | None
+def _closed_loop_gait(
+    gait: Gait, design: ControllerFamily, best: Trial, robot: Robot, engine: Engine | None
 ) -> tuple[Law | None, Cycle | None]:
     """Return the law of the best gains and its periodic gait, where there are any."""
     try:
@@ -124,7 +124,7 @@ def _controlled(
         return law, None
 
 
-def _verified(
+def _verify_tuning(
     gait: Gait, law: Law | None, cycle: Cycle | None, test: PushTest, robot: Robot, engine: Engine | None
 ) -> Recovery:
     if law is None or cycle is None:

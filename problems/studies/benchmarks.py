@@ -12,7 +12,7 @@ from numpy.polynomial import Polynomial
 from published import CLOSED_FORM, OWN, published
 from rimless_closed_forms import gait_speed, kept_share
 
-from gaitopt import Number, Study, compass_biped, find_cycles, rimless_wheel, trace_branch
+from gaitopt import PublishedValue, Reproduction, compass_biped, find_cycles, rimless_wheel, trace_branch
 
 SIMPLEST = {
     "th1": -0.2003109005442,
@@ -34,7 +34,7 @@ def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=60):  # leg mas
         left, right = figure.subplots(1, 2)
         _draw_limit(left, masses, light, limit)
         _draw_multipliers(right, wheel, limit, goswami)
-    return Study(figure, (*_wheel_numbers(wheel), *_simplest_numbers(limit), *_goswami_numbers(goswami)))
+    return Reproduction(figure, (*_wheel_numbers(wheel), *_simplest_numbers(limit), *_goswami_numbers(goswami)))
 
 
 def _wheel():
@@ -74,9 +74,9 @@ def _wheel_numbers(cycle):
     name, value, multiplier = "rimless wheel n = 6, kappa = 1/2", cycle.state["theta_rate"], cycle.multipliers[0].real
     exact = gait_speed(6, 0.5, 0.2) / math.sqrt(1.5)  # tau_c = sqrt(1.5 l / g)
     return (
-        Number(f"{name}: thd*", value, 0.460341126609, 1e-12, OWN, UNIT),
-        Number(f"{name}: thd*, closed form", value, exact, 1e-12, CLOSED_FORM, UNIT),
-        Number(f"{name}: multiplier 4/9", multiplier, kept_share(6, 0.5) ** 2, 1e-12, CLOSED_FORM),
+        PublishedValue(f"{name}: thd*", value, 0.460341126609, 1e-12, OWN, UNIT),
+        PublishedValue(f"{name}: thd*, closed form", value, exact, 1e-12, CLOSED_FORM, UNIT),
+        PublishedValue(f"{name}: multiplier 4/9", multiplier, kept_share(6, 0.5) ** 2, 1e-12, CLOSED_FORM),
     )
 
 
@@ -85,10 +85,10 @@ def _simplest_numbers(limit):
     values["real"], values["imaginary"] = _pair(limit)
     units = {"th1": "rad", "th1_rate": UNIT}
     found = [
-        Number(f"{name}: {key}", float(values[key]), reference, 1e-9, OWN, units.get(key, "1"))
+        PublishedValue(f"{name}: {key}", float(values[key]), reference, 1e-9, OWN, units.get(key, "1"))
         for key, reference in SIMPLEST.items()
     ]
-    return (*found, Number(f"{name}: third multiplier", float(limit["third"]), 0.0, 1e-9, OWN))
+    return (*found, PublishedValue(f"{name}: third multiplier", float(limit["third"]), 0.0, 1e-9, OWN))
 
 
 def _goswami_numbers(cycle):

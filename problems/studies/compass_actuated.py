@@ -6,40 +6,50 @@ Both are planned by optimal control and replayed, open loop, by the event-driven
 from drawing import STYLE, draw_by_mode, key_of_modes
 from published import OWN, published
 
-from gaitopt import GaitProblem, Limits, Mode, MultipleShooting, Number, Study, compass_biped, solve, verify
+from gaitopt import (
+    GaitProblem,
+    Limits,
+    Mode,
+    MultipleShooting,
+    PublishedValue,
+    Reproduction,
+    compass_biped,
+    solve,
+    verify,
+)
 
 PRINTED = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
-"""Cost of transport by word."""
+"""Cost of transport by contact sequence."""
 
 
 def study(speed=0.633, step_length=0.4713, friction=0.14, torque_limit=6.0, intervals=40):  # [m/s], [m], [N m]
     """Return the study."""
     gaits, numbers = [], []
-    for word, printed in PRINTED.items():
-        gait = verify(solve(_problem(word, speed, step_length, friction, torque_limit, intervals)).require())
+    for sequence, printed in PRINTED.items():
+        gait = verify(solve(_problem(sequence, speed, step_length, friction, torque_limit, intervals)).require())
         gaits.append(gait)
-        numbers.append(published(f"{word}: cost of transport", gait.cost_of_transport, printed, source=OWN))
+        numbers.append(published(f"{sequence}: cost of transport", gait.cost_of_transport, printed, source=OWN))
         miss, source = gait.verification.state_error, f"{OWN}: within 3e-7"
-        numbers.append(Number(f"{word}: miss of the replayed state", miss, 0.0, 3e-7, source))
+        numbers.append(PublishedValue(f"{sequence}: miss of the replayed state", miss, 0.0, 3e-7, source))
     with STYLE.figure(4.8) as figure:
         rows = figure.subplots(3, len(gaits), sharex=True, sharey="row")
         for column, gait in zip(rows.T, gaits, strict=True):
             _draw(column, gait, friction)
-            column[0].set_title(f"{gait.word}\ncost of transport {gait.cost_of_transport:.5f}")
+            column[0].set_title(f"{gait.sequence}\ncost of transport {gait.cost_of_transport:.5f}")
             column[2].set_xlabel("time [s]")
         rows[0, 0].set_ylabel("ankle torque [N m]")
         rows[1, 0].set_ylabel("hip torque [N m]")
         rows[2, 0].set(ylabel="force ratio $f_t/f_n$", ylim=(-1.3 * friction, 1.8 * friction))
         figure.align_ylabels(rows[:, 0])
         key_of_modes(figure, (Mode.SLIP_FORWARD,))
-    return Study(figure, tuple(numbers))
+    return Reproduction(figure, tuple(numbers))
 
 
-def _problem(word, speed, step_length, friction, torque_limit, intervals):
+def _problem(sequence, speed, step_length, friction, torque_limit, intervals):
     return GaitProblem(
         name="compass biped",
         robot=compass_biped(),
-        word=word,
+        sequence=sequence,
         friction=friction,
         speed=speed,
         step_length=step_length,

@@ -5,16 +5,16 @@ Gait A needs most friction just after the touchdown; with less than that the foo
 
 import math
 
-from compass_setup import FRICTION, WORDS, gait, walk
+from compass_setup import FRICTION, SEQUENCES, gait, walk
 from drawing import STYLE, draw_by_mode, key_of_modes
 from published import published
 
-from gaitopt import Mode, Number, Study
+from gaitopt import Mode, PublishedValue, Reproduction
 
 
 def study(friction=FRICTION, starts=100):
     """Return the study; `friction` is that of Gaits B and C, and Gait A never slips."""
-    cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in WORDS}
+    cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in SEQUENCES}
     need = cycles["A"].critical_friction
     with STYLE.figure(3.3) as figure:
         panels = figure.subplots(1, len(cycles), sharex=True, sharey=True)
@@ -25,10 +25,12 @@ def study(friction=FRICTION, starts=100):
         key_of_modes(figure, (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), IMPULSE)
     numbers = (
         published("Gait A: critical friction", need.friction, "0.17492"),
-        Number("Gait A: when it is needed", need.time, 0.0, 1e-9, "Gamus & Or 2015: just after the impact", "s"),
+        PublishedValue(
+            "Gait A: when it is needed", need.time, 0.0, 1e-9, "Gamus & Or 2015: just after the impact", "s"
+        ),
         published("Gait A: impulse ratio of the touchdown", cycles["A"].impact_ratio, "-0.14467"),
     )
-    return Study(figure, numbers)
+    return Reproduction(figure, numbers)
 
 
 IMPULSE = {

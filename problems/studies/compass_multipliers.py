@@ -8,7 +8,7 @@ from drawing import GAIT_STYLE, STYLE
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 from published import published
 
-from gaitopt import Number, Study, compass_biped, trace_branch
+from gaitopt import PublishedValue, Reproduction, compass_biped, trace_branch
 
 
 def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # points per stretch of a branch
@@ -25,14 +25,14 @@ def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # po
         axes.yaxis.set_major_formatter(ScalarFormatter())
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.legend(loc="upper right", handlelength=3.2)
-    return Study(figure, _numbers(cycles), remarks)
+    return Reproduction(figure, _numbers(cycles), remarks)
 
 
 def _lines(cycles, upward, downward):
     """Return frictions and largest moduli of each gait, and what is seen where branches end."""
     critical = cycles["A"].critical_friction.friction
-    # Between its two critical frictions Gait A's successor slips after the touchdown only; followed whatever its word.
-    above = _followed(cycles["B"], np.linspace(upward[0], critical, len(upward)), same_word=False)
+    # Between its two critical frictions Gait A's successor slips after the touchdown only; followed whatever its sequence.
+    above = _followed(cycles["B"], np.linspace(upward[0], critical, len(upward)), same_sequence=False)
     below = _followed(cycles["B"], downward)
     c_above, c_below = (_followed(cycles["C"], values) for values in (upward, downward))
     lines = {
@@ -40,7 +40,7 @@ def _lines(cycles, upward, downward):
         "B": _joined(above, below),
         "C": _joined(c_above, c_below),
     }
-    once = above.changes("word")[0]
+    once = above.changes("sequence")[0]
     remarks = [
         f"Between mu = {once.value:.4f} and {critical:.4f} Gait B slips only just after the touchdown ({once.after}).",
     ]
@@ -52,8 +52,8 @@ def _lines(cycles, upward, downward):
     return lines, tuple(remarks)
 
 
-def _followed(start, frictions, same_word=True):
-    return trace_branch(compass_biped(), start.parameters, start, "friction", frictions, same_word=same_word)
+def _followed(start, frictions, same_sequence=True):
+    return trace_branch(compass_biped(), start.parameters, start, "friction", frictions, same_sequence=same_sequence)
 
 
 def _joined(*branches):
@@ -74,7 +74,7 @@ def _numbers(cycles):
     ]
     for number, printed in enumerate(("1.8235", "-1.0695", "0.0579")):
         numbers.append(published(f"Gait C: multiplier {number + 1}", c[number].real, printed))
-    numbers.append(Number("Gait C: modulus of multiplier 4", abs(c[3]), 0.0, 1e-10, "Gamus & Or 2015"))
+    numbers.append(PublishedValue("Gait C: modulus of multiplier 4", abs(c[3]), 0.0, 1e-10, "Gamus & Or 2015"))
     return tuple(numbers)
 
 

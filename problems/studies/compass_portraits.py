@@ -7,11 +7,11 @@ its rate jumps.
 import math
 
 import numpy as np
-from compass_setup import FRICTION, WORDS, gait, walk
+from compass_setup import FRICTION, SEQUENCES, gait, walk
 from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spelled
 from published import energy_balance, published
 
-from gaitopt import Mode, Study
+from gaitopt import Mode, Reproduction
 
 PRINTED = {
     "A": {
@@ -36,7 +36,7 @@ SWING = {"color": "0.6", "linewidth": 1.0, "label": "swing"}
 
 def study(friction=FRICTION, starts=100):
     """Return the study; `friction` is that of Gaits B and C, and Gait A never slips."""
-    cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in WORDS}
+    cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in SEQUENCES}
     with STYLE.figure(4.8) as figure:
         rows = figure.subplots(2, len(cycles), sharex="row")
         for column, (name, cycle) in zip(rows.T, cycles.items(), strict=True):
@@ -44,14 +44,14 @@ def study(friction=FRICTION, starts=100):
             _draw_leg(column[0], motion)
             _draw_foot_speed(column[1], motion)
             place = "unlimited friction" if name == "A" else rf"$\mu$ = {friction:g}"
-            column[0].set_title(f"Gait {name}, {place}\n{spelled(cycle.word)}")
+            column[0].set_title(f"Gait {name}, {place}\n{spelled(cycle.sequence)}")
             column[0].set(xlabel="angle of a leg [deg]", ylim=(-1.25, 1.15))
             column[0].tick_params(labelleft=name == "A")
             column[1].set_xlabel("time [s]")
         rows[0, 0].set_ylabel("rate of a leg [rad/s]")
         rows[1, 0].set(ylabel=r"foot speed $\dot x$ [m/s]", ylim=(-0.1, 0.1))
         key_of_modes(figure, (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), SWING, {**JUMP_LINE, "label": "touchdown"})
-    return Study(figure, _numbers(cycles))
+    return Reproduction(figure, _numbers(cycles))
 
 
 def _draw_leg(axes, motion):

@@ -8,7 +8,7 @@ from gaitopt import compass_biped, find_cycles, simulate
 SLOPE, FRICTION = 1.0, 0.14
 """The study's slope [deg], and the friction at which Gaits B and C are shown."""
 
-WORDS = {"A": "stick | stick", "B": "slip+ stick slip- | stick", "C": "slip+ stick | slip+"}
+SEQUENCES = {"A": "stick | stick", "B": "slip+ stick slip- | stick", "C": "slip+ stick | slip+"}
 
 
 def biped(friction=math.inf, slope=SLOPE):
@@ -26,14 +26,14 @@ def biped(friction=math.inf, slope=SLOPE):
 
 @functools.cache
 def gait(name, friction, starts=100):
-    """Return Gait A, B or C at a friction; the stable one where two have its word.
+    """Return Gait A, B or C at a friction; the stable one where two have its contact sequence.
 
     Raises
     ------
     LookupError
         If none is found.
     """
-    found = [cycle for cycle in _gaits(friction, starts) if cycle.word == WORDS[name]]
+    found = [cycle for cycle in _gaits(friction, starts) if cycle.sequence == SEQUENCES[name]]
     if not found:
         raise LookupError(f"Gait {name} was not found at friction {friction:g}; give more starts.")
     return found[0]

@@ -12,7 +12,7 @@ from feedback_setup import IMITATED, LABEL, LAW_STYLE, LAWS, OPEN_LOOP, plan, pl
 from matplotlib.ticker import MaxNLocator
 from published import published
 
-from gaitopt import Number, Study, absolute_work, compass_biped
+from gaitopt import PublishedValue, Reproduction, absolute_work, compass_biped
 from gaitopt.simulation.simulator import record_walk
 
 PUSH, SLIPPERY, PATCH = 0.01, 0.11, (2, 5)
@@ -39,15 +39,17 @@ def study(laws=LAWS, evaluations=60, starts=200, steps=16, pushes=9, largest=0.0
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         handles, labels = circle.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=5)
-    return Study(figure, _numbers(walked), tuple(_remarks(walked, work, sizes, [end for end in ends if end])))
+    return Reproduction(figure, _numbers(walked), tuple(_remarks(walked, work, sizes, [end for end in ends if end])))
 
 
 def _numbers(walked):
     before, *after = (cycle.radius for _, cycle in walked.values())
     return (
         published("passive Gait C on its slope: largest multiplier", gait("C", FRICTION).radius, "1.8235"),
-        Number("imitated in open loop: outside the unit circle (1 is yes)", float(before > 1), 1.0, 0.0, "the claim"),
-        Number("under every law: inside it (1 is yes)", float(max(after) < 1), 1.0, 0.0, "the claim"),
+        PublishedValue(
+            "imitated in open loop: outside the unit circle (1 is yes)", float(before > 1), 1.0, 0.0, "the claim"
+        ),
+        PublishedValue("under every law: inside it (1 is yes)", float(max(after) < 1), 1.0, 0.0, "the claim"),
     )
 
 

@@ -25,7 +25,7 @@ from feedback_setup import (
     tuned,
 )
 
-from gaitopt import Cycle, Law, Number, Recovery, Study
+from gaitopt import Cycle, Law, PublishedValue, Recovery, Reproduction
 
 RADIUS, LARGER = 0.5, 3.0
 """Spectral radius that at least two laws should reach, and by what factor their balls should be larger."""
@@ -56,7 +56,7 @@ def study(names=(SLIP, STICK, IMITATED), laws=LAWS, evaluations=60, starts=200, 
             axes.set(xlabel="pushes up to [rad/s]", title=TITLES[name], ylim=(-4, 104))
         panels[0].set_ylabel("starts that return [%]")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    return Study(figure, tuple(_numbers(rows)), tuple(_remarks(rows)))
+    return Reproduction(figure, tuple(_numbers(rows)), tuple(_remarks(rows)))
 
 
 def _rows(name, laws, evaluations, starts):
@@ -81,13 +81,13 @@ def _numbers(rows):
             (fast, f"two laws or more with a spectral radius below {RADIUS:g}"),
             (wide, f"two laws or more whose ball is {LARGER:g} times that of the open loop"),
         ):
-            yield Number(f"{TITLES[name]}: {claim} (1 is yes)", float(count >= wanted), 1.0, 0.0, "the claim")
+            yield PublishedValue(f"{TITLES[name]}: {claim} (1 is yes)", float(count >= wanted), 1.0, 0.0, "the claim")
 
 
 def _remarks(rows):
     for name, held in rows.items():
         cost = plan(name).cost_of_transport
-        yield f"{TITLES[name]}, {spelled(plan(name).word)}: cost of transport {cost:.5f}, held with {HELD_WITH:g} N m."
+        yield f"{TITLES[name]}, {spelled(plan(name).sequence)}: cost of transport {cost:.5f}, held with {HELD_WITH:g} N m."
         for law, row in held.items():
             gains = ", ".join(f"{gain} {value:.3g}" for gain, value in row.gains.items())
             yield (

@@ -6,17 +6,17 @@ from compass_setup import FRICTION, gait
 
 from gaitopt import (
     Collocation,
+    GainSearchOptions,
     GaitProblem,
     Limits,
     Margins,
     PushTest,
-    Search,
     assess_stability,
     compass_biped,
     computed_torque,
     controlled_gait,
+    controller_family_named,
     default_engine,
-    design_named,
     feedforward,
     imitate,
     largest_recovery,
@@ -25,7 +25,7 @@ from gaitopt import (
     tune_feedback,
     verify,
 )
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 
 SLIP, STICK, IMITATED = "slip+ stick | slip+", "stick | stick", "Gait C imitated"
 PLANNED_WITH, HELD_WITH = 5.0, 6.0
@@ -57,7 +57,7 @@ def plan(name):
         return controlled_gait(robot, model, law)
     problem = GaitProblem(
         robot=robot,
-        word=name,
+        sequence=name,
         friction=FRICTION,
         speed=0.633,
         step_length=0.4713,
@@ -72,8 +72,8 @@ def plan(name):
 def tuned(name, law, evaluations=60, starts=200):
     """Return a law tuned for a gait, both by name, for the least spectral radius."""
     found = plan(name)
-    design = design_named(law, compass_biped(), found.motion, torque_limit=HELD_WITH)
-    return tune_feedback(found, design, search=Search(evaluations=evaluations), test=PushTest(starts=starts))
+    design = controller_family_named(law, compass_biped(), found.motion, torque_limit=HELD_WITH)
+    return tune_feedback(found, design, search=GainSearchOptions(evaluations=evaluations), test=PushTest(starts=starts))
 
 
 def walker(name, law, **parameters):

@@ -7,9 +7,9 @@ speed and step length was found; the hip may have 30 N m. On the right the foot 
 
 import numpy as np
 from drawing import STYLE, spelled
-from frontier_setup import STANDARD, WORD_STYLE, standard_numbers, walker
+from frontier_setup import SEQUENCE_STYLE, STANDARD, standard_numbers, walker
 
-from gaitopt import Continued, Ipopt, Study, solve, sweep, verify
+from gaitopt import Ipopt, Reproduction, WarmStart, solve, sweep, verify
 
 STRONG = 30.0
 """[N m]."""
@@ -17,7 +17,7 @@ STRONG = 30.0
 STICK, GRIPPY = "stick | stick", 0.5
 
 WEAKENED = ((STICK, 0.14), ("slip+ stick | slip+", 0.14), (STICK, GRIPPY))
-"""Words and frictions; with much friction a slip at touchdown would have to be forced."""
+"""Contact sequences and frictions; with much friction a slip at touchdown would have to be forced."""
 
 MOTORS = {
     "hip and ankle": ({"ankle": STRONG, "hip": STRONG}, {"color": "#0072B2", "linestyle": "-", "marker": "o"}),
@@ -37,12 +37,14 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
     }
     with STYLE.figure(3.6) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
-        for (word, friction), gaits in weakened.items():
-            style = WORD_STYLE[word] | {"markersize": 4, "linewidth": 1.2}
+        for (sequence, friction), gaits in weakened.items():
+            style = SEQUENCE_STYLE[sequence] | {"markersize": 4, "linewidth": 1.2}
             fill = {"markerfacecolor": "white"} if friction == GRIPPY else {}
             if gaits:
                 points = [(limit, gait.cost_of_transport) for limit, gait in gaits]
-                left.plot(*zip(*points, strict=True), label=rf"{spelled(word)}, $\mu$ = {friction:g}", **style, **fill)
+                left.plot(
+                    *zip(*points, strict=True), label=rf"{spelled(sequence)}, $\mu$ = {friction:g}", **style, **fill
+                )
         for name, (_, style) in MOTORS.items():
             right.plot(speed, alone[name], label=name, markersize=4, linewidth=1.2, **style)
         left.set(xlabel="torque limit of the ankle [N m]", ylabel="cost of transport", yscale="log", xlim=(-0.1, None))
@@ -51,18 +53,20 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
             axes.set_yticks([0.01, 0.02, 0.05, 0.1, 0.2], ["0.01", "0.02", "0.05", "0.1", "0.2"])
             axes.minorticks_off()
             axes.legend(loc="upper right" if axes is left else "upper center")
-    standard = {word: solve(walker().replace(word=word)).require().cost_of_transport for word in STANDARD}
+    standard = {
+        sequence: solve(walker().replace(sequence=sequence)).require().cost_of_transport for sequence in STANDARD
+    }
     remarks = (*_remarks(weakened), *_remarks_alone(speed, alone))
-    return Study(figure, tuple(standard_numbers(standard)), remarks)
+    return Reproduction(figure, tuple(standard_numbers(standard)), remarks)
 
 
-def _weakened(word, friction, limits):
+def _weakened(sequence, friction, limits):
     """Yield limits and gaits, each started from the one before, until one is not found or fails its replay."""
     gait = None
     for limit in limits:
-        problem = walker(friction=friction, torque={"ankle": limit, "hip": STRONG}).replace(word=word)
+        problem = walker(friction=friction, torque={"ankle": limit, "hip": STRONG}).replace(sequence=sequence)
         if gait is not None:
-            problem = problem.replace(guess=Continued(gait))
+            problem = problem.replace(guess=WarmStart(gait))
         gait = solve(problem, solver=Ipopt(max_iterations=200))
         gait = verify(gait) if gait.status.ok else gait
         if not gait.status.ok:
@@ -72,11 +76,11 @@ def _weakened(word, friction, limits):
 
 def _remarks(found):
     """Say what a weaker ankle costs and where gaits end."""
-    for (word, friction), gaits in found.items():
+    for (sequence, friction), gaits in found.items():
         if gaits:
             (most, strong), (limit, weak) = gaits[0], gaits[-1]
             yield (
-                f"`{word}` at friction {friction:g}: found down to {limit:g} N m at the ankle, where it costs "
+                f"`{sequence}` at friction {friction:g}: found down to {limit:g} N m at the ankle, where it costs "
                 f"{weak.cost_of_transport / strong.cost_of_transport:.1f} times as much as with {most:g} N m."
             )
 

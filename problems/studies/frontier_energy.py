@@ -1,6 +1,6 @@
-"""Why a foot that slips walks cheaper: where the energy of two words goes, over friction.
+"""Why a foot that slips walks cheaper: where the energy of two contact sequences goes, over friction.
 
-At equal speed and step length both words pay for what is lost at impact, by friction, and twice for what the motors
+At equal speed and step length both sequences pay for what is lost at impact, by friction, and twice for what the motors
 brake. A touchdown that slips forward loses less at impact: the ground may push the landing foot back only as hard as
 friction lets it, so that part of the motion along the ground goes on, which a sticking impact destroys. That saving is
 larger than what sliding and braking cost, until friction is so high that a slip would have to be forced.
@@ -10,7 +10,7 @@ import numpy as np
 from drawing import STYLE, spelled
 from frontier_setup import walker
 
-from gaitopt import Number, Study, sweep
+from gaitopt import PublishedValue, Reproduction, sweep
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 TERMS = (
@@ -23,12 +23,12 @@ TERMS = (
 
 def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
     """Return the study."""
-    table = sweep(walker(), friction=frictions, words=[STICK, SLIP], workers=workers)
+    table = sweep(walker(), friction=frictions, sequences=[STICK, SLIP], workers=workers)
     terms = {name: factor * table[name] / table.travel for name, factor, *_ in TERMS}
     with STYLE.figure(3.8) as figure:
         left, right = figure.subplots(1, 2)
-        for word, shift in ((STICK, -0.2), (SLIP, 0.2)):
-            _pile(left, shift, 0.36, [terms[name].sel(word=word).values for name, *_ in TERMS])
+        for sequence, shift in ((STICK, -0.2), (SLIP, 0.2)):
+            _pile(left, shift, 0.36, [terms[name].sel(sequence=sequence).values for name, *_ in TERMS])
         left.set(xlabel=f"friction $\\mu$ (left bar {spelled(STICK)}, right bar {spelled(SLIP)})")
         left.set(ylabel="work of the motors over distance [J/m]", ylim=(0, None))
         _pile(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
@@ -44,11 +44,11 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
         figure.legend(
             [handles[i] for i in order], [labels[i] for i in order], loc="outside upper center", ncols=len(labels)
         )
-    return Study(figure, tuple(_numbers(table, terms)), tuple(_remarks(frictions, terms)))
+    return Reproduction(figure, tuple(_numbers(table, terms)), tuple(_remarks(frictions, terms)))
 
 
 def _difference(term):
-    return term.sel(word=SLIP).values - term.sel(word=STICK).values
+    return term.sel(sequence=SLIP).values - term.sel(sequence=STICK).values
 
 
 def _pile(axes, shift, width, heights):
@@ -65,14 +65,16 @@ def _pile(axes, shift, width, heights):
 
 
 def _numbers(table, terms):
-    """Return for each word how the terms add up to the cost of transport, at the friction where they do worst."""
+    """Return for each sequence how the terms add up to the cost of transport, at the friction where they do worst."""
     robot, values = walker().robot, walker().values
     mass = float(robot.mass(robot.vector(values)))
-    for word in (STICK, SLIP):
-        total = sum(term.sel(word=word) for term in terms.values()) / (mass * values["gravity"])
-        ratio = (total / table.cost_of_transport.sel(word=word)).values
+    for sequence in (STICK, SLIP):
+        total = sum(term.sel(sequence=sequence) for term in terms.values()) / (mass * values["gravity"])
+        ratio = (total / table.cost_of_transport.sel(sequence=sequence)).values
         worst = float(ratio[np.argmax(np.abs(ratio - 1))])
-        yield Number(f"{word}: (impact + friction + 2 braking) / cost of transport", worst, 1.0, 1e-5, "energy balance")
+        yield PublishedValue(
+            f"{sequence}: (impact + friction + 2 braking) / cost of transport", worst, 1.0, 1e-5, "energy balance"
+        )
 
 
 def _remarks(frictions, terms):

@@ -1,28 +1,28 @@
-"""What the studies of frontiers share: the compass biped with motors on level ground, and the style of each word."""
+"""What the studies of frontiers share: the compass biped with motors on level ground, and the style of each sequence."""
 
-from gaitopt import GaitProblem, Limits, Number, compass_biped
+from gaitopt import GaitProblem, Limits, PublishedValue, compass_biped
 
 SPEED, STEP, FRICTION, TORQUE = 0.633, 0.4713, 0.14, 6.0
 """[m/s], [m], Coulomb coefficient, [N m]."""
 
-WORD_STYLE = {
+SEQUENCE_STYLE = {
     "stick | stick": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
     "slip+ stick | slip+": {"color": "#D55E00", "linestyle": (0, (5, 1.5)), "marker": "s"},
     "stick slip- | stick": {"color": "#009E73", "linestyle": (0, (5, 1.5, 1, 1.5)), "marker": "^"},
     "slip+ stick slip- | slip+": {"color": "#AA4499", "linestyle": (0, (1.5, 1)), "marker": "D"},
 }
-"""Okabe and Ito's colours; dashes and marks tell the words apart in grey print."""
+"""Okabe and Ito's colours; dashes and marks tell the contact sequences apart in grey print."""
 
 STANDARD = {"stick | stick": 0.01627, "slip+ stick | slip+": 0.01586}
 """Cost of transport at the values above, found with another optimiser on a coarser grid."""
 
 
 def standard_numbers(costs):
-    """Yield costs of transport by word, at the values above, beside those found independently, to 0.1 %."""
-    for word, reference in STANDARD.items():
-        if word in costs:
-            name, tolerance = f"{word}: cost of transport of the standard gait", 1e-3 * reference
-            yield Number(name, float(costs[word]), reference, tolerance, "own computation, to 0.1 %")
+    """Yield costs of transport by contact sequence, at the values above, beside those found independently, to 0.1 %."""
+    for sequence, reference in STANDARD.items():
+        if sequence in costs:
+            name, tolerance = f"{sequence}: cost of transport of the standard gait", 1e-3 * reference
+            yield PublishedValue(name, float(costs[sequence]), reference, tolerance, "own computation, to 0.1 %")
 
 
 def resting(table):
@@ -35,7 +35,7 @@ def walker(speed=SPEED, step_length=STEP, friction=FRICTION, torque=TORQUE, **ch
     return GaitProblem(
         name="compass biped",
         robot=compass_biped(),
-        word="stick | stick",
+        sequence="stick | stick",
         friction=friction,
         speed=speed,
         step_length=step_length,

@@ -1,6 +1,6 @@
 """Cost of transport over speed and step length at one friction, and what slipping at touchdown saves there.
 
-On the left the cost of the cheaper of two words; on the right by how many percent the gait that slips at touchdown is
+On the left the cost of the cheaper of two sequences; on the right by how many percent the gait that slips at touchdown is
 cheaper than the one that always sticks, in brackets where its slide lasts as short as it may. The frame marks the gait
 of the other studies.
 """
@@ -11,7 +11,7 @@ from frontier_setup import FRICTION, SPEED, STEP, resting, standard_numbers, wal
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from gaitopt import Study, sweep
+from gaitopt import Reproduction, sweep
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 
@@ -21,18 +21,18 @@ def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, worker
     speed = np.union1d(np.round(np.linspace(*speeds), 6), [SPEED])
     step = np.union1d(np.round(np.linspace(*steps), 6), [STEP])
     problem = walker(friction=friction)
-    table = sweep(problem, speed=speed, step_length=step, words=[STICK, SLIP], workers=workers, path=path)
+    table = sweep(problem, speed=speed, step_length=step, sequences=[STICK, SLIP], workers=workers, path=path)
     cost = table.cost_of_transport
-    saving = 100 * (1 - cost.sel(word=SLIP) / cost.sel(word=STICK))
+    saving = 100 * (1 - cost.sel(sequence=SLIP) / cost.sel(sequence=STICK))
     with STYLE.figure(3.4) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
-        shading = left.pcolormesh(cost.min("word").values.T, cmap="viridis_r", norm=LogNorm())
-        bar = figure.colorbar(shading, location="top", label="cost of transport of the cheaper word")
+        shading = left.pcolormesh(cost.min("sequence").values.T, cmap="viridis_r", norm=LogNorm())
+        bar = figure.colorbar(shading, location="top", label="cost of transport of the cheaper contact sequence")
         bar.ax.minorticks_off()
         bar.set_ticks([0.01, 0.015, 0.02, 0.03], labels=["0.01", "0.015", "0.02", "0.03"])
         shading = right.pcolormesh(saving.values.T, cmap="RdBu", vmin=-15, vmax=15)
         figure.colorbar(shading, location="top", extend="both", label="slipping at touchdown is cheaper by [%]")
-        _write(right, saving.values, resting(table.sel(word=SLIP)))
+        _write(right, saving.values, resting(table.sel(sequence=SLIP)))
         for axes in (left, right):
             corner = int(np.searchsorted(speed, SPEED)), int(np.searchsorted(step, STEP))
             axes.add_patch(Rectangle(corner, 1, 1, fill=False, edgecolor="black", linewidth=1.5))
@@ -42,8 +42,8 @@ def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, worker
             axes.grid(visible=False)
         left.set(ylabel="step length [m]")
     standard = cost.sel(speed=SPEED, step_length=STEP)
-    at = {word: standard.sel(word=word) for word in (STICK, SLIP)}
-    return Study(figure, tuple(standard_numbers(at)), tuple(_remarks(table, saving)))
+    at = {sequence: standard.sel(sequence=sequence) for sequence in (STICK, SLIP)}
+    return Reproduction(figure, tuple(standard_numbers(at)), tuple(_remarks(table, saving)))
 
 
 def _write(axes, saving, hollow):

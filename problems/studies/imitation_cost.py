@@ -6,29 +6,40 @@ cheapest sticking and slipping gait at the speed and step length of Gait A.
 
 import math
 
-from compass_setup import FRICTION, WORDS, gait
+from compass_setup import FRICTION, SEQUENCES, gait
 from drawing import GAIT_STYLE, STYLE
 from published import OWN, published
 
-from gaitopt import GaitProblem, Limits, MultipleShooting, Study, compass_biped, imitate, solve, trace_branch, verify
+from gaitopt import (
+    GaitProblem,
+    Limits,
+    MultipleShooting,
+    Reproduction,
+    compass_biped,
+    imitate,
+    solve,
+    trace_branch,
+    verify,
+)
 
 OPTIMAL = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
-"""Cost of transport by word at friction 0.14."""
+"""Cost of transport by contact sequence at friction 0.14."""
 
 
 def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.24), starts=100, torque_limit=6.0, intervals=40):  # [N m]
     """Return the study; 0.14 must be among the frictions."""
-    walked = {name: _imitations(name, frictions, starts) for name in WORDS}
+    walked = {name: _imitations(name, frictions, starts) for name in SEQUENCES}
     optima = {
-        word: [_optimum(word, mu, 0.633, 0.4713, torque_limit, intervals) for mu in frictions] for word in OPTIMAL
+        sequence: [_optimum(sequence, mu, 0.633, 0.4713, torque_limit, intervals) for mu in frictions]
+        for sequence in OPTIMAL
     }
     numbers = []
-    for word, printed in OPTIMAL.items():
-        least = optima[word][frictions.index(FRICTION)]
+    for sequence, printed in OPTIMAL.items():
+        least = optima[sequence][frictions.index(FRICTION)]
         numbers.append(
-            published(f"{word}: least cost of transport at friction {FRICTION:g}", least, printed, source=OWN)
+            published(f"{sequence}: least cost of transport at friction {FRICTION:g}", least, printed, source=OWN)
         )
-    remarks = [_remark(name, walked[name][FRICTION]) for name in WORDS if FRICTION in walked[name]]
+    remarks = [_remark(name, walked[name][FRICTION]) for name in SEQUENCES if FRICTION in walked[name]]
     level = walked["C"][FRICTION]
     speed, step = level.motion.travel / level.motion.period, level.motion.travel
     least = _optimum("slip+ stick | slip+", FRICTION, speed, step, torque_limit, intervals)
@@ -36,7 +47,7 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.24), starts=100, torque
         f"At the speed {speed:.3f} m/s and step {step:.3f} m of Gait C the cheapest gait with slipping impact costs "
         f"{least:.5f}, its imitation {level.cost_of_transport:.5f}."
     )
-    return Study(_figure(walked, frictions, optima), tuple(numbers), tuple(remarks))
+    return Reproduction(_figure(walked, frictions, optima), tuple(numbers), tuple(remarks))
 
 
 def _imitations(name, frictions, starts):
@@ -54,26 +65,26 @@ def _imitations(name, frictions, starts):
     ):
         branch = trace_branch(robot, start.parameters, start, "friction", side) if side else None
         for cycle in branch.cycles if branch else ():
-            if cycle.word == WORDS[name] and cycle.parameters["friction"] in side:
+            if cycle.sequence == SEQUENCES[name] and cycle.parameters["friction"] in side:
                 found[cycle.parameters["friction"]] = cycle
     return {mu: imitate(robot, cycle, {"slope": 0.0}) for mu, cycle in sorted(found.items()) if mu in frictions}
 
 
 def _remark(name, level):
     if not level.feasible:
-        return f"Gait {name} on level ground walks '{level.motion.word()}' but cannot go on: {level.reasons[0]}"
+        return f"Gait {name} on level ground walks '{level.motion.sequence()}' but cannot go on: {level.reasons[0]}"
     return (
-        f"Gait {name} on level ground walks '{level.word}' with torques up to {level.largest_torque:.1f} N m "
+        f"Gait {name} on level ground walks '{level.sequence}' with torques up to {level.largest_torque:.1f} N m "
         f"and costs {level.cost_of_transport:.5f}."
     )
 
 
-def _optimum(word, friction, speed, step_length, torque_limit, intervals):
-    """Return the least cost of transport of a word; nan where no gait was found and verified."""
+def _optimum(sequence, friction, speed, step_length, torque_limit, intervals):
+    """Return the least cost of transport of a contact sequence; nan where no gait was found and verified."""
     found = solve(
         GaitProblem(
             robot=compass_biped(),
-            word=word,
+            sequence=sequence,
             friction=friction,
             speed=speed,
             step_length=step_length,
@@ -96,8 +107,8 @@ def _figure(walked, frictions, optima):
                 if own:
                     marks = {"marker": "o", "markersize": 5, "markerfacecolor": fill, "linestyle": "none"}
                     axes.plot(*zip(*own, strict=True), color=style["color"], label=label, **marks)
-        for (word, costs), dashes in zip(optima.items(), ("-", (0, (5, 1.5))), strict=True):
-            axes.plot(frictions, costs, color="0.3", linestyle=dashes, label=f"cheapest {word}")
+        for (sequence, costs), dashes in zip(optima.items(), ("-", (0, (5, 1.5))), strict=True):
+            axes.plot(frictions, costs, color="0.3", linestyle=dashes, label=f"cheapest {sequence}")
         axes.set(xlabel=r"friction $\mu$", ylabel="cost of transport")
         figure.legend(loc="outside right center")
     return figure

@@ -2,7 +2,7 @@
 
 import math
 
-from gaitopt import Number
+from gaitopt import PublishedValue
 
 STUDY = "Gamus & Or 2015"
 OWN = "own computation"
@@ -28,7 +28,7 @@ def published(name, value, printed, unit="1", source=STUDY):
     """
     decimals = len(printed.partition(".")[2])
     tolerance = 0.5 * 10**-decimals if decimals else 0.0  # whole numbers are counts
-    return Number(name, float(value), float(printed), tolerance, source, unit)
+    return PublishedValue(name, float(value), float(printed), tolerance, source, unit)
 
 
 def energy_balance(name, cycle, mass):
@@ -43,4 +43,6 @@ def energy_balance(name, cycle, mass):
     """
     given = mass * cycle.parameters["gravity"] * cycle.travel * math.sin(cycle.parameters["slope"])
     lost = cycle.energy.impact_loss + cycle.energy.friction_loss
-    return Number(f"{name}: (impact + friction loss) / (m g L sin alpha)", lost / given, 1.0, 1e-9, "energy balance")
+    return PublishedValue(
+        f"{name}: (impact + friction loss) / (m g L sin alpha)", lost / given, 1.0, 1e-9, "energy balance"
+    )

@@ -12,16 +12,16 @@ from published import published
 from rimless_closed_forms import fastest_speed, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
-from gaitopt import Patience, Study, basin, basin_edges, rimless_wheel
+from gaitopt import Reproduction, SettlingCriterion, basin, basin_edges, rimless_wheel
 
-PATIENCE = Patience(steps=150, tolerance=1e-6)
+MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
 
 
 def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2):  # grid of frictions and rates
     """Return the study."""
     across, speeds = np.linspace(least, most, frictions), np.linspace(0.01, fastest, rates)
     starts = {"friction": across, "theta_rate": speeds}
-    found = basin(rimless_wheel(), wheel(), starts, patience=PATIENCE, workers=workers)
+    found = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, workers=workers)
     slope = math.radians(SLOPE)
     with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
@@ -38,13 +38,13 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
         published(f"basin of Type {kind}, mu = {friction:g}: upper end", _upper_end(friction), printed, "rad/tau_c")
         for kind, friction, printed in (("B", 0.3, "1.142"), ("A", 1.0, "1.137"))
     )
-    return Study(figure, numbers)
+    return Reproduction(figure, numbers)
 
 
 def _upper_end(friction):
     """Return the rate from which on walks lift off."""
     edges = basin_edges(
-        rimless_wheel(), wheel(friction), "theta_rate", 0.8, 1.2, samples=3, tolerance=1e-6, patience=PATIENCE
+        rimless_wheel(), wheel(friction), "theta_rate", 0.8, 1.2, samples=3, tolerance=1e-6, patience=MAX_FAILED_STARTS
     )
     return next(value for value, _, above in edges if above == "lift_off")
 

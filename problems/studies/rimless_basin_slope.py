@@ -12,16 +12,16 @@ from published import CLOSED_FORM, published
 from rimless_closed_forms import fastest_speed, gait_speed, slope_range, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
-from gaitopt import Number, Patience, Study, basin, basin_edges, rimless_wheel
+from gaitopt import PublishedValue, Reproduction, SettlingCriterion, basin, basin_edges, rimless_wheel
 
-PATIENCE = Patience(steps=150, tolerance=1e-6)
+MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
 
 
 def study(slopes=100, rates=120, greatest_slope=18.0, fastest=1.3, workers=2):  # grid up to [deg], [rad/tau_c]
     """Return the study."""
     degrees, speeds = np.linspace(0.25, greatest_slope, slopes), np.linspace(0.01, fastest, rates)
     starts = {"slope": np.deg2rad(degrees), "theta_rate": speeds}
-    found = basin(rimless_wheel(), wheel(), starts, patience=PATIENCE, workers=workers)
+    found = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, workers=workers)
     with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
         handles = draw_map(axes, found, degrees, speeds)
@@ -33,7 +33,7 @@ def study(slopes=100, rates=120, greatest_slope=18.0, fastest=1.3, workers=2):  
         f"By the closed form the basin's lower end is {exact:.6f}; walks that start less than 1e-5 above it linger "
         "upright for more than 10 tau_c and count as failed."
     )
-    return Study(figure, _numbers(), (remark,))
+    return Reproduction(figure, _numbers(), (remark,))
 
 
 def _draw_closed_forms(axes, greatest_slope):
@@ -53,14 +53,16 @@ def _draw_closed_forms(axes, greatest_slope):
 
 def _numbers():
     """Return the ends of the basin on the study's slope."""
-    edges = basin_edges(rimless_wheel(), wheel(), "theta_rate", 0.03, 1.2, samples=8, tolerance=1e-9, patience=PATIENCE)
+    edges = basin_edges(
+        rimless_wheel(), wheel(), "theta_rate", 0.03, 1.2, samples=8, tolerance=1e-9, patience=MAX_FAILED_STARTS
+    )
     lower, upper = edges[0][0], edges[-1][0]
     place = f"basin of Type A, alpha = {SLOPE:g} deg, unlimited friction"
     exact = fastest_speed(SPOKES, INERTIA_RATIO, math.radians(SLOPE))
     return (
         published(f"{place}: lower end", lower, "0.0872", "rad/tau_c"),
         published(f"{place}: upper end", upper, "0.9595", "rad/tau_c"),
-        Number(f"{place}: upper end, closed form", upper, exact, 1e-8, CLOSED_FORM, "rad/tau_c"),
+        PublishedValue(f"{place}: upper end, closed form", upper, exact, 1e-8, CLOSED_FORM, "rad/tau_c"),
     )
 
 

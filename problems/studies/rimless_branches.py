@@ -11,7 +11,7 @@ from published import OWN, published
 from rimless_setup import RATE, SLOPE, gait, speed_of
 from scipy.optimize import brentq
 
-from gaitopt import Study, rimless_wheel, trace_branch
+from gaitopt import Reproduction, rimless_wheel, trace_branch
 
 STRETCHES = {
     "B": ("B", 0.3, 1.0),
@@ -22,7 +22,7 @@ STRETCHES = {
     "D": ("D", 0.3, 0.4),
     "D, less friction": ("D", 0.3, 0.04),
 }
-"""Type, first and last friction; each stretch is followed as far as its word goes."""
+"""Type, first and last friction; each stretch is followed as far as its contact sequence goes."""
 
 REMARKS = (
     "Types B and C meet at mu = 0.245052, found from both sides; the reference 0.2450 is cut off, not rounded.",
@@ -48,7 +48,7 @@ def study(points=13, most_friction=1.0):  # points per stretch of a branch
             for kind, (friction, speed, multiplier) in lines.items():
                 axes.plot(friction, speed if axes in rows[0] else multiplier, label=kind, **GAIT_STYLE[kind])
         _label(rows)
-    return Study(figure, _numbers(found), REMARKS)
+    return Reproduction(figure, _numbers(found), REMARKS)
 
 
 def _numbers(found):
@@ -78,11 +78,11 @@ def _complete_slip(found, friction):
 
 
 def _followed(start, frictions):
-    return trace_branch(rimless_wheel(), start.parameters, start, "friction", frictions, same_word=True)
+    return trace_branch(rimless_wheel(), start.parameters, start, "friction", frictions, same_sequence=True)
 
 
 def _end(branch):
-    """Return where a stretch, or its word, ends."""
+    """Return where a stretch, or its contact sequence, ends."""
     return branch.special[-1].value
 
 

@@ -9,7 +9,7 @@ from drawing import STYLE, spelled
 from published import published
 from rimless_setup import RATE, SPEED, gait, speed_of, walk
 
-from gaitopt import Number, Study
+from gaitopt import PublishedValue, Reproduction
 
 MARKS = (("o", "#AA4499"), ("X", "0.2"), ("s", "#D55E00"), ("^", "#009E73"))
 
@@ -18,12 +18,12 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau
     """Return the study."""
     motion = walk(rate, friction, foot_speed, steps).motion
     after = np.array([jump.v_next for jump in motion.jumps])  # of each step: foot speed, 0, rate
-    words = [spelled(motion.word(step)) for step in range(len(after))]
+    sequences = [spelled(motion.sequence(step)) for step in range(len(after))]
     before, final = gait("D", friction), gait("B", friction)
     with STYLE.figure(4.8) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
-        _draw(upper, after[:, 2], words)
-        _draw(lower, after[:, 0], words)
+        _draw(upper, after[:, 2], sequences)
+        _draw(lower, after[:, 0], sequences)
         for cycle, kind in ((before, "D"), (final, "B")):
             upper.axhline(speed_of(cycle), **STYLE.limit_line)
             upper.annotate(
@@ -36,18 +36,18 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau
     source = "own computation: its periodic gait"
     numbers = (
         published("step in which xd reaches zero", rest, "15"),
-        Number("thd after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"),
+        PublishedValue("thd after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"),
     )
-    return Study(figure, numbers)
+    return Reproduction(figure, numbers)
 
 
-def _draw(axes, values, words):
-    """Draw a value just after the touchdown of each step, marked by the word of the step."""
+def _draw(axes, values, sequences):
+    """Draw a value just after the touchdown of each step, marked by the contact sequence of the step."""
     number = np.arange(1, values.size + 1)
     axes.plot(number, values, color="0.75", linewidth=0.8, zorder=1)
-    for (marker, color), word in zip(MARKS, dict.fromkeys(words), strict=False):
-        where = np.array([other == word for other in words])
-        axes.plot(number[where], values[where], marker, color=color, markersize=4.5, linestyle="none", label=word)
+    for (marker, color), sequence in zip(MARKS, dict.fromkeys(sequences), strict=False):
+        where = np.array([other == sequence for other in sequences])
+        axes.plot(number[where], values[where], marker, color=color, markersize=4.5, linestyle="none", label=sequence)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from published import CLOSED_FORM, published
 from rimless_closed_forms import force, gait_speed, kept_share
 from rimless_setup import HALF, INERTIA_RATIO, SLOPE, SPOKES, gait, speed_of, walk
 
-from gaitopt import Number, Study
+from gaitopt import PublishedValue, Reproduction
 
 
 def study():
@@ -22,14 +22,14 @@ def study():
         _exact("thd*", speed_of(cycle), gait_speed(SPOKES, INERTIA_RATIO, slope), "rad/tau_c"),
         _exact("multiplier", cycle.multipliers[0].real, kept_share(SPOKES, INERTIA_RATIO) ** 2, "1"),
         published("Type A: critical friction", need.friction, "0.914"),
-        Number("Type A: theta where it is needed", need.state[2], HALF, 1e-6, "Gamus & Or 2015: +pi/10", "rad"),
+        PublishedValue("Type A: theta where it is needed", need.state[2], HALF, 1e-6, "Gamus & Or 2015: +pi/10", "rad"),
         published("Type A: impulse ratio of the touchdown", cycle.impact_ratio, "-0.2374"),
     )
-    return Study(_draw(cycle, slope), numbers)
+    return Reproduction(_draw(cycle, slope), numbers)
 
 
 def _exact(name, value, closed_form, unit):
-    return Number(f"Type A: {name}, closed form", value, closed_form, 1e-10, CLOSED_FORM, unit)
+    return PublishedValue(f"Type A: {name}, closed form", value, closed_form, 1e-10, CLOSED_FORM, unit)
 
 
 def _draw(cycle, slope):

@@ -12,7 +12,7 @@ from published import CLOSED_FORM
 from rimless_closed_forms import fastest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
 
-from gaitopt import Mode, Number, Patience, Study, basin_edges, rimless_wheel
+from gaitopt import Mode, PublishedValue, Reproduction, SettlingCriterion, basin_edges, rimless_wheel
 
 
 def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, tolerance=1e-9):
@@ -21,7 +21,9 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
     slope = math.radians(SLOPE)
     exact = fastest_speed(SPOKES, INERTIA_RATIO, slope)
     numbers = (
-        Number("thd that lifts off, unlimited friction, closed form", onsets[0], exact, 1e-8, CLOSED_FORM, "rad/tau_c"),
+        PublishedValue(
+            "thd that lifts off, unlimited friction, closed form", onsets[0], exact, 1e-8, CLOSED_FORM, "rad/tau_c"
+        ),
     )
     with STYLE.figure(3.3) as figure:
         panels = figure.subplots(1, len(frictions), sharex=True, sharey=True)
@@ -34,7 +36,7 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
         panels[0].set(ylabel="normal force $f_n/(m\\,g)$", ylim=(-0.03, 0.62), xticks=[-18, -9, 0, 9, 18])
         panels[0].text(-17, 0.03, f"numbers: rate at the\nstart of the step\n[{RATE}]", color="0.3")
         key_of_modes(figure, tuple(Mode.slipping(sign) for sign in (1, -1)))
-    return Study(figure, numbers)
+    return Reproduction(figure, numbers)
 
 
 def _onset(friction, samples, tolerance):
@@ -47,7 +49,7 @@ def _onset(friction, samples, tolerance):
         1.3,
         samples=samples,
         tolerance=tolerance,
-        patience=Patience(steps=1),
+        patience=SettlingCriterion(steps=1),
     )
     return next(value for value, _, above in edges if above == "lift_off")
 

@@ -7,7 +7,7 @@ from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spe
 from published import CLOSED_FORM, energy_balance, published
 from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 
-from gaitopt import Mode, Number, Study
+from gaitopt import Mode, PublishedValue, Reproduction
 
 FRICTION = {"A": 1.0, "B": 0.3, "C": 0.24, "D": 0.3}
 """Where each type is shown; it exists there."""
@@ -32,7 +32,7 @@ def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and ho
             motion = walk(speed_of(cycle), FRICTION[kind], start, steps if kind == "D" else 1).motion
             _draw_portrait(column[0], motion, 2, "q_next")
             _draw_portrait(column[1], motion, 0, "q_next")
-            column[0].set_title(f"Type {kind}, $\\mu$ = {FRICTION[kind]:g}\n{spelled(cycle.word)}")
+            column[0].set_title(f"Type {kind}, $\\mu$ = {FRICTION[kind]:g}\n{spelled(cycle.sequence)}")
             column[1].set_xlabel(r"angle $\theta$ [deg]")
             column[1].set_xticks([-18, 0, 18])
         for axes in rows[0]:
@@ -42,7 +42,7 @@ def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and ho
         rows[1, 0].set_ylabel(rf"foot speed $\dot x$ [{SPEED}]")
         rows[1, 0].set_ylim(-0.1, 0.1)
         key_of_modes(figure, (Mode.SLIP_FORWARD,), JUMP_LINE)
-    return Study(figure, numbers)
+    return Reproduction(figure, numbers)
 
 
 def _drift(cycle):
@@ -50,7 +50,7 @@ def _drift(cycle):
     p = cycle.parameters
     exact = p["gravity"] * cycle.period * (math.sin(p["slope"]) - p["friction"] * math.cos(p["slope"]))
     name = "Type D, mu = 0.3: change of xd, g T (sin alpha - mu cos alpha)"
-    return Number(name, cycle.drift, exact, 1e-10, CLOSED_FORM, "l/tau_c")
+    return PublishedValue(name, cycle.drift, exact, 1e-10, CLOSED_FORM, "l/tau_c")
 
 
 def _draw_portrait(axes, motion, row, following):

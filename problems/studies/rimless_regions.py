@@ -12,7 +12,7 @@ from published import published
 from rimless_closed_forms import gait_speed, slope_range
 from rimless_setup import INERTIA_RATIO, SPOKES, walk
 
-from gaitopt import Stop, Study
+from gaitopt import Reproduction, Stop
 
 MARKS = {
     Stop.STEPS_DONE: ("walks", "o", "#0072B2"),
@@ -50,7 +50,7 @@ def study(
         published(f"least slope of Type A, {place} (rolls over)", lower, "1.40", "deg"),
         published(f"greatest slope of Type A, {place} (keeps contact)", upper, "14.71", "deg"),
     )
-    return Study(figure, numbers, tuple(wrong))
+    return Reproduction(figure, numbers, tuple(wrong))
 
 
 def _draw_region(axes, n, ratios):

@@ -20,7 +20,7 @@ TYPES = {
     "slip+ stick slip+ | slip+": "C",
     "slip+ | slip+": "D",
 }
-"""Type of a gait by its word."""
+"""Type of a gait by its contact sequence."""
 
 
 def wheel(friction=math.inf, slope=SLOPE, spokes=SPOKES, inertia_ratio=INERTIA_RATIO):
@@ -46,7 +46,7 @@ def gait(kind, friction, starts=20):
         If none is found.
     """
     for cycle in find_cycles(rimless_wheel(), wheel(friction), starts=starts):
-        if TYPES.get(cycle.word) == kind:
+        if TYPES.get(cycle.sequence) == kind:
             return cycle
     raise LookupError(f"No gait of Type {kind} found at friction {friction:g}; give more starts.")
 

@@ -46,14 +46,14 @@ def bare(progress):
 
 def gaitopt(progress):
     """Return the same by gaitopt."""
-    from gaitopt import Patience, basin, compass_biped
+    from gaitopt import SettlingCriterion, basin, compass_biped
 
     found = basin(
         compass_biped(),
         {"slope": bare_heyoka.SLOPE, "friction": FRICTION},
         {"th1_rate": STANCE, "th2_rate": SWING},
         base={"th1": ANGLE},
-        patience=Patience(steps=STEPS),
+        patience=SettlingCriterion(steps=STEPS),
         workers=WORKERS,
         observer=lambda done, total: progress(),
     )

@@ -25,7 +25,7 @@ GAITS, WORKERS = 200, 4
 def problem():
     return GaitProblem(
         robot=compass_biped(),
-        word="stick | stick",
+        sequence="stick | stick",
         friction=0.2,
         speed=0.633,
         step_length=0.4713,

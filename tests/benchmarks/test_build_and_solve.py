@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve
-from gaitopt.ocp import ipopt, readout
-from gaitopt.ocp.transcription import transcribe
+from gaitopt.ocp import ipopt, trajectory
+from gaitopt.ocp.transcription.transcription import transcribe
 from tests.benchmarks import plain_casadi
 
 ROOT = Path(__file__).parents[2]
@@ -25,7 +25,7 @@ REPEATS = 9
 def problem(friction=plain_casadi.FRICTION, **grid):
     return GaitProblem(
         robot=compass_biped(),
-        word="stick | stick",
+        sequence="stick | stick",
         friction=friction,
         speed=plain_casadi.SPEED,
         step_length=plain_casadi.STEP,
@@ -37,7 +37,7 @@ def problem(friction=plain_casadi.FRICTION, **grid):
 
 def forget():
     """Empty every cache of what was built for a problem."""
-    for cached in (transcribe, ipopt._compiled, readout._follower):
+    for cached in (transcribe, ipopt._compiled, trajectory._follower):
         cached.cache_clear()
 
 

@@ -13,8 +13,8 @@ import time
 from pathlib import Path
 
 from gaitopt import DaskCluster, load_sweep
-from gaitopt.study.runner import run_tasks
-from gaitopt.study.task import Task
+from gaitopt.parallel.runner import run_tasks
+from gaitopt.parallel.task_graph import Task
 from tests import dask
 from tests.study import works
 

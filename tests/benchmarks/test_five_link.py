@@ -18,7 +18,7 @@ def test_the_five_link_walker_is_planned_and_held(benchmark):
     assert check_robot(problem.robot).passed
     gait = benchmark.pedantic(lambda: verify(solve(problem), problem.robot), rounds=1)
     assert gait.verification.passed, gait.verification.reasons
-    assert str(gait.motion.word()) == "slip+ stick | slip+"
+    assert str(gait.motion.sequence()) == "slip+ stick | slip+"
 
     alone = assess_stability(gait, robot=problem.robot)
     held = assess_stability(gait, lqr(problem.robot, gait.motion, torque_limit=100), robot=problem.robot)

@@ -1,4 +1,4 @@
-"""What grids, words and sweeps cost: ``pytest tests/benchmarks/test_growth.py --benchmark-only -s``."""
+"""What grids, contact sequences and sweeps cost: ``pytest tests/benchmarks/test_growth.py --benchmark-only -s``."""
 
 import functools
 import math
@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, GaitProblem, Ipopt, Limits, MultipleShooting, compass_biped, solve, sweep
-from gaitopt.ocp.guess import Line
-from gaitopt.ocp.step import SAME, Attempt
+from gaitopt.ocp.solve.grid_solve import BARRIER_SAME_PROBLEM, SingleStart
+from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.progress import silent
 from tests.benchmarks.conftest import ratios, spread, timed
 
@@ -21,7 +21,7 @@ def problem(**changes):
     return GaitProblem(
         **{
             "robot": compass_biped(),
-            "word": STICK,
+            "sequence": STICK,
             "friction": 0.14,
             "speed": 0.633,
             "step_length": 0.4713,
@@ -39,8 +39,8 @@ def test_time_per_iteration_is_linear_in_the_grid(benchmark, record, name):
     def once():
         for count, method in zip(counts, methods, strict=True):
             smooth = problem(objective="torque_squared", transcription=method)
-            own = Attempt(smooth, Line(), Ipopt(), silent)
-            taken, _, step = timed(lambda own=own, method=method: own.run(method, None, SAME))
+            own = SingleStart(smooth, LinearGuess(), Ipopt(), silent)
+            taken, _, step = timed(lambda own=own, method=method: own.run(method, None, BARRIER_SAME_PROBLEM))
             if own.build_seconds == 0:
                 seconds.setdefault(count, []).append(taken / step.outcome.iterations)
 
@@ -52,14 +52,14 @@ def test_time_per_iteration_is_linear_in_the_grid(benchmark, record, name):
     assert exponent <= 1.1
 
 
-def test_build_of_the_slip_word(benchmark, record):
+def test_build_of_the_slip_sequence(benchmark, record):
     seconds = {STICK: [], SLIP: []}
 
     def once():
         robot = compass_biped.__wrapped__()  # what is compiled belongs to a robot: nothing is known of a new one
-        for word, taken in seconds.items():
-            own = Attempt(problem(robot=robot, word=word), Line(), Ipopt(max_iterations=0), silent)
-            taken.append(timed(lambda own=own: own.run(own.problem.transcription, None, SAME))[0])
+        for sequence, taken in seconds.items():
+            own = SingleStart(problem(robot=robot, sequence=sequence), LinearGuess(), Ipopt(max_iterations=0), silent)
+            taken.append(timed(lambda own=own: own.run(own.problem.transcription, None, BARRIER_SAME_PROBLEM))[0])
 
     benchmark.pedantic(once, rounds=ROUNDS, warmup_rounds=1)
     ratio = ratios(seconds[SLIP], seconds[STICK])
@@ -68,20 +68,20 @@ def test_build_of_the_slip_word(benchmark, record):
     assert ratio[1] <= 2
 
 
-@pytest.mark.parametrize("word", [STICK, SLIP])
-def test_costs_converge_with_the_grid(benchmark, record, word):
+@pytest.mark.parametrize("sequence", [STICK, SLIP])
+def test_costs_converge_with_the_grid(benchmark, record, sequence):
     table = {name: {} for name in METHODS}
 
     def once():
         for name, method in METHODS.items():
             for count in (10, 20, 40, 80):
-                gait = solve(problem(word=word, transcription=method(intervals=count)))
+                gait = solve(problem(sequence=sequence, transcription=method(intervals=count)))
                 assert gait.status.ok
                 table[name][count] = gait.solver.objective, gait.problem["intervals"]
 
     benchmark.pedantic(once, rounds=1)
-    record(f"convergence, {word}", table)
-    print(f"\n{word}")
+    record(f"convergence, {sequence}", table)
+    print(f"\n{sequence}")
     for name, values in table.items():
         print(f"{name}: " + ", ".join(f"{count}: {cost:.8f} {grid}" for count, (cost, grid) in values.items()))
     left, right = (table[name][40][0] for name in METHODS)
@@ -89,17 +89,17 @@ def test_costs_converge_with_the_grid(benchmark, record, word):
 
 
 def test_sweep(benchmark, record):
-    """26 frictions and two words against 40 times one cold solve, and two workers against one."""
+    """26 frictions and two contact sequences against 40 times one cold solve, and two workers against one."""
     frictions = np.linspace(0.1, 0.25, 26)
     found = {"cold": [], "one worker": [], "two workers": []}
 
     def once():
         for friction in (0.12, 0.16, 0.2):
-            for word in (STICK, SLIP):
-                alone = problem(robot=compass_biped.__wrapped__(), word=word, friction=friction)
+            for sequence in (STICK, SLIP):
+                alone = problem(robot=compass_biped.__wrapped__(), sequence=sequence, friction=friction)
                 found["cold"].append(timed(functools.partial(solve, alone))[1])
         for name, workers in (("one worker", 1), ("two workers", 2)):
-            work = functools.partial(sweep, problem(), friction=frictions, words=[STICK, SLIP], workers=workers)
+            work = functools.partial(sweep, problem(), friction=frictions, sequences=[STICK, SLIP], workers=workers)
             _, clock, points = timed(work)
             found[name].append(clock)
             found["solved"] = int((points.status == "solved").sum())

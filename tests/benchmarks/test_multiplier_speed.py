@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from gaitopt import ScipyEngine, compass_biped, passive, rimless_wheel
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
 pytest.importorskip("heyoka")
 
-from gaitopt.simulation.heyoka_engine import HeyokaEngine
+from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 
 MOST = 10.0
 COMPASS, WHEEL = compass_biped(), rimless_wheel()

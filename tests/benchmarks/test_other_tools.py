@@ -13,7 +13,7 @@ import math
 
 import pytest
 
-from gaitopt import Collocation, Continued, GaitProblem, Limits, compass_biped, solve
+from gaitopt import Collocation, GaitProblem, Limits, WarmStart, compass_biped, solve
 from tests.benchmarks.compass_equations import HIP, LEG, STEP
 from tests.benchmarks.conftest import ratios, spread, timed
 
@@ -35,7 +35,7 @@ def problem(robot, transcription, **changes):
     return GaitProblem(
         **{
             "robot": robot,
-            "word": "stick | stick",
+            "sequence": "stick | stick",
             "parameters": {"leg_mass": LEG, "hip_mass": HIP},
             "speed": FIRST,
             "step_length": STEP,
@@ -77,7 +77,7 @@ class Own:
         self.gait = None
 
     def solve(self, speed, *, continued=True):
-        guess = Continued(self.gait) if continued and self.gait is not None else None
+        guess = WarmStart(self.gait) if continued and self.gait is not None else None
         self.gait = solve(problem(self.robot, self.grid, speed=speed, guess=guess))
         assert self.gait.status.ok
         return self.gait.solver.objective

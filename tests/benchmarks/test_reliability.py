@@ -12,7 +12,7 @@ import numpy as np
 from gaitopt import GaitProblem, Limits, Status, compass_biped, solve, verify
 
 PROBLEMS, SEED = 200, 11
-WORDS = ("stick | stick", "slip+ stick | slip+")
+SEQUENCES = ("stick | stick", "slip+ stick | slip+")
 
 
 def random_problem(number):
@@ -30,7 +30,7 @@ def random_problem(number):
     }
     return GaitProblem(
         robot=compass_biped(),
-        word=WORDS[number % len(WORDS)],
+        sequence=SEQUENCES[number % len(SEQUENCES)],
         parameters=parameters if number % 4 > 1 else {},
         friction=rng.uniform(0.1, 0.25),
         speed=0.633 * rng.uniform(0.75, 1.25),

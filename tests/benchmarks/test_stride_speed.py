@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from gaitopt import ScipyEngine, compass_biped, passive
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 
 pytest.importorskip("heyoka")
 
-from gaitopt.simulation.heyoka_engine import HeyokaEngine
+from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from tests.benchmarks import bare_heyoka
 
 REPEATS, STRIDES = 400, 5
@@ -86,7 +86,7 @@ import sys, time
 import heyoka
 heyoka.llvm_state.set_diskcache_path(sys.argv[1])
 from gaitopt import compass_biped, passive, Mode
-from gaitopt.simulation.heyoka_programs import watching
+from gaitopt.simulation.taylor.compiled_programs import watching
 robot = compass_biped()
 torque = passive(robot).torque
 began = time.perf_counter()

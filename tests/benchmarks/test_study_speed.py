@@ -1,6 +1,6 @@
 """Studies: speed as ratios measured in one run, and sweeps killed again and again.
 
-``pytest tests/benchmarks/test_study_speed.py --benchmark-only -s``.  Targets: a 26-point friction sweep of two words
+``pytest tests/benchmarks/test_study_speed.py --benchmark-only -s``.  Targets: a 26-point friction sweep of two sequences
 below 40 cold solves, two workers at least 1.7 times one, a search in about a minute.  The machine must have two idle
 cores.
 """
@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 from gaitopt import GaitProblem, Limits, compass_biped, search, sweep
-from gaitopt.study.gait_folder import GaitFolder
+from gaitopt.study.storage.gait_store import GaitStore
 from tests.benchmarks.test_build_and_solve import report
 from tests.study.conftest import quick_problem
 
-WORDS = ["stick | stick", "slip+ stick | slip+"]
+SEQUENCES = ["stick | stick", "slip+ stick | slip+"]
 COLD = """
 import sys, time
 from tests.benchmarks.test_study_speed import walker
@@ -33,10 +33,10 @@ print(time.perf_counter() - began)
 """
 
 
-def walker(word=WORDS[0], friction=0.14):
+def walker(sequence=SEQUENCES[0], friction=0.14):
     return GaitProblem(
         robot=compass_biped(),
-        word=word,
+        sequence=sequence,
         friction=friction,
         speed=0.633,
         step_length=0.4713,
@@ -44,20 +44,20 @@ def walker(word=WORDS[0], friction=0.14):
     )
 
 
-def cold_seconds(word):
+def cold_seconds(sequence):
     """Return the seconds of a first solve, in a process of its own."""
-    done = subprocess.run([sys.executable, "-c", COLD, word], check=True, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", COLD, sequence], check=True, capture_output=True, text=True)
     return float(done.stdout)
 
 
 def test_frontier_in_cold_solves_and_two_workers(benchmark):
-    cold = np.mean([np.median([cold_seconds(word) for _ in range(3)]) for word in WORDS])
+    cold = np.mean([np.median([cold_seconds(sequence) for _ in range(3)]) for sequence in SEQUENCES])
     friction, seconds = np.linspace(0.1, 0.25, 26), {}
 
     def frontiers():
         for workers in (1, 2):
             began = time.perf_counter()
-            table = sweep(walker(), friction=friction, words=WORDS, workers=workers)
+            table = sweep(walker(), friction=friction, sequences=SEQUENCES, workers=workers)
             seconds[workers] = time.perf_counter() - began
             assert table.verified.all()
 
@@ -69,16 +69,16 @@ def test_frontier_in_cold_solves_and_two_workers(benchmark):
 
 
 @pytest.mark.parametrize("friction", [0.1, 0.12, 0.14, 0.17, 0.2, 0.23, 0.25])
-def test_search_finds_the_best_word_in_about_a_minute(benchmark, friction):
-    """Never dearer, by more than 0.1 %, than any word solved by itself."""
+def test_search_finds_the_best_sequence_in_about_a_minute(benchmark, friction):
+    """Never dearer, by more than 0.1 %, than any contact sequence solved by itself."""
     ranking = benchmark.pedantic(lambda: search(walker(friction=friction), workers=2), rounds=1)
     seconds = benchmark.stats.stats.max
-    words = [*WORDS, "stick slip- | stick", "slip+ stick slip- | slip+"]
-    alone = sweep(walker(), friction=[friction], words=words, workers=2)
+    sequences = [*SEQUENCES, "stick slip- | stick", "slip+ stick slip- | slip+"]
+    alone = sweep(walker(), friction=[friction], sequences=sequences, workers=2)
     assert ranking.best.cost_of_transport <= 1.001 * float(alone.cost_of_transport.min())
     assert all(finding.gait.verification.passed for finding in ranking.findings if finding.ranked)
     report(benchmark, friction=friction, seconds=seconds, cost=ranking.best.cost_of_transport)
-    print(ranking.best.word)
+    print(ranking.best.sequence)
     assert seconds < 75
 
 
@@ -90,15 +90,15 @@ KILLED = """
 
     if __name__ == "__main__":
         show = lambda done, total: print(done, flush=True)
-        sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), words={words}, starts=1, workers=2,
+        sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), sequences={sequences}, starts=1, workers=2,
               path=sys.argv[1], observer=show)
 """
 
 
 def test_twenty_kills_lose_nothing_that_was_finished(benchmark, tmp_path):
-    whole = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), words=WORDS, starts=1, workers=2)
+    whole = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), sequences=SEQUENCES, starts=1, workers=2)
     script, path, moments = tmp_path / "killed.py", tmp_path / "frontier.nc", random.Random(20)
-    script.write_text(textwrap.dedent(KILLED).format(words=WORDS))
+    script.write_text(textwrap.dedent(KILLED).format(sequences=SEQUENCES))
     kills = 0
 
     def to_the_end():
@@ -114,11 +114,11 @@ def test_twenty_kills_lose_nothing_that_was_finished(benchmark, tmp_path):
             if process.returncode == 0:
                 return
             assert process.returncode == -signal.SIGKILL
-            kept = len(list(Path(GaitFolder.beside(path)).glob("[!.]*.h5")))
+            kept = len(list(Path(GaitStore.beside(path)).glob("[!.]*.h5")))
             assert not told or kept >= int(told[-1])
 
     benchmark.pedantic(to_the_end, rounds=1)
-    table = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), words=WORDS, starts=1, path=path)
+    table = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), sequences=SEQUENCES, starts=1, path=path)
     report(benchmark, kills=kills)
     assert kills == 20
     assert table.identical(whole)

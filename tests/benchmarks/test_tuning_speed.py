@@ -5,12 +5,12 @@ import time
 import numpy as np
 import pytest
 
-from gaitopt import Search, compass_biped, default_engine, design_named, load
-from gaitopt.simulation.walker import Walker
+from gaitopt import GainSearchOptions, compass_biped, controller_family_named, default_engine, load
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
+from gaitopt.tuning.gain_search import GainSearch
 from gaitopt.tuning.objective import SpectralRadius
-from gaitopt.tuning.search import GainSearch
 
 pytest.importorskip("heyoka")
 
@@ -20,7 +20,7 @@ MAPS = 500
 
 def test_two_gains(benchmark):
     gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
-    design = design_named("pd", robot, gait.motion, torque_limit=8)
+    design = controller_family_named("pd", robot, gait.motion, torque_limit=8)
     design = design.bounded({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
     law = design.law({gain.name: gain.start for gain in design.gains})
     p, first = robot.vector(gait.motion.parameters), gait.motion.segments[0]
@@ -35,7 +35,7 @@ def test_two_gains(benchmark):
 
     def tune():
         task = GainSearch(gait, robot, design, SpectralRadius(), (), None, lambda step: None)
-        return task.search(Search(samples=6, starts=1, evaluations=40, tolerance=1e-2)), len(task.trials)
+        return task.search(GainSearchOptions(samples=6, starts=1, evaluations=40, tolerance=1e-2)), len(task.trials)
 
     (best, count) = benchmark.pedantic(tune, rounds=3, iterations=1)
     ratio = benchmark.stats.stats.min / one

@@ -33,9 +33,9 @@ SETTINGS = [
     (["frction=0.2"], "has no parameter 'frction'. Did you mean 'friction'?"),
     (["friction"], "--set needs NAME=VALUE, got 'friction'"),
     (["=0.2"], "--set needs NAME=VALUE"),
-    (["word=slip+ | fly"], "The word 'slip+ | fly' has an unknown mode 'fly'"),
-    (["word=stick | slip+"], "The word 'stick | slip+' cannot"),
-    (["word=stick"], "needs exactly one '|'"),
+    (["sequence=slip+ | fly"], "The contact sequence 'slip+ | fly' has an unknown mode 'fly'"),
+    (["sequence=stick | slip+"], "The contact sequence 'stick | slip+' cannot"),
+    (["sequence=stick"], "needs exactly one '|'"),
     (["objective=cost_of_transprt"], "Did you mean 'cost_of_transport'?"),
     (["step_length=20"], "step_length 20 m is longer than the 3.2 m the robot can reach"),
     (["speed=100"], "speed 100 m/s and step_length leave at most"),
@@ -56,7 +56,7 @@ def test_settings_that_cannot_be(command, root, folder, settings, said):
     refused(command("solve", root / SLIP, *arguments), folder, said=said)
 
 
-@pytest.mark.parametrize("settings", [["leg_mass=nan"], ["word=slip+ | fly"], ["frction=1"]])
+@pytest.mark.parametrize("settings", [["leg_mass=nan"], ["sequence=slip+ | fly"], ["frction=1"]])
 def test_the_same_as_a_process(process, root, folder, settings):
     arguments = [text for setting in settings for text in ("--set", setting)]
     refused(process("solve", root / SLIP, *arguments), folder)
@@ -79,8 +79,8 @@ SCRIPTS = {
     "needs an argument": ("def problem(a):\n    return 3\n", "missing 1 required positional argument: 'a'"),
     "makes a wrong problem": (
         "from gaitopt import GaitProblem, compass_biped\n\n\ndef problem():\n"
-        "    return GaitProblem(robot=compass_biped(), word='stick | slip+')\n",
-        "The word 'stick | slip+' cannot",
+        "    return GaitProblem(robot=compass_biped(), sequence='stick | slip+')\n",
+        "The contact sequence 'stick | slip+' cannot",
     ),
     "is empty": ("", "own.py has no function problem"),
 }

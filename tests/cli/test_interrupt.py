@@ -24,7 +24,7 @@ from gaitopt import GaitProblem, MultipleShooting, compass_biped
 def problem():
     pathlib.Path("ready").touch()
     return GaitProblem(
-        robot=compass_biped(), word="stick | stick", friction=0.14, speed=0.633, step_length=0.4713,
+        robot=compass_biped(), sequence="stick | stick", friction=0.14, speed=0.633, step_length=0.4713,
         transcription=MultipleShooting(intervals=1500),
     )
 """

@@ -89,9 +89,9 @@ def test_problems_lists_scripts_with_descriptions_and_parameters(command, root):
         "torque_limit": 6.0,
         "objective": "cost_of_transport",
         "intervals": 40,
-        "word": "slip+ stick | slip+",
+        "sequence": "slip+ stick | slip+",
     }
-    assert stick["parameters"] == {**slip["parameters"], "word": "stick | stick"}
+    assert stick["parameters"] == {**slip["parameters"], "sequence": "stick | stick"}
 
 
 def test_problems_in_the_present_folder(command, folder, root):

@@ -6,7 +6,7 @@ from gaitopt import Status, load
 
 KEYS = {  # promised to users
     "status",
-    "word",
+    "sequence",
     "cost_of_transport",
     "speed",
     "step_length",
@@ -40,7 +40,7 @@ def demanded(facts):
     assert all(set(phase) >= {"mode", "duration"} for phase in facts["phases"])
     assert set(facts["impact"]) >= {"mode", "ratio"}
     assert set(facts["energy"]) >= {"actuator", "gravity", "impact_loss", "friction_loss", "residual"}
-    assert set(facts["verification"]) >= {"passed", "word", "state_error", "cost_of_transport"}
+    assert set(facts["verification"]) >= {"passed", "sequence", "state_error", "cost_of_transport"}
     assert set(facts["solver"]) >= {"iterations", "build_seconds", "solve_seconds"}
     return facts
 
@@ -53,11 +53,11 @@ def test_the_main_job_at_its_defaults(process, root, folder):
     # Cost by an independent computation, not by gaitopt.
     assert facts["cost_of_transport"] == pytest.approx(0.01586, rel=1e-2)
     assert facts["status"] == "solved"
-    assert facts["word"] == "slip+ stick | slip+"
+    assert facts["sequence"] == "slip+ stick | slip+"
     assert [phase["mode"] for phase in facts["phases"]] == ["slip+", "stick"]
     assert sum(phase["duration"] for phase in facts["phases"]) == pytest.approx(facts["period"])
     assert facts["verification"]["passed"] is True
-    assert facts["verification"]["word"] == facts["word"]
+    assert facts["verification"]["sequence"] == facts["sequence"]
     assert facts["impact"]["mode"] == "slip+"
     assert {name: facts["problem"][name] for name in PARAMETERS} == PARAMETERS
     assert facts["file"] == "compass_slip.h5"
@@ -99,7 +99,7 @@ def test_settings_reach_the_problem(command, root, folder):
         "intervals": 8,
     }
     arguments = [text for name, value in settings.items() for text in ("--set", f"{name}={value}")]
-    arguments += ["--set", "objective=torque_squared", "--set", "word=stick | stick"]
+    arguments += ["--set", "objective=torque_squared", "--set", "sequence=stick | stick"]
     run = command("solve", root / "problems/compass_slip.py", *arguments, "--json")
     assert run.status == 0, run.err
     resolved = run.json["problem"]
@@ -109,7 +109,7 @@ def test_settings_reach_the_problem(command, root, folder):
     assert resolved["torque_limit"] == {"ankle": 8.0, "hip": 8.0}
     assert resolved["objective"] == "torque_squared"
     assert resolved["intervals"] == [8]
-    assert run.json["word"] == "stick | stick"
+    assert run.json["sequence"] == "stick | stick"
 
 
 def test_a_free_target_is_none(command, root):
@@ -135,7 +135,7 @@ def test_no_gait_is_exit_status_1_and_leaves_an_older_file_alone(command, root, 
     assert (folder / "gait.h5").read_text() == "precious"
 
 
-def test_no_gait_in_words(command, root, folder):
+def test_no_gait_in_sequences(command, root, folder):
     run = command("solve", root / "problems/compass_stick.py", "--set", "torque_limit=0.1", "--set", "intervals=8")
     assert run.status == 1
     assert "not met" in run.out
@@ -181,7 +181,7 @@ def problem(friction=0.3, weight=10.0):
     import sibling
 
     return GaitProblem(
-        name="walk [bold] [/b]", robot=compass_biped(), word="stick | stick", friction=friction, speed=sibling.SPEED,
+        name="walk [bold] [/b]", robot=compass_biped(), sequence="stick | stick", friction=friction, speed=sibling.SPEED,
         step_length=0.45, objective=AnkleFirst(weight), transcription=MultipleShooting(intervals=8),
     )
 '''

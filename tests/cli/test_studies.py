@@ -20,7 +20,7 @@ class Own(TorqueSquared):
 
 def problem(friction=0.16, intervals=10):
     return GaitProblem(
-        robot=compass_biped(), word="stick | stick", friction=friction, speed=0.633, step_length=0.4713,
+        robot=compass_biped(), sequence="stick | stick", friction=friction, speed=0.633, step_length=0.4713,
         limits=Limits(torque=6), objective=Own(), transcription=MultipleShooting(intervals=intervals),
     )
 """
@@ -108,7 +108,7 @@ def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
 
 
 def test_search_ranks_prints_and_goes_on(command, quick, folder):
-    arguments = ("search", quick, "--max-phases", "1", "--starts", "1", "--workers", "1", "-o", "words")
+    arguments = ("search", quick, "--max-phases", "1", "--starts", "1", "--workers", "1", "-o", "sequences")
     ran = command(*arguments)
     assert ran.status == 0, ran.err
     assert "slips forward" in ran.out
@@ -116,10 +116,15 @@ def test_search_ranks_prints_and_goes_on(command, quick, folder):
     assert found["complete"]
     assert found["seconds"] > 0
     first, *others = found["ranked"]
-    assert (first["word"], first["status"], first["reason"]) == ("stick | stick", "solved", "")
+    assert (first["sequence"], first["status"], first["reason"]) == ("stick | stick", "solved", "")
     assert first["verification"]["passed"]
     assert load(folder / first["file"]).cost_of_transport == first["cost_of_transport"]
-    assert {other["word"] for other in others} == {"slip+ | stick", "slip+ | slip+", "slip- | stick", "slip- | slip-"}
+    assert {other["sequence"] for other in others} == {
+        "slip+ | stick",
+        "slip+ | slip+",
+        "slip- | stick",
+        "slip- | slip-",
+    }
     assert all(other["status"] != "solved" and other["reason"] for other in others)
     assert command(*arguments, "--set", "intervals=12").status == 2
 

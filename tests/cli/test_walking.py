@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from gaitopt import assess_stability, load, load_basin
 from gaitopt.cli.app import app, main
-from gaitopt.cli.subject import share_at
-from gaitopt.simulation import engines
+from gaitopt.cli.inputs import share_at
+from gaitopt.simulation import engine_choice
 
 PASSIVE, WHEEL, SLIP = "problems/compass_passive.py", "problems/rimless_wheel.py", "docs/examples/compass_slip.h5"
 
@@ -25,7 +25,7 @@ def test_stability_of_a_script():
     data = json.loads(result.stdout)
     assert data["engine"] in ("heyoka", "scipy")
     (gait,) = data["gaits"]
-    assert gait["word"] == "stick | stick"
+    assert gait["sequence"] == "stick | stick"
     assert gait["multipliers"][0] == pytest.approx([0.734042, 0], abs=1e-6)  # Gamus & Or (2015)
     assert gait["stable"] is True
     assert gait["critical_friction"] == pytest.approx(0.914, abs=5e-4)
@@ -67,18 +67,18 @@ def test_no_gait_is_exit_status_one():
 
 def test_simulate_logs_events():
     result = run(
-        "simulate", WHEEL, "--set", "friction=0.3", "--set", "word=stick slip+ | stick", "--steps", 2, "--json"
+        "simulate", WHEEL, "--set", "friction=0.3", "--set", "sequence=stick slip+ | stick", "--steps", 2, "--json"
     )
     data = json.loads(result.stdout)
     assert result.exit_code == 0
     assert data["stop"] == "steps_done"
     assert [event["name"] for event in data["events"]] == ["slip+", "touchdown"] * 2
-    assert data["words"] == ["stick slip+ | stick"] * 2
+    assert data["sequences"] == ["stick slip+ | stick"] * 2
     assert data["events"][1]["energy_lost"] > 0
 
 
-def test_the_events_of_a_walk_end_with_the_word_of_each_step():
-    lines = run("simulate", WHEEL, "--set", "word=stick slip+ | stick", "--steps", 2).stdout.splitlines()
+def test_the_events_of_a_walk_end_with_the_sequence_of_each_step():
+    lines = run("simulate", WHEEL, "--set", "sequence=stick slip+ | stick", "--steps", 2).stdout.splitlines()
     ends = [line for line in lines if "touchdown" in line]
     assert [line.rstrip().endswith("stick slip+ | stick") for line in ends] == [True, True]
 
@@ -101,15 +101,15 @@ def test_basin_on_the_command_line(tmp_path):
 def test_basin_names_its_engine_and_where_a_faster_one_is_had(monkeypatch):
     arguments = ["basin", WHEEL, "--set", "friction=inf", "--over", "theta_rate=0.01,0.02"]
     result = run(*arguments)
-    assert result.stdout.splitlines() == ["100.00 %  fell", f"engine {engines.default_engine().name}"]
-    monkeypatch.setattr(engines, "find_spec", lambda name: None)
+    assert result.stdout.splitlines() == ["100.00 %  fell", f"engine {engine_choice.default_engine().name}"]
+    monkeypatch.setattr(engine_choice, "find_spec", lambda name: None)
     result = run(*arguments)
     assert result.stdout.splitlines() == ["100.00 %  fell", "engine scipy"]
     assert "pip install 'gaitopt[fast]'" in result.stderr
     assert run(*arguments, "--quiet").stderr == ""
 
 
-def test_what_ends_in_the_saved_gait_is_told_apart_from_others_of_its_word(tmp_path):
+def test_what_ends_in_the_saved_gait_is_told_apart_from_others_of_its_sequence(tmp_path):
     own = ["basin", SLIP, "--over", "th1_rate=0.73,5", "--law", "lqr", "--workers", "1"]
     facts = json.loads(run(*own, "--json").stdout)
     assert facts["endings"] == ["slip+ stick | slip+", "lift_off"]
@@ -157,7 +157,7 @@ def test_run_a_study(tmp_path):
         (["solve", WHEEL], "gaitopt stability"),
         (["stability", WHEEL, "--engine", "heyoca"], "Did you mean 'heyoka'"),
         (["stability", WHEEL, "--set", "spokes=2"], "spokes must be at least 3"),
-        (["stability", WHEEL, "--set", "word=stick | fly"], "unknown mode"),
+        (["stability", WHEEL, "--set", "sequence=stick | fly"], "unknown mode"),
         (["simulate", WHEEL, "--state", "thd=1"], "no coordinate 'thd'"),
         (["simulate", WHEEL, "--state", "theta_rate=fast"], "NAME=NUMBER"),
         (["simulate", WHEEL, "--set", "friction=inf", "--state", "foot_speed=0.1"], "infinite friction cannot slide"),

@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 from gaitopt import InputError, compass_biped, default_engine, find_cycles, passive, rimless_wheel, trace_branch
-from gaitopt.simulation.walker import Walker
-from gaitopt.stability.search import cycle_from
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.cycle_search import cycle_from
 
 SLOPE = math.radians(13)
 
@@ -60,9 +60,9 @@ def test_branch_ends_where_the_gait_does(sticking):
     assert branch.ended == f"no gait found beyond slope = {end.value:.6g}"
 
 
-def test_changes_of_word_are_located(sticking):
+def test_changes_of_sequence_are_located(sticking):
     branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.6, 0.25])
-    one, two = branch.changes("word")
+    one, two = branch.changes("sequence")
     assert branch.special == (one, two)
     assert (one.before, one.after) == ("stick | stick", "stick slip+ | stick")
     assert (two.before, two.after) == ("stick slip+ | stick", "slip+ stick slip+ | stick")
@@ -73,19 +73,19 @@ def test_changes_of_word_are_located(sticking):
     assert np.all(np.diff(branch.values) < 0)
     for point in branch.special:
         above, below = np.flatnonzero(np.abs(branch.values - point.value) <= point.width)
-        assert [branch.cycles[k].word for k in (above, below)] == [point.before, point.after]
+        assert [branch.cycles[k].sequence for k in (above, below)] == [point.before, point.after]
 
 
 def test_two_changes_between_neighbours_are_both_located(sticking):
     branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.26], tolerance=1e-3)
     assert [point.before for point in branch.special] == ["stick | stick", "stick slip+ | stick"]
-    assert branch.special[-1].after == branch.cycles[-1].word == "slip+ stick slip+ | stick"
+    assert branch.special[-1].after == branch.cycles[-1].sequence == "slip+ stick slip+ | stick"
 
 
-def test_branch_can_stop_at_a_change_of_word(sticking):
-    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.8], same_word=True)
-    assert branch.ended == "the word changes to 'stick slip+ | stick'"
-    assert {cycle.word for cycle in branch.cycles} == {"stick | stick"}
+def test_branch_can_stop_at_a_change_of_sequence(sticking):
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.8], same_sequence=True)
+    assert branch.ended == "the contact sequence changes to 'stick slip+ | stick'"
+    assert {cycle.sequence for cycle in branch.cycles} == {"stick | stick"}
     assert branch.values[-1] == pytest.approx(branch.special[-1].value, abs=1e-6)
 
 
@@ -95,7 +95,7 @@ def test_loss_of_stability_is_located():
     branch = trace_branch(robot, given, start, "friction", [0.14, 0.115, 0.108])
     (point,) = branch.special
     assert point.kind == "stability"
-    assert (point.before, point.after) == (f"{start.word}, stable", f"{start.word}, unstable")
+    assert (point.before, point.after) == (f"{start.sequence}, stable", f"{start.sequence}, unstable")
     # A multiplier passes through the unit circle there, at a finite rate.
     for shift, stable in ((1e-5, True), (-1e-5, False)):
         near = branch.cycles[int(np.argmin(np.abs(branch.values - point.value)))]

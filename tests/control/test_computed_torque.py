@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, computed_torque, joint_pd, load, rimless_wheel
-from gaitopt.control.prescribed_angles import prescribed_angles
+from gaitopt.control.inverse_dynamics import prescribed_angles
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from gaitopt import (
     state_feedback,
     step_to_step,
 )
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 
 
 def zero_gains(name, robot, motion):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Mode, by_stance_angle, feedforward, joint_pd, passive, step_to_step, write_c
-from gaitopt.control.prescribed_angles import prescribed_angles
-from gaitopt.model.modes import PHYSICAL
+from gaitopt.control.inverse_dynamics import prescribed_angles
+from gaitopt.model.contacts.mode import PHYSICAL
 
 CC = shutil.which("cc") or shutil.which("gcc")
 compiled = pytest.mark.skipif(CC is None, reason="needs a C compiler on the PATH (Debian: apt-get install gcc)")

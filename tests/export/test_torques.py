@@ -24,7 +24,7 @@ def test_interpolated_torques_are_those_of_the_law(tmp_path, slip_gait, compass)
         expected = np.asarray(law.torque(clock, np.zeros(n), np.zeros(n), law.table[:, law.piece(clock)])).ravel()
         ours = [np.interp(clock, table["time"], table["torque"][name]) for name in compass.actuators]
         assert ours == pytest.approx(expected, abs=1e-9)
-    assert table["word"] == "slip+ stick | slip+"
+    assert table["sequence"] == "slip+ stick | slip+"
     assert (table["law"], table["gains"]) == (None, {})
     assert {len(column) for column in table["torque"].values()} == {len(table["time"]), len(table["mode"])}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Mode, check_robot, robot_named
-from gaitopt.model.catalogue import CATALOGUE
+from gaitopt.model.robots.catalogue import CATALOGUE
 
 PARAMETERS = {
     "compass_biped": [

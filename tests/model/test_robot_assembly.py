@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Coordinates, InputError, Mode, Parameter, PointMass, RigidLink, assemble, check_robot, robot_named
-from gaitopt.model.modes import PHYSICAL
+from gaitopt.model.contacts.mode import PHYSICAL
 
 GRAVITY = Parameter("gravity", 9.8, "m/s^2", "gravity", lower=0.0)
 

@@ -102,8 +102,8 @@ def test_missing_part(path, name):
 @pytest.mark.parametrize(
     ("group", "attribute", "value"),
     [
-        ("/", "word", "stick | slide"),
-        ("/", "word", "stick stick | stick"),
+        ("/", "sequence", "stick | slide"),
+        ("/", "sequence", "stick stick | stick"),
         ("/", "status", "splendid"),
         ("/", "problem", "{not json"),
         ("/", "format_version", "two"),

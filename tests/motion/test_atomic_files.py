@@ -3,7 +3,7 @@
 import pytest
 
 from gaitopt import ArchiveError
-from gaitopt.motion.atomic import check_writable, replacing
+from gaitopt.motion.atomic import check_writable, write_atomically
 
 
 def names(folder):
@@ -13,7 +13,7 @@ def names(folder):
 def test_the_new_file_takes_the_place_of_the_old_one(tmp_path):
     path = tmp_path / "note.txt"
     path.write_text("old")
-    with replacing(path) as temporary:
+    with write_atomically(path) as temporary:
         temporary.write_text("new")
         assert path.read_text() == "old"
         assert temporary.parent == path.parent  # a rename is atomic only within a file system
@@ -30,7 +30,7 @@ def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, error):
     path.write_text("old")
 
     def half():
-        with replacing(path) as temporary:
+        with write_atomically(path) as temporary:
             temporary.write_text("half")
             raise error
 
@@ -42,7 +42,7 @@ def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, error):
 
 def test_an_operating_system_error_is_an_archive_error(tmp_path):
     def full():
-        with replacing(tmp_path / "note.txt"):
+        with write_atomically(tmp_path / "note.txt"):
             raise OSError(28, "No space left on device")
 
     with pytest.raises(ArchiveError, match=r"Cannot write .*note\.txt: No space left on device"):

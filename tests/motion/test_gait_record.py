@@ -15,7 +15,7 @@ def verdict(passed):
 
 def test_example_is_the_reference_gait(slip_gait):
     """The robot of Gamus & Or on level ground, 0.633 m/s, step 0.4713 m, friction 0.14: CoT 0.01586 (own numbers)."""
-    assert str(slip_gait.word) == "slip+ stick | slip+"
+    assert str(slip_gait.sequence) == "slip+ stick | slip+"
     assert slip_gait.speed == pytest.approx(0.633, rel=1e-6)
     assert slip_gait.step_length == pytest.approx(0.4713, rel=1e-6)
     assert slip_gait.period == pytest.approx(0.4713 / 0.633, rel=1e-6)

@@ -42,19 +42,19 @@ def test_channels_join_along_time(walk):
     assert walk.channel("points").shape == (2, 3, 7)
 
 
-def test_words_of_steps(walk, segment, motion):
-    assert str(walk.word()) == "slip+ stick | slip-"
-    assert str(walk.word(1)) == "slip- | stick"
-    assert walk.word(2) is None
-    assert motion([segment(np.array([0.0, 1.0]))]).word() is None
+def test_sequences_of_steps(walk, segment, motion):
+    assert str(walk.sequence()) == "slip+ stick | slip-"
+    assert str(walk.sequence(1)) == "slip- | stick"
+    assert walk.sequence(2) is None
+    assert motion([segment(np.array([0.0, 1.0]))]).sequence() is None
 
 
-def test_a_step_that_starts_stuck_and_lands_sliding_has_a_word(segment, jump, motion):
-    """Not the word of a periodic gait, but of a step that was walked."""
+def test_a_step_that_starts_stuck_and_lands_sliding_has_a_sequence(segment, jump, motion):
+    """Not the contact sequence of a periodic gait, but of a step that was walked."""
     walk = motion([segment(np.array([0.0, 1.0]))], [jump(1.0, mode=Mode.SLIP_FORWARD)])
-    assert str(walk.word()) == "stick | slip+"
+    assert str(walk.sequence()) == "stick | slip+"
 
 
 def test_a_motion_that_never_began(motion):
     never = motion([])
-    assert (never.period, never.travel, never.foot_slide, never.word()) == (0.0, 0.0, 0, None)
+    assert (never.period, never.travel, never.foot_slide, never.sequence()) == (0.0, 0.0, 0, None)

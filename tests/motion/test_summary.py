@@ -35,7 +35,7 @@ def test_summary_survives_a_strict_json_reader(slip_gait):
 def test_summary_states_the_facts_of_the_gait(slip_gait):
     summary = summarise(slip_gait)
     segments = slip_gait.motion.segments
-    assert summary["word"] == "slip+ stick | slip+"
+    assert summary["sequence"] == "slip+ stick | slip+"
     assert summary["period"] == pytest.approx(sum(phase["duration"] for phase in summary["phases"]), rel=1e-12)
     assert summary["foot_slide"] == pytest.approx(segments[0].q[0, -1] - segments[0].q[0, 0], rel=1e-12)
     assert summary["impact"]["ratio"] == pytest.approx(-0.14, rel=1e-6)  # a slip+ impact lies on the cone

@@ -7,7 +7,7 @@ import pytest
 
 from gaitopt import Collocation, GaitProblem, Limits, compass_biped, solve, verify
 
-REFERENCE = {"word": "stick | stick", "friction": 0.14, "speed": 0.633, "step_length": 0.4713}
+REFERENCE = {"sequence": "stick | stick", "friction": 0.14, "speed": 0.633, "step_length": 0.4713}
 
 
 def _problem(*, intervals=40, torque=6.0, **changes):

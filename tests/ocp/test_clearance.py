@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from gaitopt import CostOfTransport, Limits, TorqueSquared, Word
+from gaitopt import ContactSequence, CostOfTransport, Limits, TorqueSquared
 from gaitopt.ocp.bounds import bounds, data_vector, structure
-from gaitopt.ocp.clearance import CLEARANCE
-from gaitopt.ocp.collocation import lobatto_points
-from gaitopt.ocp.diagnosis import violations, warnings
-from gaitopt.ocp.open_phase import transcribe_open
-from gaitopt.ocp.relaxation import ExactPenalty
-from gaitopt.ocp.swing import lack_of_height
-from gaitopt.ocp.transcription import transcribe
-from tests.ocp.programmes import SCHEMES, programme, unknowns
+from gaitopt.ocp.solve.diagnosis import violations, warnings
+from gaitopt.ocp.solve.swing_foot_checks import lack_of_height
+from gaitopt.ocp.transcription.collocation import lobatto_points
+from gaitopt.ocp.transcription.foot_clearance import CLEARANCE
+from gaitopt.ocp.transcription.phase_complementarity import transcribe_open
+from gaitopt.ocp.transcription.relaxation import ExactPenalty
+from gaitopt.ocp.transcription.transcription import transcribe
+from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
 
 LEG = 1.6
 SLIP = "slip+ stick | slip+"
@@ -34,8 +34,8 @@ def constraints(transcription, problem, x):
 @pytest.fixture(scope="module")
 def random_motion(reference_problem):
     """Return a problem, its transcription, and angles that change at constant rates, each interval for itself."""
-    problem = reference_problem(word=SLIP, limits=Limits(torque=6, clearance=0.03), objective="torque_squared")
-    transcription = programme(problem.word, (3, 4), TorqueSquared(), SCHEMES[1], cleared=True)
+    problem = reference_problem(sequence=SLIP, limits=Limits(torque=6, clearance=0.03), objective="torque_squared")
+    transcription = programme(problem.sequence, (3, 4), TorqueSquared(), SCHEMES[1], cleared=True)
     rng, layout = np.random.default_rng(5), transcription.variables
     x = np.zeros(layout.size)
     x[layout["angles"]], x[layout["rates"]] = rng.uniform(-0.3, 0.3, (2, 2, 8))
@@ -84,7 +84,7 @@ def test_problems_that_differ_in_their_clearance_share_a_programme(reference_pro
 
 
 def test_open_phases_keep_it_too(reference_problem):
-    problem = reference_problem(word="any | stick", limits=Limits(torque=6, clearance=0.02), intervals=6)
+    problem = reference_problem(sequence="any | stick", limits=Limits(torque=6, clearance=0.02), intervals=6)
     transcription = transcribe_open(structure(problem, problem.transcription, ExactPenalty()))
     rng, layout = np.random.default_rng(8), transcription.variables
     x = rng.uniform(0.1, 0.3, layout.size)
@@ -97,10 +97,10 @@ def test_open_phases_keep_it_too(reference_problem):
 @pytest.fixture(scope="module")
 def scuffing(reference_problem, solved):
     """Return a gait of straight legs, which scuff, on a programme that does not allow it."""
-    gait = solved(word=SLIP)
-    problem = reference_problem(word=SLIP, limits=Limits(torque=6, clearance=0.0))
+    gait = solved(sequence=SLIP)
+    problem = reference_problem(sequence=SLIP, limits=Limits(torque=6, clearance=0.0))
     scheme = problem.transcription.scheme
-    transcription = programme(problem.word, gait.solution.intervals, CostOfTransport(), scheme, cleared=True)
+    transcription = programme(problem.sequence, gait.solution.intervals, CostOfTransport(), scheme, cleared=True)
     return gait, problem, transcription, unknowns(gait, transcription)
 
 
@@ -141,7 +141,7 @@ def test_a_foot_too_low_between_nodes_is_warned_about(scuffing):
 def test_every_mode_of_every_scheme_has_it():
     for scheme in SCHEMES:
         transcription = programme(
-            Word.parse("slip- stick slip+ | slip-"), (2, 3, 2), TorqueSquared(), scheme, cleared=True
+            ContactSequence.parse("slip- stick slip+ | slip-"), (2, 3, 2), TorqueSquared(), scheme, cleared=True
         )
         for number, count in enumerate((2, 3, 2)):
             assert transcription.constraints[f"clearance {number}"].shape == (1 + len(scheme.inner), count)

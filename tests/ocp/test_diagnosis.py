@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
 
-from gaitopt import TorqueSquared, Word
+from gaitopt import ContactSequence, TorqueSquared
 from gaitopt.ocp.bounds import Bounds
-from gaitopt.ocp.diagnosis import violations, warnings
-from tests.ocp.programmes import programme
+from gaitopt.ocp.solve.diagnosis import violations, warnings
+from tests.ocp.nlp_examples import programme
 
 
 @pytest.fixture(scope="module")
 def transcription():
-    return programme(Word.parse("slip+ stick | slip+"), (3, 4), TorqueSquared())
+    return programme(ContactSequence.parse("slip+ stick | slip+"), (3, 4), TorqueSquared())
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def test_a_value_that_is_not_a_number_is_the_worst(transcription, wide):
 
 
 def test_only_a_duration_on_its_bound_is_warned_about(transcription, reference_problem):
-    problem = reference_problem(word="slip+ stick | slip+")
+    problem = reference_problem(sequence="slip+ stick | slip+")
     x = np.zeros(transcription.variables.size)
     shortest = problem.limits.shortest_phase
     x[transcription.variables["duration"][0]] = [2 * shortest, shortest * (1 + 1e-6)]
@@ -88,7 +88,7 @@ def test_only_a_duration_on_its_bound_is_warned_about(transcription, reference_p
 
 
 def test_a_plan_too_coarse_is_warned_about(transcription, reference_problem):
-    problem = reference_problem(word="slip+ stick | slip+")
+    problem = reference_problem(sequence="slip+ stick | slip+")
     x = np.ones(transcription.variables.size)
     assert warnings(transcription, problem, x, problem.transcription.tolerance, 0.0) == ()
     (warning,) = warnings(transcription, problem, x, 2 * problem.transcription.tolerance, 0.0)
@@ -96,7 +96,7 @@ def test_a_plan_too_coarse_is_warned_about(transcription, reference_problem):
 
 
 def test_a_mode_left_between_nodes_is_warned_about(transcription, reference_problem):
-    problem = reference_problem(word="slip+ stick | slip+")
+    problem = reference_problem(sequence="slip+ stick | slip+")
     x = np.ones(transcription.variables.size)
     (warning,) = warnings(transcription, problem, x, 0.0, 2e-3)
     assert "between nodes the contact leaves its mode by 2.0e-03" in warning

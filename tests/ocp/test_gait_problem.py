@@ -2,12 +2,12 @@ import math
 
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, Margins, TorqueSquared, WordError, compass_biped, rimless_wheel
+from gaitopt import GaitProblem, InputError, Limits, Margins, SequenceError, TorqueSquared, compass_biped, rimless_wheel
 
 
 def test_names_become_objects(reference_problem):
-    problem = reference_problem(word="slip+ stick | slip+", objective="torque_squared")
-    assert str(problem.word) == "slip+ stick | slip+"
+    problem = reference_problem(sequence="slip+ stick | slip+", objective="torque_squared")
+    assert str(problem.sequence) == "slip+ stick | slip+"
     assert problem.objective == TorqueSquared()
 
 
@@ -44,8 +44,8 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"friction": math.nan}, "friction must be a finite number"),
         ({"friction": "slippery"}, "friction must be a number"),
         ({"friction": 0.0}, "greater than 0"),
-        ({"friction": 0.0, "word": "slip+ | slip+"}, "greater than 0"),
-        ({"friction": math.inf, "word": "slip+ stick | slip+"}, "slips, which needs a finite friction"),
+        ({"friction": 0.0, "sequence": "slip+ | slip+"}, "greater than 0"),
+        ({"friction": math.inf, "sequence": "slip+ stick | slip+"}, "slips, which needs a finite friction"),
         ({"slope": 2.0}, "slope must be at least"),
         ({"slope": math.nan}, "slope must be a finite number"),
         ({"parameters": {"leg_mass": -1}}, "leg_mass must be greater than 0"),
@@ -72,7 +72,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
 def test_problems_that_cannot_be(changes, reason):
     fields = {
         "robot": compass_biped(),
-        "word": "stick | stick",
+        "sequence": "stick | stick",
         "friction": 0.14,
         "speed": 0.633,
         "step_length": 0.4713,
@@ -81,7 +81,7 @@ def test_problems_that_cannot_be(changes, reason):
         GaitProblem(**{**fields, **changes})
 
 
-@pytest.mark.parametrize("word", ["slip+ | fly", "stick | slip+", "stick stick | stick", "", "| stick", "stick", 3])
-def test_words_that_cannot_be(reference_problem, word):
-    with pytest.raises(WordError, match="word"):
-        reference_problem(word=word)
+@pytest.mark.parametrize("sequence", ["slip+ | fly", "stick | slip+", "stick stick | stick", "", "| stick", "stick", 3])
+def test_sequences_that_cannot_be(reference_problem, sequence):
+    with pytest.raises(SequenceError, match="sequence"):
+        reference_problem(sequence=sequence)

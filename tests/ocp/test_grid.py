@@ -1,11 +1,11 @@
 import pytest
 
-from gaitopt import InputError, Mode, MultipleShooting, Word
-from gaitopt.ocp.grid import divide
+from gaitopt import ContactSequence, InputError, Mode, MultipleShooting
+from gaitopt.ocp.transcription.grid import divide_into_phases
 
 
-def phases(word, *counts):
-    return divide(Word.parse(word), counts)
+def phases(sequence, *counts):
+    return divide_into_phases(ContactSequence.parse(sequence), counts)
 
 
 def test_neighbouring_phases_share_a_node():
@@ -56,7 +56,7 @@ def test_one_count_is_needed_per_phase():
 
 
 @pytest.mark.parametrize(
-    ("word", "intervals", "counts"),
+    ("sequence", "intervals", "counts"),
     [
         ("stick | stick", 40, (40,)),
         ("slip+ stick slip- | slip+", 40, (10, 40, 10)),
@@ -65,14 +65,14 @@ def test_one_count_is_needed_per_phase():
         ("slip+ stick | slip+", (7, 9), (7, 9)),
     ],
 )
-def test_intervals_of_each_phase(word, intervals, counts):
-    assert MultipleShooting(intervals=intervals).intervals_for(Word.parse(word)) == counts
+def test_intervals_of_each_phase(sequence, intervals, counts):
+    assert MultipleShooting(intervals=intervals).intervals_for(ContactSequence.parse(sequence)) == counts
 
 
 @pytest.mark.parametrize("intervals", [1, 0, -3, 2.5, float("nan"), float("inf"), "many", None, True, (40,), (1, 40)])
 def test_intervals_that_cannot_be(intervals):
     with pytest.raises(InputError, match="intervals"):
-        MultipleShooting(intervals=intervals).intervals_for(Word.parse("slip+ stick | slip+"))
+        MultipleShooting(intervals=intervals).intervals_for(ContactSequence.parse("slip+ stick | slip+"))
 
 
 @pytest.mark.parametrize("setting", [{"substeps": 0}, {"substeps": 1.5}, {"tolerance": 0}, {"tolerance": float("nan")}])

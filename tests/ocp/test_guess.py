@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 
 from gaitopt import (
-    Continued,
+    ContactSequence,
+    FromMotion,
     InputError,
     Keyframes,
-    Line,
-    Previous,
-    Scattered,
-    Word,
+    LinearGuess,
+    RandomPerturbation,
+    WarmStart,
     compass_biped,
     load,
     rimless_wheel,
 )
 from gaitopt.ocp.bounds import bounds
-from gaitopt.ocp.guess import Setting
-from gaitopt.ocp.reach import longest_reach, touchdown_pose
-from gaitopt.ocp.start import setting, start
-from tests.ocp.programmes import SCHEMES, programme, unknowns
+from gaitopt.ocp.initial.initial_point import initial_point, setting
+from gaitopt.ocp.statement.initial_guess import Setting
+from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, touchdown_pose
+from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
 
 PERIOD, STEP = 0.75, 0.47
 
@@ -27,7 +27,7 @@ PERIOD, STEP = 0.75, 0.47
 @pytest.fixture(scope="module")
 def aim():
     robot = compass_biped()
-    return Setting(robot, robot.resolve({}), Word.parse("slip+ stick | slip+"), STEP, PERIOD)
+    return Setting(robot, robot.resolve({}), ContactSequence.parse("slip+ stick | slip+"), STEP, PERIOD)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def published():
 
 def test_a_line_runs_from_one_touchdown_to_the_next(aim):
     time = np.linspace(0, PERIOD, 11)
-    sample = Line().sample(aim, time)
+    sample = LinearGuess().sample(aim, time)
     # Feet STEP apart with straight legs of 1.6 m: both angles are asin(STEP / 2 / 1.6); the swap negates them.
     angle = math.asin(STEP / 2 / 1.6)
     assert sample.angles[:, -1] == pytest.approx([angle, angle], abs=1e-6)
@@ -48,7 +48,7 @@ def test_a_line_runs_from_one_touchdown_to_the_next(aim):
 
 
 def test_slip_phases_get_a_sixth_of_the_time(aim):
-    assert Line().durations(aim) == pytest.approx([PERIOD / 6, 5 * PERIOD / 6])
+    assert LinearGuess().durations(aim) == pytest.approx([PERIOD / 6, 5 * PERIOD / 6])
 
 
 def test_keyframes_pass_through_their_poses_without_overshoot(aim):
@@ -80,43 +80,43 @@ def test_keyframes_of_another_robot_are_refused(aim):
 
 
 def test_a_previous_motion_keeps_its_phases_and_is_stretched_in_time(aim, published):
-    durations = Previous(published).durations(aim)
+    durations = FromMotion(published).durations(aim)
     own = np.array([segment.duration for segment in published.segments])
     assert durations == pytest.approx(own * PERIOD / own.sum())
-    sample = Previous(published).sample(aim, np.array([0.0, PERIOD]))
+    sample = FromMotion(published).sample(aim, np.array([0.0, PERIOD]))
     assert sample.angles[:, 0] == pytest.approx(published.segments[0].q[2:, 0])
     assert sample.angles[:, 1] == pytest.approx(published.segments[-1].q[2:, -1])
     assert sample.torque[:, 1] == pytest.approx(published.segments[-1].torque[:, -1])
     assert sample.slide[1] == pytest.approx(published.foot_slide)
 
 
-def test_a_previous_motion_of_another_word_is_spread_over_the_new_phases(published):
+def test_a_previous_motion_of_another_sequence_is_spread_over_the_new_phases(published):
     robot = compass_biped()
-    aim = Setting(robot, robot.resolve({}), Word.parse("stick | stick"), STEP, PERIOD)
-    assert Previous(published).durations(aim) == pytest.approx([PERIOD])
+    aim = Setting(robot, robot.resolve({}), ContactSequence.parse("stick | stick"), STEP, PERIOD)
+    assert FromMotion(published).durations(aim) == pytest.approx([PERIOD])
 
 
 def test_a_previous_motion_of_another_robot_is_refused(published):
     robot = rimless_wheel()
-    aim = Setting(robot, robot.resolve({}), Word.parse("stick | stick"), STEP, PERIOD)
+    aim = Setting(robot, robot.resolve({}), ContactSequence.parse("stick | stick"), STEP, PERIOD)
     with pytest.raises(InputError, match=r"motion of .*th1"):
-        Previous(published).sample(aim, np.zeros(1))
+        FromMotion(published).sample(aim, np.zeros(1))
 
 
-@pytest.mark.parametrize("guess", [Line(), Keyframes((0, 1), {"th1": (-0.1, 0.1), "th2": (-3.0, 3.0)})])
+@pytest.mark.parametrize("guess", [LinearGuess(), Keyframes((0, 1), {"th1": (-0.1, 0.1), "th2": (-3.0, 3.0)})])
 def test_a_start_lies_inside_the_bounds_and_is_finite(reference_problem, guess):
-    problem = reference_problem(word="slip+ stick | slip+", intervals=8, guess=guess)
-    transcription = programme(problem.word, (5, 8), problem.objective)
-    x, limits = start(transcription, problem, guess), bounds(transcription, problem)
+    problem = reference_problem(sequence="slip+ stick | slip+", intervals=8, guess=guess)
+    transcription = programme(problem.sequence, (5, 8), problem.objective)
+    x, limits = initial_point(transcription, problem, guess), bounds(transcription, problem)
     assert np.all(np.isfinite(x))
     assert np.all((limits.x_lower <= x) & (x <= limits.x_upper))
 
 
 def test_a_start_from_a_solution_is_that_solution(reference_problem, solved):
-    gait = solved(word="slip+ stick | slip+")
-    problem = reference_problem(word=gait.word, guess=Previous(gait.motion))
-    transcription = programme(problem.word, (10, 40), problem.objective, SCHEMES[1])
-    x = start(transcription, problem, problem.guess)
+    gait = solved(sequence="slip+ stick | slip+")
+    problem = reference_problem(sequence=gait.sequence, guess=FromMotion(gait.motion))
+    transcription = programme(problem.sequence, (10, 40), problem.objective, SCHEMES[1])
+    x = initial_point(transcription, problem, problem.guess)
     expected = unknowns(gait, transcription)
     for name in ("angles", "rates", "torque", "duration", "slide 0"):
         index = transcription.variables[name]
@@ -147,7 +147,7 @@ def test_the_longest_reach_of_straight_legs(limit):
     robot = compass_biped()
     # Both legs at the limit: l (sin + sin), and no farther than legs spread flat.
     expected = 2 * 1.6 * math.sin(min(limit, math.pi / 2))
-    assert longest_reach(robot, robot.resolve({}), [(-limit, limit)] * 2) == pytest.approx(expected)
+    assert find_longest_reach(robot, robot.resolve({}), [(-limit, limit)] * 2) == pytest.approx(expected)
 
 
 def test_a_step_beyond_reach_has_no_touchdown_pose():
@@ -157,19 +157,22 @@ def test_a_step_beyond_reach_has_no_touchdown_pose():
 
 
 def test_a_gait_for_a_motion_and_a_motion_for_a_gait_are_told_apart(solved):
-    gait = solved(word="slip+ stick | slip+")
-    with pytest.raises(InputError, match=r"Previous needs a Motion, got Gait\. Use Continued\(gait\)"):
-        Previous(gait)
-    with pytest.raises(InputError, match=r"Continued needs a Gait, got Motion\. Use Previous\(motion\)"):
-        Continued(gait.motion)
+    gait = solved(sequence="slip+ stick | slip+")
+    with pytest.raises(InputError, match=r"Previous needs a Motion, got Gait\. Use WarmStart\(gait\)"):
+        FromMotion(gait)
+    with pytest.raises(InputError, match=r"WarmStart needs a Gait, got Motion\. Use Previous\(motion\)"):
+        WarmStart(gait.motion)
     with pytest.raises(InputError, match="Previous needs a Motion, got str"):
-        Previous("gait.h5")
+        FromMotion("gait.h5")
 
 
 def test_scattered_starts_differ_by_seed_and_meet_the_poses_at_both_ends(reference_problem):
     aim = setting(reference_problem())
     time = np.linspace(0, aim.period, 50)
-    line, one, again, other = (guess.sample(aim, time) for guess in (Line(), Scattered(1), Scattered(1), Scattered(2)))
+    line, one, again, other = (
+        guess.sample(aim, time)
+        for guess in (LinearGuess(), RandomPerturbation(1), RandomPerturbation(1), RandomPerturbation(2))
+    )
     assert np.array_equal(one.angles, again.angles)
     assert np.max(np.abs(one.angles - other.angles)) > 1e-2
     assert one.angles[:, [0, -1]] == pytest.approx(line.angles[:, [0, -1]], abs=1e-12)
@@ -179,5 +182,5 @@ def test_scattered_starts_differ_by_seed_and_meet_the_poses_at_both_ends(referen
 
 @pytest.mark.parametrize("given", [{"seed": -1}, {"seed": 1.5}, {"seed": 1, "amplitude": -0.1}])
 def test_waves_that_cannot_be(given):
-    with pytest.raises(InputError, match=r"Scattered\."):
-        Scattered(**given)
+    with pytest.raises(InputError, match=r"RandomPerturbation\."):
+        RandomPerturbation(**given)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve, summarise
-from gaitopt.ocp import ipopt
-from gaitopt.ocp.tap import undivided
+from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
+from gaitopt.ocp.nlp.nlp import ipopt
 
 
 @pytest.fixture(scope="module")
@@ -181,7 +181,7 @@ def test_an_interrupt_while_something_is_built_comes_when_it_is_built():
     done = []
 
     def build():
-        with undivided():
+        with defer_interrupt():
             signal.raise_signal(signal.SIGINT)
             done.append("built")
 

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt.ocp.layout import Layout, Rows
+from gaitopt.ocp.nlp.layout import Layout, Rows
 
 SHAPES = st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5)), min_size=1, max_size=6)
 

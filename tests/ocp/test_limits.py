@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt import InputError, Limits, Margins
-from gaitopt.ocp.limits import Range
+from gaitopt.ocp.statement.limits import Range
 
 ACTUATORS = ("ankle", "hip")
 POSITIVE = st.floats(1e-6, 1e6)

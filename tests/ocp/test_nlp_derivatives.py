@@ -4,12 +4,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import CostOfTransport, GaitProblem, PositiveWork, TorqueSquared, Word, compass_biped
+from gaitopt import ContactSequence, CostOfTransport, GaitProblem, PositiveWork, TorqueSquared, compass_biped
 from gaitopt.ocp.bounds import data_vector
-from gaitopt.ocp.guess import Line
-from gaitopt.ocp.nlp import Block, assemble_nlp
-from gaitopt.ocp.start import start
-from tests.ocp.programmes import programme
+from gaitopt.ocp.initial.initial_point import initial_point
+from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.statement.initial_guess import LinearGuess
+from tests.ocp.nlp_examples import programme
 
 CASES = [
     ("stick | stick", (4,), TorqueSquared()),
@@ -50,17 +50,22 @@ def test_the_toy_programme_is_the_sum_of_its_parts():
 
 def programmes():
     yield "toy", *toy(), np.array([0.3, -0.8, 1.1, 0.5])
-    for word, counts, objective in CASES:
-        problem = _problem(word, objective)
-        transcription = programme(problem.word, counts, objective)
-        x = start(transcription, problem, Line())
+    for sequence, counts, objective in CASES:
+        problem = _problem(sequence, objective)
+        transcription = programme(problem.sequence, counts, objective)
+        x = initial_point(transcription, problem, LinearGuess())
         x += 0.05 * np.random.default_rng(len(x)).standard_normal(x.size)
-        yield f"{word}, {objective.name}", transcription.nlp, data_vector(problem), x
+        yield f"{sequence}, {objective.name}", transcription.nlp, data_vector(problem), x
 
 
-def _problem(word, objective):
+def _problem(sequence, objective):
     return GaitProblem(
-        robot=compass_biped(), word=Word.parse(word), friction=0.14, speed=0.6, step_length=0.45, objective=objective
+        robot=compass_biped(),
+        sequence=ContactSequence.parse(sequence),
+        friction=0.14,
+        speed=0.6,
+        step_length=0.45,
+        objective=objective,
     )
 
 

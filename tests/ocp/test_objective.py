@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt import CostOfTransport, InputError, Objective, PositiveWork, TorqueSquared
-from gaitopt.ocp.objective import OBJECTIVES, check_objective, objective_named
+from gaitopt.ocp.statement.objective import OBJECTIVES, check_objective, objective_named
 
 REAL = st.floats(-10, 10)
 

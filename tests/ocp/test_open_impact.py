@@ -1,4 +1,4 @@
-"""Words whose impact is open: found by complementarity, and checked against solving every closed word."""
+"""Sequences whose impact is open: found by complementarity, and checked against solving every closed sequence."""
 
 import math
 from dataclasses import replace
@@ -9,12 +9,12 @@ from gaitopt import (
     ExactPenalty,
     FischerBurmeister,
     Homotopy,
-    HomotopyStep,
+    HomotopyIteration,
     InputError,
     Ipopt,
     Mode,
     Scholtes,
-    WordError,
+    SequenceError,
     load,
     save,
     solve,
@@ -22,8 +22,8 @@ from gaitopt import (
     summarise,
     verify,
 )
-from gaitopt.motion.facts import describe_gait
-from gaitopt.ocp.impact_proposal import outcomes_near
+from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.ocp.mode_search.impact_proposal import outcomes_near
 from gaitopt.status import Status
 
 OPEN, CLOSED = "slip+ stick | any", ("slip+ stick | stick", "slip+ stick | slip+")
@@ -33,17 +33,17 @@ OPEN, CLOSED = "slip+ stick | any", ("slip+ stick | stick", "slip+ stick | slip+
 def found(reference_problem):
     """Return the open problem's gait at friction 0.14, replayed, and the steps its observer was told."""
     steps = []
-    gait = solve(reference_problem(word=OPEN), observer=steps.append)
-    return verify(gait), [step for step in steps if isinstance(step, HomotopyStep)]
+    gait = solve(reference_problem(sequence=OPEN), observer=steps.append)
+    return verify(gait), [step for step in steps if isinstance(step, HomotopyIteration)]
 
 
 @pytest.mark.parametrize(("friction", "relaxation"), [(0.1, FischerBurmeister()), (0.2, Scholtes())])
-def test_the_best_closed_word_is_found_at_its_cost(reference_problem, friction, relaxation):
-    gait = solve(reference_problem(word=OPEN, friction=friction), homotopy=Homotopy(relaxation=relaxation))
-    closed = [solve(reference_problem(word=word, friction=friction)) for word in CLOSED]
+def test_the_best_closed_sequence_is_found_at_its_cost(reference_problem, friction, relaxation):
+    gait = solve(reference_problem(sequence=OPEN, friction=friction), homotopy=Homotopy(relaxation=relaxation))
+    closed = [solve(reference_problem(sequence=sequence, friction=friction)) for sequence in CLOSED]
     best = min((other for other in closed if other.status.ok), key=lambda other: other.cost_of_transport)
     assert gait.status.ok
-    assert gait.word == best.word
+    assert gait.sequence == best.sequence
     assert gait.cost_of_transport == pytest.approx(best.cost_of_transport, abs=1e-6)
     assert gait.proposal.relaxation == relaxation.name
 
@@ -51,9 +51,9 @@ def test_the_best_closed_word_is_found_at_its_cost(reference_problem, friction, 
 def test_the_reference_gait(found, solved):
     gait, _ = found
     assert gait.verification.passed
-    assert str(gait.word) == "slip+ stick | slip+"
-    assert gait.cost_of_transport == pytest.approx(solved(word="slip+ stick | slip+").cost_of_transport, abs=1e-6)
-    # On equal grids the relaxed problem and the closed word differ by less still.
+    assert str(gait.sequence) == "slip+ stick | slip+"
+    assert gait.cost_of_transport == pytest.approx(solved(sequence="slip+ stick | slip+").cost_of_transport, abs=1e-6)
+    # On equal grids the relaxed problem and the closed contact sequence differ by less still.
     assert gait.proposal.cost_after == pytest.approx(gait.proposal.cost_before, rel=1e-5)
 
 
@@ -61,18 +61,18 @@ def test_the_record_says_how_it_was_found(found, tmp_path):
     gait, steps = found
     proposal = gait.proposal
     assert tuple(steps) == proposal.steps
-    assert proposal.word == OPEN
+    assert proposal.sequence == OPEN
     assert proposal.complementarity == proposal.steps[-1].complementarity <= Homotopy().tolerance
     assert proposal.stationarity.startswith("strong")
     assert proposal.reason == ""
-    assert gait.problem["word"] == str(gait.word)
+    assert gait.problem["sequence"] == str(gait.sequence)
     assert gait.solver.iterations > sum(step.iterations for step in steps)
     assert load(save(gait, tmp_path / "gait.h5")).proposal == proposal
     lost = replace(proposal, steps=(replace(steps[0], complementarity=math.nan),))
     again = load(save(replace(gait, proposal=lost), tmp_path / "lost.h5")).proposal
     assert math.isnan(again.steps[0].complementarity)
-    assert summarise(gait)["proposal"]["words"] == ["slip+ stick | slip+"]
-    assert dict(describe_gait(gait))["found"].startswith("for 'slip+ stick | any' by l1_penalty")
+    assert summarise(gait)["proposal"]["sequences"] == ["slip+ stick | slip+"]
+    assert dict(tabulate_gait(gait))["found"].startswith("for 'slip+ stick | any' by l1_penalty")
 
 
 def test_the_impact_found_is_the_impact_laws(found, compass):
@@ -101,22 +101,26 @@ def test_an_impact_on_the_edge_of_its_cone_proposes_both_that_meet_there(referen
 
 def test_a_sticking_impact_exactly_on_its_cone(reference_problem, solved):
     """The cheapest sticking gait at low friction lands with its impulse on the cone, where slipping begins."""
-    gait = solve(reference_problem(word="stick | any", intervals=20))
+    gait = solve(reference_problem(sequence="stick | any", intervals=20))
     assert gait.status.ok
     assert abs(gait.motion.jumps[0].ratio) == pytest.approx(0.14, rel=2e-3)
     assert gait.cost_of_transport == pytest.approx(solved(intervals=20).cost_of_transport, abs=1e-6)
     assert gait.proposal.complementarity <= Homotopy().tolerance
     assert gait.proposal.stationarity.startswith("B: a pair is biactive")
-    assert gait.proposal.words == ("stick | stick",)  # slip+ cannot be: the step begins sticking
+    assert gait.proposal.sequences == ("stick | stick",)  # slip+ cannot be: the step begins sticking
 
 
 def test_a_biactive_impact_is_solved_both_ways(reference_problem, monkeypatch):
     monkeypatch.setattr(
-        "gaitopt.ocp.impact_proposal.outcomes_near", lambda *impact: [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD]
+        "gaitopt.ocp.mode_search.impact_proposal.outcomes_near",
+        lambda *impact: [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD],
     )
-    gait = solve(reference_problem(word=OPEN, intervals=15))
-    assert gait.proposal.words == ("slip+ stick | slip+", "slip+ stick | stick")  # cheapest first, and only what fits
-    assert str(gait.word) == "slip+ stick | slip+"
+    gait = solve(reference_problem(sequence=OPEN, intervals=15))
+    assert gait.proposal.sequences == (
+        "slip+ stick | slip+",
+        "slip+ stick | stick",
+    )  # cheapest first, and only what fits
+    assert str(gait.sequence) == "slip+ stick | slip+"
     assert gait.proposal.stationarity.startswith("B: a pair is biactive")
 
 
@@ -129,20 +133,20 @@ def test_an_interrupt_ends_it_all(reference_problem):
         if len(told) == 5:
             raise KeyboardInterrupt
 
-    gait = solve(reference_problem(word=OPEN, intervals=10), observer=stop)
+    gait = solve(reference_problem(sequence=OPEN, intervals=10), observer=stop)
     assert gait.status is Status.INTERRUPTED
     assert "(interrupted)" in gait.proposal.reason
-    assert [step.status for step in told if isinstance(step, HomotopyStep)] == ["interrupted"]
+    assert [step.status for step in told if isinstance(step, HomotopyIteration)] == ["interrupted"]
     assert len(told) < 10
 
 
 def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypatch):
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 1)
-    problem = reference_problem(word=OPEN, torque=0.3, intervals=10)
+    problem = reference_problem(sequence=OPEN, torque=0.3, intervals=10)
     gait = solve(problem, solver=Ipopt(max_iterations=40))
     assert not gait.status.ok
     assert gait.status.key in ("infeasible", "failed", "iteration_limit")
-    assert not gait.word.is_open
+    assert not gait.sequence.is_open
     assert "the homotopy stopped at t = 1e-01 (iteration_limit) with complementarity residual" in gait.proposal.reason
     assert "is not solved" in gait.proposal.reason
     assert gait.proposal.stationarity == "unknown: the homotopy did not end"
@@ -151,39 +155,39 @@ def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypat
 
 def test_too_few_steps_are_told(reference_problem):
     gait = solve(
-        reference_problem(word=OPEN, intervals=10),
+        reference_problem(sequence=OPEN, intervals=10),
         homotopy=Homotopy(relaxation=FischerBurmeister(), max_steps=1),
     )
     assert "the homotopy stopped at t = 1e-01 (solved) with complementarity residual" in gait.proposal.reason
 
 
 def test_a_wrong_proposal_is_unconfirmed(reference_problem, monkeypatch):
-    """A closed word dearer than the relaxed problem, as when the homotopy lost its way, is no solution."""
-    monkeypatch.setattr("gaitopt.ocp.impact_proposal.outcomes_near", lambda *impact: [Mode.STICK])
+    """A closed contact sequence dearer than the relaxed problem, as when the homotopy lost its way, is no solution."""
+    monkeypatch.setattr("gaitopt.ocp.mode_search.impact_proposal.outcomes_near", lambda *impact: [Mode.STICK])
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 0)
-    gait = solve(reference_problem(word=OPEN, intervals=10))
-    assert str(gait.word) == "slip+ stick | stick"
+    gait = solve(reference_problem(sequence=OPEN, intervals=10))
+    assert str(gait.sequence) == "slip+ stick | stick"
     assert gait.status is Status.UNCONFIRMED
     assert "costs" in gait.proposal.reason
 
 
-def test_an_open_word_is_refused_where_a_closed_one_is_needed(reference_problem):
+def test_an_open_sequence_is_refused_where_a_closed_one_is_needed(reference_problem):
     from gaitopt.ocp.bounds import structure
 
-    problem = reference_problem(word=OPEN)
-    with pytest.raises(WordError, match="A smooth programme needs a closed word"):
+    problem = reference_problem(sequence=OPEN)
+    with pytest.raises(SequenceError, match="A smooth programme needs a closed contact sequence"):
         structure(problem, problem.transcription)
 
 
-def test_an_open_word_needs_a_friction_limit(reference_problem):
+def test_an_open_sequence_needs_a_friction_limit(reference_problem):
     with pytest.raises(InputError, match="needs no open place"):
-        reference_problem(word=OPEN, friction=math.inf)
+        reference_problem(sequence=OPEN, friction=math.inf)
 
 
 def test_other_objectives_and_a_free_slope(reference_problem):
-    problem = reference_problem(word=OPEN, objective="torque_squared", slope=(0.0, 0.005), intervals=15)
+    problem = reference_problem(sequence=OPEN, objective="torque_squared", slope=(0.0, 0.005), intervals=15)
     gait = solve(problem, homotopy=Homotopy(relaxation=ExactPenalty()))
-    closed = [solve(problem.replace(word=word)) for word in CLOSED]
+    closed = [solve(problem.replace(sequence=sequence)) for sequence in CLOSED]
     best = min((other for other in closed if other.status.ok), key=lambda other: other.solver.objective)
-    assert gait.word == best.word
+    assert gait.sequence == best.sequence
     assert gait.solver.objective == pytest.approx(best.solver.objective, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Words with open phases: time stepping proposes the phases, a closed word finishes them."""
+"""Contact sequences with open phases: time stepping proposes the phases, a closed contact sequence finishes them."""
 
 import math
 from dataclasses import replace
@@ -6,51 +6,51 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import ExactPenalty, Homotopy, InputError, Ipopt, Mode, Scholtes, Word, solve, verify
+from gaitopt import ContactSequence, ExactPenalty, Homotopy, InputError, Ipopt, Mode, Scholtes, solve, verify
 from gaitopt.ocp.bounds import data_vector, structure
-from gaitopt.ocp.candidates import plainest
-from gaitopt.ocp.guess import Line
-from gaitopt.ocp.homotopy import follow
-from gaitopt.ocp.open_phase import CONTACT, transcribe_open
-from gaitopt.ocp.phase_proposal import (
-    Run,
+from gaitopt.ocp.mode_search.candidate_sequences import select_simplest
+from gaitopt.ocp.mode_search.homotopy import follow_homotopy
+from gaitopt.ocp.mode_search.phase_proposal import (
+    ModeRun,
     friction_residual,
-    lengths,
     open_bounds,
     open_start,
+    relative_lengths,
     runs_of,
     without_brief,
 )
+from gaitopt.ocp.statement.initial_guess import LinearGuess
+from gaitopt.ocp.transcription.phase_complementarity import CONTACT, transcribe_open
 
 STICK, FORWARD, BACKWARD = Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD
 
 
 @pytest.mark.parametrize(
-    ("friction", "word"),
+    ("friction", "sequence"),
     [(0.12, "slip+ stick slip- | slip+"), (0.14, "slip+ stick | slip+"), (0.25, "stick | stick")],
 )
-def test_the_whole_word_is_found_and_agrees_with_its_closed_solve(reference_problem, friction, word):
-    gait = verify(solve(reference_problem(word="any | any", friction=friction, intervals=20)))
+def test_the_whole_sequence_is_found_and_agrees_with_its_closed_solve(reference_problem, friction, sequence):
+    gait = verify(solve(reference_problem(sequence="any | any", friction=friction, intervals=20)))
     assert gait.status.ok
-    assert str(gait.word) == word
+    assert str(gait.sequence) == sequence
     assert gait.verification.passed
     assert gait.proposal.complementarity <= Homotopy().tolerance
     # Time stepping is of low order, but near.
     assert gait.proposal.cost_before == pytest.approx(gait.proposal.cost_after, rel=0.02)
-    closed = solve(reference_problem(word=word, friction=friction, intervals=20))
-    # From its own start the closed word may end in another optimum, but not in a much better one.
+    closed = solve(reference_problem(sequence=sequence, friction=friction, intervals=20))
+    # From its own start the closed contact sequence may end in another optimum, but not in a much better one.
     assert gait.cost_of_transport <= closed.cost_of_transport + 1e-6
 
 
 @pytest.mark.parametrize("text", ["any | stick", "stick any | any"])
 def test_closed_places_are_kept(reference_problem, text):
-    gait = solve(reference_problem(word=text, intervals=20))
+    gait = solve(reference_problem(sequence=text, intervals=20))
     assert gait.status.ok
-    assert Word.parse(text).admits(gait.word)
+    assert ContactSequence.parse(text).admits(gait.sequence)
 
 
 def test_another_relaxation_and_objective(reference_problem):
-    problem = reference_problem(word="any | any", objective="torque_squared", intervals=20, friction=0.2)
+    problem = reference_problem(sequence="any | any", objective="torque_squared", intervals=20, friction=0.2)
     gait = solve(problem, homotopy=Homotopy(relaxation=Scholtes(), intervals=30))
     assert gait.status.ok
     assert gait.proposal.relaxation == "scholtes"
@@ -61,12 +61,12 @@ def test_another_relaxation_and_objective(reference_problem):
 def stepped(reference_problem):
     """Return problem, transcription and decision vector of a relaxed time-stepping solve."""
     grid = replace(reference_problem().transcription, intervals=(40,))
-    problem = reference_problem(word="any | any", friction=0.1, transcription=grid)
+    problem = reference_problem(sequence="any | any", friction=0.1, transcription=grid)
     transcription = transcribe_open(structure(problem, problem.transcription, ExactPenalty()))
-    trail = follow(
+    trail = follow_homotopy(
         Homotopy(),
         transcription,
-        open_start(transcription, problem, Line()),
+        open_start(transcription, problem, LinearGuess()),
         data_vector(problem),
         open_bounds(transcription, problem),
         lambda x: friction_residual(transcription, problem, x),
@@ -84,7 +84,7 @@ def test_time_stepping_has_the_robots_accelerations_and_forces(stepped, compass)
     slide, speed = x[layout["slide 0"]]
     q = np.vstack([slide, 0 * slide, x[layout["angles"]]])
     v = np.vstack([speed, 0 * slide, x[layout["rates"]]])
-    step, torque = lengths(transcription, x), x[layout["torque"]]
+    step, torque = relative_lengths(transcription, x), x[layout["torque"]]
     normal, forward, backward, _ = x[layout[CONTACT]]
     seen = set()
     for k, h in enumerate(step):
@@ -113,16 +113,21 @@ def test_a_wrong_force_is_seen_by_the_residual(stepped):
 
 def test_runs_of_equal_modes():
     speed = np.array([0.3, 0.2, 0.0, 0.0, 0.0, -0.05, -0.2, 0.0, 0.0])
-    assert runs_of(speed, 0.01) == [Run(FORWARD, 0, 2), Run(STICK, 2, 2), Run(BACKWARD, 4, 3), Run(STICK, 7, 1)]
+    assert runs_of(speed, 0.01) == [
+        ModeRun(FORWARD, 0, 2),
+        ModeRun(STICK, 2, 2),
+        ModeRun(BACKWARD, 4, 3),
+        ModeRun(STICK, 7, 1),
+    ]
     # A creep below the least speed of a slide is none.
-    assert runs_of(np.array([0.0, 0.005, 0.004, 0.0]), 0.01) == [Run(STICK, 0, 3)]
+    assert runs_of(np.array([0.0, 0.005, 0.004, 0.0]), 0.01) == [ModeRun(STICK, 0, 3)]
 
 
 def test_brief_runs_join_their_neighbours_but_an_impacts_slide_stays():
-    runs = [Run(FORWARD, 0, 1), Run(STICK, 1, 10), Run(BACKWARD, 11, 1), Run(STICK, 12, 8)]
-    assert without_brief(runs, STICK) == [Run(STICK, 0, 20)]
-    assert without_brief(runs, FORWARD) == [Run(FORWARD, 0, 1), Run(STICK, 1, 19)]
-    assert without_brief([Run(STICK, 0, 1), Run(FORWARD, 1, 1)], STICK) == [Run(STICK, 0, 2)]
+    runs = [ModeRun(FORWARD, 0, 1), ModeRun(STICK, 1, 10), ModeRun(BACKWARD, 11, 1), ModeRun(STICK, 12, 8)]
+    assert without_brief(runs, STICK) == [ModeRun(STICK, 0, 20)]
+    assert without_brief(runs, FORWARD) == [ModeRun(FORWARD, 0, 1), ModeRun(STICK, 1, 19)]
+    assert without_brief([ModeRun(STICK, 0, 1), ModeRun(FORWARD, 1, 1)], STICK) == [ModeRun(STICK, 0, 2)]
 
 
 @pytest.mark.parametrize(
@@ -134,24 +139,26 @@ def test_brief_runs_join_their_neighbours_but_an_impacts_slide_stays():
         ("any stick | stick", "stick | stick"),
     ],
 )
-def test_without_a_solution_the_plainest_word_is_tried(asked, closed):
-    found = plainest(Word.parse(asked))
+def test_without_a_solution_the_plainest_sequence_is_tried(asked, closed):
+    found = select_simplest(ContactSequence.parse(asked))
     assert str(found) == closed
-    assert Word.parse(asked).admits(found)
+    assert ContactSequence.parse(asked).admits(found)
     assert found.check_periodic()
 
 
 def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypatch):
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 0)
-    problem = reference_problem(word="any | any", torque=0.1, intervals=10)
+    problem = reference_problem(sequence="any | any", torque=0.1, intervals=10)
     gait = solve(problem, solver=Ipopt(max_iterations=50), homotopy=Homotopy(intervals=12))
     assert not gait.status.ok
     assert "the homotopy stopped" in gait.proposal.reason
-    assert not gait.word.is_open
+    assert not gait.sequence.is_open
 
 
 def test_intervals_of_phases_not_known_yet(reference_problem):
     with pytest.raises(InputError, match="intervals"):
-        reference_problem(word="any | any", transcription=replace(reference_problem().transcription, intervals=(5, 20)))
+        reference_problem(
+            sequence="any | any", transcription=replace(reference_problem().transcription, intervals=(5, 20))
+        )
     with pytest.raises(InputError, match="needs no open place"):
-        reference_problem(word="any | any", friction=math.inf)
+        reference_problem(sequence="any | any", friction=math.inf)

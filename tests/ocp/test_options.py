@@ -19,7 +19,7 @@ from gaitopt import (
 )
 
 SLIP = "slip+ stick | slip+"
-SMOOTH = {"word": "stick | stick", "objective": TorqueSquared()}
+SMOOTH = {"sequence": "stick | stick", "objective": TorqueSquared()}
 
 
 def survives(gait):
@@ -32,11 +32,11 @@ def survives(gait):
 def test_an_idle_actuator_does_nothing_and_the_other_walks_alone(solved, idle):
     # One motor alone needs a downhill slope or more torque than 6 N m to walk this speed.
     limits = {"ankle": 30.0, "hip": 30.0} | {idle: 0}
-    gait = survives(solved(word="stick | stick", friction=0.5, limits=Frozen(limits)))
+    gait = survives(solved(sequence="stick | stick", friction=0.5, limits=Frozen(limits)))
     row = compass_biped().actuators.index(idle)
     assert not np.any(gait.motion.channel("torque")[row])
     assert np.any(gait.motion.channel("torque")[1 - row])
-    assert gait.cost_of_transport > solved(word="stick | stick", friction=0.5).cost_of_transport
+    assert gait.cost_of_transport > solved(sequence="stick | stick", friction=0.5).cost_of_transport
     assert not any(idle in name for name in gait.solution.unknowns["power"].rows)
 
 
@@ -94,7 +94,7 @@ def test_a_slope_that_cannot_be(reference_problem, slope):
 def test_regeneration_makes_braking_pay(solved):
     costs, negative = [], []
     for share in (0.0, 0.6):
-        gait = survives(solved(word="stick | stick", objective=PositiveWork(regeneration=share), intervals=20))
+        gait = survives(solved(sequence="stick | stick", objective=PositiveWork(regeneration=share), intervals=20))
         costs.append(gait.solver.objective)
         forward = positive_work(gait.motion)
         absolute = gait.cost_of_transport * gait.motion.total_mass * 9.8 * gait.step_length
@@ -104,21 +104,23 @@ def test_regeneration_makes_braking_pay(solved):
     assert costs[1] < costs[0]
 
 
-@pytest.mark.parametrize("word", ["stick | stick", SLIP])
-def test_both_transcriptions_find_the_same_optimum(solved, word):
-    own = solved(word=word)
-    other = survives(solved(word=word, transcription=MultipleShooting()))
+@pytest.mark.parametrize("sequence", ["stick | stick", SLIP])
+def test_both_transcriptions_find_the_same_optimum(solved, sequence):
+    own = solved(sequence=sequence)
+    other = survives(solved(sequence=sequence, transcription=MultipleShooting()))
     assert other.cost_of_transport == pytest.approx(own.cost_of_transport, rel=1e-3)
     smooth = [
-        survives(solved(word=word, objective=TorqueSquared(), transcription=kind(intervals=20))).solver.objective
+        survives(
+            solved(sequence=sequence, objective=TorqueSquared(), transcription=kind(intervals=20))
+        ).solver.objective
         for kind in (Collocation, MultipleShooting)
     ]
     assert smooth[0] == pytest.approx(smooth[1], rel=1e-5)
 
 
 def test_free_speed_and_step_find_the_cheapest(reference_problem):
-    bounded = solve(reference_problem(word="stick | stick", speed=(0.5, 0.7), step_length=(0.4, 0.6), intervals=20))
-    fixed = solve(reference_problem(word="stick | stick", intervals=20))
+    bounded = solve(reference_problem(sequence="stick | stick", speed=(0.5, 0.7), step_length=(0.4, 0.6), intervals=20))
+    fixed = solve(reference_problem(sequence="stick | stick", intervals=20))
     assert bounded.status is fixed.status is Status.SOLVED
     assert bounded.solver.objective < fixed.solver.objective
     assert 0.5 - 1e-7 <= bounded.speed <= 0.7 + 1e-7

@@ -13,26 +13,26 @@ STICK, SLIP = "stick | stick", "slip+ stick | slip+"
 def survives(gait):
     assert gait.status is Status.SOLVED, gait.solver.violations
     assert gait.verification.passed, gait.verification.reasons
-    assert gait.verification.word == str(gait.word)
+    assert gait.verification.sequence == str(gait.sequence)
     assert gait.verification.state_error < 1e-6
     return True
 
 
 @pytest.mark.parametrize("friction", [0.1, 0.2])
-@pytest.mark.parametrize("word", [STICK, SLIP])
-def test_other_frictions(solved, word, friction):
-    assert survives(solved(word=word, friction=friction))
+@pytest.mark.parametrize("sequence", [STICK, SLIP])
+def test_other_frictions(solved, sequence, friction):
+    assert survives(solved(sequence=sequence, friction=friction))
 
 
 def test_less_friction_costs_more(solved):
-    for word in (STICK, SLIP):
-        costs = [solved(word=word, friction=friction).cost_of_transport for friction in (0.1, 0.14, 0.2)]
+    for sequence in (STICK, SLIP):
+        costs = [solved(sequence=sequence, friction=friction).cost_of_transport for friction in (0.1, 0.14, 0.2)]
         assert costs[0] > costs[1] > costs[2]
 
 
-@pytest.mark.parametrize("word", ["slip+ stick slip- | slip+", "stick slip- | stick"])
-def test_a_slip_that_begins_inside_the_step(solved, word):
-    gait = solved(word=word, friction=0.12)
+@pytest.mark.parametrize("sequence", ["slip+ stick slip- | slip+", "stick slip- | stick"])
+def test_a_slip_that_begins_inside_the_step(solved, sequence):
+    gait = solved(sequence=sequence, friction=0.12)
     assert survives(gait)
     motion = gait.motion
     stick, slide = motion.segments[-2:]
@@ -43,61 +43,61 @@ def test_a_slip_that_begins_inside_the_step(solved, word):
     assert slide.slide < 0
 
 
-@pytest.mark.parametrize("word", [STICK, SLIP])
-def test_all_masses_and_torques_scaled_alike_change_nothing(solved, word):
-    heavy = solved(word=word, masses=(8.0, 4.0), torque=12.0)
+@pytest.mark.parametrize("sequence", [STICK, SLIP])
+def test_all_masses_and_torques_scaled_alike_change_nothing(solved, sequence):
+    heavy = solved(sequence=sequence, masses=(8.0, 4.0), torque=12.0)
     assert survives(heavy)
-    assert heavy.cost_of_transport == pytest.approx(solved(word=word).cost_of_transport, rel=1e-6)
+    assert heavy.cost_of_transport == pytest.approx(solved(sequence=sequence).cost_of_transport, rel=1e-6)
 
 
-@pytest.mark.parametrize("word", [STICK, SLIP])
-def test_other_masses(solved, word):
-    gait = solved(word=word, masses=(3.0, 6.0), torque=10.0)
+@pytest.mark.parametrize("sequence", [STICK, SLIP])
+def test_other_masses(solved, sequence):
+    gait = solved(sequence=sequence, masses=(3.0, 6.0), torque=10.0)
     assert survives(gait)
     assert gait.motion.total_mass == 12.0
 
 
-@pytest.mark.parametrize(("word", "speed"), [(STICK, 0.5), (SLIP, 0.7)])
-def test_other_speeds(solved, word, speed):
-    gait = solved(word=word, speed=speed)
+@pytest.mark.parametrize(("sequence", "speed"), [(STICK, 0.5), (SLIP, 0.7)])
+def test_other_speeds(solved, sequence, speed):
+    gait = solved(sequence=sequence, speed=speed)
     assert survives(gait)
     assert gait.speed == pytest.approx(speed, abs=1e-7)
 
 
 def test_bounded_targets_are_no_dearer_than_a_point_inside_them(solved):
-    free = solved(word=STICK, speed=(0.55, 0.7), step_length=(0.35, 0.6))
+    free = solved(sequence=STICK, speed=(0.55, 0.7), step_length=(0.35, 0.6))
     assert survives(free)
     assert 0.55 - 1e-7 <= free.speed <= 0.7 + 1e-7
     assert 0.35 - 1e-7 <= free.step_length <= 0.6 + 1e-7
-    assert free.cost_of_transport < solved(word=STICK).cost_of_transport
+    assert free.cost_of_transport < solved(sequence=STICK).cost_of_transport
 
 
 def test_downhill_the_slope_pays(solved):
-    gait = solved(word=STICK, slope=math.radians(1), friction=0.3)
+    gait = solved(sequence=STICK, slope=math.radians(1), friction=0.3)
     assert survives(gait)
     assert gait.energy.gravity == pytest.approx(10 * 9.8 * 0.4713 * math.sin(math.radians(1)), rel=1e-6)
-    assert gait.cost_of_transport < 0.5 * solved(word=STICK).cost_of_transport
+    assert gait.cost_of_transport < 0.5 * solved(sequence=STICK).cost_of_transport
 
 
 def test_a_duration_on_its_bound_is_a_warning(solved):
-    gait = solved(word=SLIP, friction=0.25)
+    gait = solved(sequence=SLIP, friction=0.25)
     assert survives(gait)
     assert gait.motion.segments[0].duration == pytest.approx(5e-3, rel=1e-2)
     assert len(gait.solver.warnings) == 1
     assert gait.solver.warnings[0].startswith("phase 1 (slip+) lasts 0.005 s, its shortest allowed")
-    assert solved(word=SLIP).solver.warnings == ()
+    assert solved(sequence=SLIP).solver.warnings == ()
 
 
 @pytest.mark.parametrize(
     "impossible",
     [
         {"torque": 0.1},
-        {"speed": 1.5, "word": SLIP},
+        {"speed": 1.5, "sequence": SLIP},
         {"friction": 0.01},
     ],
 )
 def test_where_there_is_no_gait_the_status_names_constraints(solved, impossible):
-    gait = solved(**{"word": STICK, "intervals": 10, **impossible})
+    gait = solved(**{"sequence": STICK, "intervals": 10, **impossible})
     assert not gait.status.ok
     assert gait.status in (Status.INFEASIBLE, Status.ITERATION_LIMIT)
     assert gait.verification is None

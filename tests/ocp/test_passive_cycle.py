@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Word, compass_biped, passive_cycle, rimless_wheel
+from gaitopt import ContactSequence, InputError, compass_biped, passive_cycle, rimless_wheel
 
 # Gait A of Gamus & Or, SIAM J. Appl. Dyn. Syst. 2015 (compass l=1.6, d=0.8, m=4, m_h=2, g=9.8, slope 1 deg), more
 # digits computed independently with two integrators, not by gaitopt.
@@ -28,7 +28,7 @@ def test_the_published_section_state(cycle):
 
 def test_it_is_passive_and_periodic(cycle):
     assert not np.any(cycle.channel("torque"))
-    assert cycle.word() == Word.parse("stick | stick")
+    assert cycle.sequence() == ContactSequence.parse("stick | stick")
     first, jump = cycle.segments[0], cycle.jumps[0]
     assert jump.q_next[2:] == pytest.approx(first.q[2:, 0], abs=1e-9)
     assert jump.v_next == pytest.approx(first.v[:, 0], abs=1e-9)

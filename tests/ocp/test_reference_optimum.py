@@ -6,65 +6,65 @@ Source of the two costs: an independent computation, not by gaitopt.
 import numpy as np
 import pytest
 
-from gaitopt import Status, Word, positive_work
+from gaitopt import ContactSequence, Status, positive_work
 
 STICK, SLIP = "stick | stick", "slip+ stick | slip+"
 COST = {STICK: 0.01627, SLIP: 0.01586}
 WEIGHT = 10 * 9.8
 
-both = pytest.mark.parametrize("word", COST)
+both = pytest.mark.parametrize("sequence", COST)
 
 
 @both
-def test_the_published_cost_is_found_and_verified(solved, word):
-    gait = solved(word=word)
+def test_the_published_cost_is_found_and_verified(solved, sequence):
+    gait = solved(sequence=sequence)
     assert gait.status is Status.SOLVED
-    assert gait.cost_of_transport == pytest.approx(COST[word], rel=1e-2)
+    assert gait.cost_of_transport == pytest.approx(COST[sequence], rel=1e-2)
     assert gait.verification.passed
-    assert gait.verification.word == word
+    assert gait.verification.sequence == sequence
     assert gait.verification.state_error < 1e-6
     assert gait.verification.cost_of_transport == pytest.approx(gait.cost_of_transport, rel=5e-3)
     assert gait.verification.reasons == ()
 
 
 def test_the_slipping_impact_walks_cheaper(solved):
-    assert solved(word=SLIP).cost_of_transport < 0.99 * solved(word=STICK).cost_of_transport
+    assert solved(sequence=SLIP).cost_of_transport < 0.99 * solved(sequence=STICK).cost_of_transport
 
 
 @both
-def test_targets_and_limits_are_kept(solved, word):
-    gait = solved(word=word)
+def test_targets_and_limits_are_kept(solved, sequence):
+    gait = solved(sequence=sequence)
     assert gait.speed == pytest.approx(0.633, abs=1e-7)
     assert gait.step_length == pytest.approx(0.4713, abs=1e-7)
     assert np.max(np.abs(gait.motion.channel("torque"))) <= 6 + 1e-6
-    assert gait.motion.word() == Word.parse(word)
+    assert gait.motion.sequence() == ContactSequence.parse(sequence)
 
 
 @both
-def test_the_energy_ledger_closes(solved, word):
-    energy = solved(word=word).energy
+def test_the_energy_ledger_closes(solved, sequence):
+    energy = solved(sequence=sequence).energy
     assert energy.relative_residual < 1e-6
     assert energy.gravity == pytest.approx(0, abs=1e-9)  # level ground
     assert energy.impact_loss > 0
-    assert (energy.friction_loss > 1e-3) == (word == SLIP)
+    assert (energy.friction_loss > 1e-3) == (sequence == SLIP)
 
 
 @both
-def test_the_cone_is_kept_with_its_margin(solved, word):
-    gait = solved(word=word)
+def test_the_cone_is_kept_with_its_margin(solved, sequence):
+    gait = solved(sequence=sequence)
     assert gait.friction_margin >= 1e-3 - 1e-6
     # In replay it is looked at between nodes too, where it may be a little narrower but never crossed.
     assert gait.verification.cone_margin > 0.5e-3
 
 
 @both
-def test_the_objective_is_the_cost_up_to_its_quadrature(solved, word):
-    gait = solved(word=word)
+def test_the_objective_is_the_cost_up_to_its_quadrature(solved, sequence):
+    gait = solved(sequence=sequence)
     assert gait.solver.objective == pytest.approx(gait.cost_of_transport, rel=2e-3)
 
 
 def test_the_foot_slides_forward_to_an_exact_rest(solved):
-    slide, stick = solved(word=SLIP).motion.segments
+    slide, stick = solved(sequence=SLIP).motion.segments
     assert np.all(slide.v[0, :-1] > 0)
     assert slide.v[0, -1] == 0
     assert slide.slide > 1e-3
@@ -74,15 +74,15 @@ def test_the_foot_slides_forward_to_an_exact_rest(solved):
 
 
 def test_the_slipping_impulse_lies_on_the_cone(solved):
-    assert solved(word=SLIP).motion.jumps[0].ratio == pytest.approx(-0.14, abs=1e-8)
-    assert abs(solved(word=STICK).motion.jumps[0].ratio) <= 0.14 * (1 - 1e-3) + 1e-8
+    assert solved(sequence=SLIP).motion.jumps[0].ratio == pytest.approx(-0.14, abs=1e-8)
+    assert abs(solved(sequence=STICK).motion.jumps[0].ratio) <= 0.14 * (1 - 1e-3) + 1e-8
 
 
 def test_positive_work_is_counted_by_its_own_objective(solved):
-    gait = solved(word=STICK, objective="positive_work")
+    gait = solved(sequence=STICK, objective="positive_work")
     assert gait.verification.passed
     paid = positive_work(gait.motion) / (WEIGHT * gait.step_length)
     assert gait.solver.objective == pytest.approx(paid, rel=5e-3)
     # The optimum of an objective is no dearer by it than the optimum of another.
-    other = solved(word=STICK)
+    other = solved(sequence=STICK)
     assert paid <= positive_work(other.motion) / (WEIGHT * other.step_length) * (1 + 1e-3)

@@ -6,12 +6,12 @@ import pytest
 
 from gaitopt import ExactPenalty, FischerBurmeister, Homotopy, InputError, Scholtes
 from gaitopt.ocp.bounds import Bounds
-from gaitopt.ocp.homotopy import follow
-from gaitopt.ocp.ipopt import Ipopt
-from gaitopt.ocp.layout import Rows
-from gaitopt.ocp.nlp import Block, assemble_nlp
-from gaitopt.ocp.pairs import residual
-from gaitopt.ocp.relaxation import Pair, relax
+from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
+from gaitopt.ocp.mode_search.homotopy import follow_homotopy
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.layout import Rows
+from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.transcription.relaxation import Pair, relax
 
 RELAXATIONS = (Scholtes(), FischerBurmeister(), ExactPenalty())
 
@@ -43,7 +43,9 @@ def solved(relaxation, target, **options):
         return max(abs(x[0] * x[1]), -x[0], -x[1])
 
     homotopy = Homotopy(relaxation=relaxation, **options)
-    return follow(homotopy, small, np.array([0.7, 0.6]), np.empty(0), small.limits, worst, Ipopt(), lambda step: None)
+    return follow_homotopy(
+        homotopy, small, np.array([0.7, 0.6]), np.empty(0), small.limits, worst, Ipopt(), lambda step: None
+    )
 
 
 @pytest.mark.parametrize("relaxation", RELAXATIONS)
@@ -92,14 +94,14 @@ def test_the_relaxed_set(relaxation, t):
 
 
 def test_the_residual_is_physical():
-    assert residual(-0.1, 1.0, 0.4, 0.1) == 0  # slips forward, impulse on the backward edge of the cone
-    assert residual(0.05, 1.0, 0.0, 0.1) == 0  # sticks within the cone
-    assert residual(-0.09, 1.0, 0.4, 0.1) == pytest.approx(0.4 * 0.01)  # slips inside the cone
-    assert residual(0.1, 1.0, 0.4, 0.1) == pytest.approx(0.1 * 0.8)  # slips along its impulse
-    assert residual(0.13, 1.0, 0.0, 0.1) == pytest.approx(0.03)  # sticks outside the cone
-    assert residual(0.0, -0.2, 0.0, 0.1) == pytest.approx(0.2)  # is pulled
-    assert np.isnan(residual(np.nan, 1.0, 0.0, 0.1))
-    many = residual(np.array([-0.1, 0.13]), np.array([1.0, 1.0]), np.array([0.4, 0.0]), 0.1)
+    assert complementarity_residual(-0.1, 1.0, 0.4, 0.1) == 0  # slips forward, impulse on the backward edge of the cone
+    assert complementarity_residual(0.05, 1.0, 0.0, 0.1) == 0  # sticks within the cone
+    assert complementarity_residual(-0.09, 1.0, 0.4, 0.1) == pytest.approx(0.4 * 0.01)  # slips inside the cone
+    assert complementarity_residual(0.1, 1.0, 0.4, 0.1) == pytest.approx(0.1 * 0.8)  # slips along its impulse
+    assert complementarity_residual(0.13, 1.0, 0.0, 0.1) == pytest.approx(0.03)  # sticks outside the cone
+    assert complementarity_residual(0.0, -0.2, 0.0, 0.1) == pytest.approx(0.2)  # is pulled
+    assert np.isnan(complementarity_residual(np.nan, 1.0, 0.0, 0.1))
+    many = complementarity_residual(np.array([-0.1, 0.13]), np.array([1.0, 1.0]), np.array([0.4, 0.0]), 0.1)
     assert many == pytest.approx(0.03)
 
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from gaitopt import Line, Previous, Status, solve
-from gaitopt.ocp import ipopt
-from gaitopt.ocp.transcription import transcribe
+from gaitopt import FromMotion, LinearGuess, Status, solve
+from gaitopt.ocp.nlp.nlp import ipopt
+from gaitopt.ocp.transcription.transcription import transcribe
 
 
 def builds():
@@ -13,7 +13,7 @@ def builds():
 
 @pytest.fixture(scope="module")
 def first(reference_problem):
-    return solve(reference_problem(word="slip+ stick | slip+", intervals=12))
+    return solve(reference_problem(sequence="slip+ stick | slip+", intervals=12))
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def first(reference_problem):
 def test_a_second_solve_rebuilds_nothing(reference_problem, first, changes):
     assert first.status is Status.SOLVED
     before = builds()
-    second = solve(reference_problem(word="slip+ stick | slip+", intervals=12, **changes))
+    second = solve(reference_problem(sequence="slip+ stick | slip+", intervals=12, **changes))
     assert second.status is Status.SOLVED
     assert builds() == before
     assert second.solver.build_seconds == 0
@@ -44,8 +44,8 @@ def test_a_first_solve_says_what_its_build_took(reference_problem):
 
 
 def test_a_solve_from_its_own_answer_agrees(reference_problem, solved):
-    cold = solved(word="stick | stick")
-    problem = reference_problem(guess=Previous(cold.motion, label="the optimum itself"))
+    cold = solved(sequence="stick | stick")
+    problem = reference_problem(guess=FromMotion(cold.motion, label="the optimum itself"))
     warm = solve(problem)
     assert warm.solver.objective == pytest.approx(cold.solver.objective, rel=1e-6)
     assert warm.problem["guess"] == "the optimum itself"
@@ -53,11 +53,11 @@ def test_a_solve_from_its_own_answer_agrees(reference_problem, solved):
 
 
 def test_a_given_guess_is_the_only_start(reference_problem):
-    assert solve(reference_problem(intervals=8, guess=Line())).problem["guess"] == "line"
+    assert solve(reference_problem(intervals=8, guess=LinearGuess())).problem["guess"] == "line"
 
 
 def test_a_gait_carries_its_resolved_problem_and_versions(solved):
-    gait = solved(word="stick | stick")
+    gait = solved(sequence="stick | stick")
     assert gait.problem["leg_mass"] == 4.0
     assert gait.problem["intervals"] == [40]
     assert gait.problem["transcription"] == "collocation, 4 Lobatto points"

@@ -9,9 +9,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from gaitopt import Mode, compass_biped
-from gaitopt.ocp.collocation import Lobatto, integrals, lobatto_points
-from gaitopt.ocp.shooting import RungeKutta
-from gaitopt.ocp.stance import Stance
+from gaitopt.ocp.transcription.collocation import Lobatto, integrals, lobatto_points
+from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
+from gaitopt.ocp.transcription.shooting import RungeKutta
 
 REAL = st.floats(-10, 10)
 SCHEMES = [RungeKutta(), Lobatto(3), Lobatto(4), Lobatto(5)]
@@ -75,7 +75,7 @@ def test_a_smooth_rule_would_undervalue_a_kink():
 @pytest.mark.parametrize("mode", STATES)
 def test_the_balance_vanishes_at_the_forward_dynamics_with_the_same_force(mode):
     """Two ways to the same physics: equations solved for the acceleration, and the residual of a given one."""
-    stance = Stance(ROBOT, mode)
+    stance = PhaseDynamics(ROBOT, mode)
     state, torque, p = ca.SX.sym("x", stance.n_x), ca.SX.sym("u", 2), ca.SX.sym("p", len(P))
     forward = RungeKutta().node(stance, state, torque, ca.SX(0, 1), p)
     residual, force = stance.balance(state, forward.acceleration, torque, p)
@@ -95,7 +95,7 @@ def test_one_interval_converges_to_scipy_with_the_order_of_the_scheme(scheme, mo
 
 def advanced(scheme, mode, step):
     """Return the state after one interval, solving the scheme's own equations for its unknowns."""
-    stance = Stance(ROBOT, mode)
+    stance = PhaseDynamics(ROBOT, mode)
     inner, nodes = len(scheme.inner_unknowns(stance)), len(scheme.node_unknowns(stance))
     unknown = ca.SX.sym("w", stance.n_x + 2 * nodes + inner)
     after, left, right, between = ca.vertsplit(unknown, np.cumsum([0, stance.n_x, nodes, nodes, inner]).tolist())
@@ -113,7 +113,7 @@ def advanced(scheme, mode, step):
 
 
 def reference(mode, step):
-    stance = Stance(ROBOT, mode)
+    stance = PhaseDynamics(ROBOT, mode)
     state, torque, p = ca.SX.sym("x", stance.n_x), ca.SX.sym("u", 2), ca.SX.sym("p", len(P))
     flow = ca.Function("flow", [state, torque, p], [stance.flow(state, torque, p)[0]])
 

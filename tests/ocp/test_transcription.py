@@ -3,16 +3,16 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import CostOfTransport, Limits, Margins, Mode, TorqueSquared, Word, compass_biped, solve_impact
+from gaitopt import ContactSequence, CostOfTransport, Limits, Margins, Mode, TorqueSquared, compass_biped, solve_impact
 from gaitopt.ocp.bounds import bounds, data_vector
-from tests.ocp.programmes import programme
+from tests.ocp.nlp_examples import programme
 
 ROBOT = compass_biped()
-SLIPPING = Word.parse("slip+ stick slip- | slip+")
+SLIPPING = ContactSequence.parse("slip+ stick slip- | slip+")
 
 
-def sized(word, counts, objective):
-    return programme(Word.parse(word), counts, objective)
+def sized(sequence, counts, objective):
+    return programme(ContactSequence.parse(sequence), counts, objective)
 
 
 def test_every_variable_and_every_row_has_a_name():
@@ -78,11 +78,11 @@ def test_equal_arguments_share_a_transcription():
 @pytest.fixture(scope="module")
 def slipping(reference_problem):
     problem = reference_problem(
-        word=SLIPPING,
+        sequence=SLIPPING,
         limits=Limits(torque={"hip": 3}, angle=1.0, rate=5.0, shortest_phase=0.01, longest_step=2.0),
         margins=Margins(cone=0.02, impact_cone=0.03, slip_speed=0.04, separation=0.05, normal_force=0.06),
     )
-    transcription = programme(problem.word, (4, 4, 4), problem.objective)
+    transcription = programme(problem.sequence, (4, 4, 4), problem.objective)
     return problem, transcription, bounds(transcription, problem)
 
 
@@ -154,11 +154,11 @@ def test_a_breakaway_row_is_the_slip_acceleration():
 
 def test_the_planned_touchdown_is_the_exact_impact(solved):
     """End to end: the post-impact state of a solved gait is what solve_impact makes of its last state."""
-    for word in ("stick | stick", "slip+ stick | slip+"):
-        gait = solved(word=word)
+    for sequence in ("stick | stick", "slip+ stick | slip+"):
+        gait = solved(sequence=sequence)
         jump = gait.motion.jumps[0]
         exact = solve_impact(ROBOT, jump.q, jump.v_minus, ROBOT.vector(gait.motion.parameters))
-        assert exact.mode is gait.word.impact
+        assert exact.mode is gait.sequence.impact
         assert exact.v_plus == pytest.approx(jump.v_plus, abs=1e-7)
         assert exact.impulse == pytest.approx(jump.impulse, abs=1e-6)
         assert exact.energy_lost == pytest.approx(jump.energy_lost, abs=1e-6)

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from gaitopt import ArchiveError, InputError, animate
-from gaitopt.motion.playback import SHORTEST_SLIP, Playback
+from gaitopt.motion.animation_frames import SHORTEST_SLIP, AnimationFrames
 from gaitopt.plot import animation
 from gaitopt.plot.stage import draw_pictures
 
@@ -24,7 +24,7 @@ def gif(slipping, tmp_path_factory):
 
 def test_gif_has_every_frame_and_they_differ(gif, slipping):
     path, _ = gif
-    expected = len(Playback(slipping.motion, steps=2, rate=5, slow=1.0))
+    expected = len(AnimationFrames(slipping.motion, steps=2, rate=5, slow=1.0))
     with Image.open(path) as image:
         frames = []
         for number in range(image.n_frames):
@@ -57,7 +57,7 @@ def test_gif_keeps_time_in_hundredths(sticking, tmp_path):
 def test_mp4_can_be_decoded(slipping, tmp_path):
     path = animate(slipping, tmp_path / "gait.mp4", **QUICK)
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
-    assert frames == len(Playback(slipping.motion, steps=2, rate=5, slow=1.0))
+    assert frames == len(AnimationFrames(slipping.motion, steps=2, rate=5, slow=1.0))
     assert seconds == pytest.approx(frames / 5, abs=0.05)
     reader = imageio_ffmpeg.read_frames(str(path))
     facts = next(reader)
@@ -116,7 +116,7 @@ def test_what_ffmpeg_complains_of_is_passed_on(slipping, tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", ["slipping_both_ways", "sloping", "infeasible"])
 def test_other_gaits_are_drawn(name, request):
     gait = request.getfixturevalue(name)
-    film = Playback(gait.motion, steps=9, rate=0.5, slow=2.0)
+    film = AnimationFrames(gait.motion, steps=9, rate=0.5, slow=2.0)
     pictures = [picture.copy() for picture in draw_pictures(gait, film)]
     assert len(pictures) == len(film)
     assert all(np.ptp(picture[:, :, :3]) > 0 for picture in pictures)

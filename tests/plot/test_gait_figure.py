@@ -43,7 +43,7 @@ def test_panels_share_a_time_axis_and_name_their_units(slipping):
 def test_title_sums_up_the_gait(slipping):
     title = plot_gait(slipping, title="A walker on ice").get_suptitle()
     assert title.startswith("A walker on ice\n")
-    for part in (str(slipping.word), "0.01585", "0.633 m/s", "0.4713 m", r"$\mu$ = 0.14"):
+    for part in (str(slipping.sequence), "0.01585", "0.633 m/s", "0.4713 m", r"$\mu$ = 0.14"):
         assert part in title
 
 

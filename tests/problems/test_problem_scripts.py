@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from gaitopt import Collocation, GaitProblem, check_robot, replay, solve, verify
 from gaitopt.cli.script import build_problem, call_script, load_script, script_parameters
-from gaitopt.ocp import step
+from gaitopt.ocp.solve import grid_solve
 
 SCRIPTS = [
     path
@@ -54,7 +54,7 @@ def test_every_number_changes_the_problem(path):
             assert build_problem(path, [f"{name}={changed}"]).describe() != plain, name
 
 
-QUICK = {"five_link": ["word=stick | stick", "intervals=40"]}
+QUICK = {"five_link": ["sequence=stick | stick", "intervals=40"]}
 """Settings of scripts whose defaults take long; tests/benchmarks solves those."""
 
 
@@ -69,7 +69,7 @@ def test_it_is_solved_and_verified(path):
     problem, gait = solved(path)
     assert gait.status.ok, gait.solver.violations
     assert gait.verification.passed, gait.verification.reasons
-    assert gait.word == problem.word
+    assert gait.sequence == problem.sequence
 
 
 def test_the_five_link_walker_keeps_its_knees_from_bending_backwards():
@@ -96,20 +96,20 @@ def _swing_foot(segment, points):
 
 
 def test_a_grid_on_which_the_foot_is_too_low_between_nodes_is_doubled(monkeypatch):
-    problem = build_problem(SCRIPTS[0].parent / "five_link.py", ["word=stick | stick"])
+    problem = build_problem(SCRIPTS[0].parent / "five_link.py", ["sequence=stick | stick"])
     coarse = problem.replace(friction=math.inf, transcription=Collocation(intervals=6, tolerance=10))
     fine = solve(coarse)
     assert fine.problem["intervals"] > [6]
     assert fine.solver.warnings == ()
-    monkeypatch.setattr(step, "SCUFF", 1.0)
+    monkeypatch.setattr(grid_solve, "SCUFF", 1.0)
     left = solve(coarse)
     assert left.problem["intervals"] == [6]
     assert "lower than Limits.clearance asks" in left.solver.warnings[0]
 
 
-def test_the_two_compass_scripts_differ_in_their_word_only():
+def test_the_two_compass_scripts_differ_in_their_sequence_only():
     slip, stick = (
         build_problem(path, []).describe() for path in OPTIMISED if path.stem in ("compass_slip", "compass_stick")
     )
     different = {name for name in slip if slip[name] != stick[name]}
-    assert {"word", "intervals"} <= different <= {"word", "intervals", "name"}
+    assert {"sequence", "intervals"} <= different <= {"sequence", "intervals", "name"}

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from gaitopt import Study, robot_named
-from gaitopt.stability import search
+from gaitopt import Reproduction, robot_named
+from gaitopt.stability import cycle_search
 from gaitopt.stability.cycle import make_cycle
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = ROOT / "problems" / "studies"
 
-WORDS = ("stick | stick", "slip+ stick | slip+")
+SEQUENCES = ("stick | stick", "slip+ stick | slip+")
 SMALL = {
     "benchmarks": {"starts": 30},
     "compass_actuated": {"intervals": 40},
@@ -24,7 +24,7 @@ SMALL = {
     "feedback_laws": {"names": ("stick | stick",), "laws": ("lqr",), "evaluations": 2, "starts": 2, "sizes": 2},
     "frontier_ankle": {"limits": (6.0,), "speeds": (0.6, 0.6, 1), "workers": 1},
     "frontier_energy": {"frictions": (0.14,), "workers": 1},
-    "frontier_friction": {"least": 0.14, "most": 0.14, "step": 0.04, "words": WORDS, "workers": 1},
+    "frontier_friction": {"least": 0.14, "most": 0.14, "step": 0.04, "sequences": SEQUENCES, "workers": 1},
     "frontier_speed_step": {"speeds": (0.633, 0.633, 1), "steps": (0.4713, 0.4713, 1), "workers": 1},
     "imitation_cost": {"frictions": (0.14,)},
     "rimless_basin_friction": {"frictions": 5, "rates": 4, "workers": 1},
@@ -64,7 +64,7 @@ def gaits(monkeypatch):
         found.append(make_cycle(*arguments))
         return found[-1]
 
-    monkeypatch.setattr(search, "make_cycle", keep)
+    monkeypatch.setattr(cycle_search, "make_cycle", keep)
     return found
 
 
@@ -75,7 +75,7 @@ def run(name, **parameters):
 @pytest.mark.parametrize("name", SMALL)
 def test_study_reproduces_its_numbers_in_a_labelled_figure(name, gaits):
     study = run(name, **SMALL[name])
-    assert isinstance(study, Study)
+    assert isinstance(study, Reproduction)
     assert all(type(number.agrees) is bool for number in study.numbers)
     assert {number.name for number in study.numbers if not number.agrees} == EXPLAINED.get(name, set())
     assert study.numbers

@@ -40,7 +40,7 @@ def luminance(color):
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-def test_scrubbing_moves_the_walker_the_word_and_the_charts(open_page):
+def test_scrubbing_moves_the_walker_the_sequence_and_the_charts(open_page):
     opened = open_page()
     before = opened.stage(), opened.first("figure.chart output").inner_text()
     assert opened.first(".token.now").inner_text() == "slip+"

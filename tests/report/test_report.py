@@ -19,7 +19,7 @@ from gaitopt import (
     simulate,
     write_report,
 )
-from gaitopt.report.chart import Axis, Chart, Line
+from gaitopt.report.chart import Axis, Chart, Curve
 
 VOID = {"meta", "link", "input", "br"}
 
@@ -159,7 +159,7 @@ def test_ticks_are_round(low, high, ticks):
 
 
 def test_a_constant_is_drawn_in_the_middle():
-    line = Line(label="a", x=(np.array([0.0, 1.0]),), y=(np.array([3.0, 3.0]),))
+    line = Curve(label="a", x=(np.array([0.0, 1.0]),), y=(np.array([3.0, 3.0]),))
     chart = Chart(title="a", x_label="x", y_label="y", unit="", lines=[line])
     assert chart.place(0.5, 3.0)[1] == pytest.approx((chart.y_axis.start + chart.y_axis.end) / 2)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ScipyEngine, compass_biped, rimless_wheel, simulate
-from gaitopt.simulation.heyoka_engine import HeyokaEngine
+from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
 

@@ -14,9 +14,9 @@ from gaitopt import (
     joint_pd,
     step_lqr,
 )
-from gaitopt.simulation.delay import READINGS, LateReadings, reading_late
+from gaitopt.simulation.delay import READINGS, DelayedReadings, delay_readings
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
-from gaitopt.simulation.walker import Walker
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def start(gait):
 
 def late_walker(gait, law, delay, engine=None):
     robot, engine = compass_biped(), engine or default_engine(law)
-    return Walker(robot, reading_late(law), robot.vector(gait.motion.parameters), LateReadings(engine, delay))
+    return Walker(robot, delay_readings(law), robot.vector(gait.motion.parameters), DelayedReadings(engine, delay))
 
 
 def ends(walker, state, steps):
@@ -91,4 +91,4 @@ def test_both_engines_agree(slip_gait, law, kind):
 
 def test_it_has_no_derivative(slip_gait, law):
     with pytest.raises(InputError, match="no derivative"):
-        assess_stability(slip_gait, reading_late(law), engine=LateReadings(default_engine(law), 0.01))
+        assess_stability(slip_gait, delay_readings(law), engine=DelayedReadings(default_engine(law), 0.01))

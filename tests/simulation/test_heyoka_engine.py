@@ -1,4 +1,4 @@
-"""The fast engine against the reference engine: states, times, energies, words and stops, on guards and off."""
+"""The fast engine against the reference engine: states, times, energies, sequences and stops, on guards and off."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Law, Mode, compass_biped, feedforward, ledger, passive, replay, rimless_wheel, simulate
-from gaitopt.simulation import engines
-from gaitopt.simulation.engines import default_engine, engine_named
-from gaitopt.simulation.heyoka_engine import HeyokaEngine
-from gaitopt.simulation.heyoka_expressions import convert, heyoka_module
-from gaitopt.simulation.heyoka_programs import watching
+from gaitopt.simulation import engine_choice
+from gaitopt.simulation.engine_choice import default_engine, engine_named
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.taylor.compiled_programs import program_with_events
+from gaitopt.simulation.taylor.expression_conversion import convert, heyoka_module
+from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from tests.model.test_lean import pulled
 
 heyoka = pytest.importorskip("heyoka")
@@ -87,7 +87,7 @@ def assert_same_arc(*problem, **options):
 
 
 @pytest.mark.parametrize(
-    ("friction", "state", "word"),
+    ("friction", "state", "sequence"),
     [
         (0.3, GAIT_A, "stick | stick"),
         (np.inf, GAIT_A, "stick | stick"),
@@ -95,13 +95,13 @@ def assert_same_arc(*problem, **options):
         (0.14, GAIT_C, "slip+ stick | slip+"),
     ],
 )
-def test_passive_compass_gaits(friction, state, word):
+def test_passive_compass_gaits(friction, state, sequence):
     walk = assert_same_walk(COMPASS, DOWNHILL | {"friction": friction}, state, steps=3)
-    assert {str(walk.motion.word(step)) for step in range(3)} == {word}
+    assert {str(walk.motion.sequence(step)) for step in range(3)} == {sequence}
 
 
 @pytest.mark.parametrize(
-    ("friction", "rate", "slide", "words"),
+    ("friction", "rate", "slide", "sequences"),
     [
         (1.0, 0.876031, 0.0, {"stick | stick"}),
         (0.3, 0.88075, 0.0, {"stick slip+ | stick"}),
@@ -112,9 +112,9 @@ def test_passive_compass_gaits(friction, state, word):
     ],
     ids=["A", "B", "C", "cascade D to B", "complete slip", "unlimited"],
 )
-def test_wheel_gaits(friction, rate, slide, words):
+def test_wheel_gaits(friction, rate, slide, sequences):
     walk = assert_same_walk(WHEEL, STEEP | {"friction": friction}, wheel_state(rate, slide), steps=20)
-    assert {str(walk.motion.word(step)) for step in range(20)} == words
+    assert {str(walk.motion.sequence(step)) for step in range(20)} == sequences
 
 
 def test_slip_reversal():
@@ -127,7 +127,7 @@ def test_optimised_gait_replayed_open_loop(slip_gait):
     first = slip_gait.motion.segments[0]
     state, law = np.concatenate([first.q[:, 0], first.v[:, 0]]), feedforward(COMPASS, slip_gait.motion)
     walk = assert_same_walk(COMPASS, slip_gait.motion.parameters, state, law=law, steps=2)
-    assert str(walk.motion.word()) == str(slip_gait.word)
+    assert str(walk.motion.sequence()) == str(slip_gait.sequence)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -367,9 +367,9 @@ def test_law_made_anew_is_not_compiled_anew(slip_gait):
     one, two = feedforward(COMPASS, slip_gait.motion), feedforward(COMPASS, slip_gait.motion)
     p = vector(COMPASS, DOWNHILL)
     FAST.flow(COMPASS, one, Mode.STICK, 0.0, np.array(GAIT_A), p, until=0.1)
-    before = watching.cache_info().misses
+    before = program_with_events.cache_info().misses
     FAST.flow(COMPASS, two, Mode.STICK, 0.0, np.array(GAIT_A), p * 1.01, until=0.1)
-    assert watching.cache_info().misses == before
+    assert program_with_events.cache_info().misses == before
 
 
 def test_threads_do_not_disturb_each_other():
@@ -450,7 +450,7 @@ def test_a_law_that_heyoka_cannot_follow_is_left_to_the_reference_engine():
 
 
 def test_without_heyoka_the_reference_engine_runs(monkeypatch):
-    monkeypatch.setattr(engines, "find_spec", lambda name: None)
+    monkeypatch.setattr(engine_choice, "find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "heyoka", None)
     heyoka_module.cache_clear()
     try:

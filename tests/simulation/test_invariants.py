@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt import Mode, ScipyEngine, Stop, compass_biped, complementarity_pairs, rimless_wheel, simulate
-from gaitopt.simulation.engines import default_engine
+from gaitopt.simulation.engine_choice import default_engine
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
 

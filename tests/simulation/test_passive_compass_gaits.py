@@ -14,14 +14,14 @@ def section(walk):
     return np.array([jump.q_next[2], *jump.v_next[2:], jump.v_next[0]])
 
 
-def word(walk, step=0):
+def sequence(walk, step=0):
     assert walk.stop is Stop.STEPS_DONE
-    return str(walk.motion.word(step))
+    return str(walk.motion.sequence(step))
 
 
 def test_gait_a_sticks(compass_walk, gait_a):
     walk = compass_walk(gait_a["z"], mu=0.3)
-    assert word(walk) == "stick | stick"
+    assert sequence(walk) == "stick | stick"
     np.testing.assert_allclose(section(walk), [*gait_a["z"], 0.0], atol=2e-9)
     assert walk.motion.period == pytest.approx(gait_a["T"], abs=3e-9)
     assert walk.motion.travel == pytest.approx(0.471356685, abs=2e-9)
@@ -43,8 +43,8 @@ def test_gait_a_needs_the_critical_friction_of_the_study(compass_walk, gait_a):
     ratio = np.abs(segment.force[0]) / segment.force[1]
     assert ratio.max() == pytest.approx(0.17492, abs=5e-6)
     assert ratio.argmax() == 0
-    assert word(compass_walk(gait_a["z"], mu=0.175)) == "stick | stick"
-    assert word(compass_walk(gait_a["z"], mu=0.1749)) == "slip+ stick | stick"
+    assert sequence(compass_walk(gait_a["z"], mu=0.175)) == "stick | stick"
+    assert sequence(compass_walk(gait_a["z"], mu=0.1749)) == "slip+ stick | stick"
 
 
 def test_gait_a_without_friction_limit_is_the_same(compass_walk, gait_a):
@@ -55,7 +55,7 @@ def test_gait_a_without_friction_limit_is_the_same(compass_walk, gait_a):
 
 def test_gait_b_slips_after_a_sticking_impact_and_before_the_next(compass_walk, gait_b):
     walk = compass_walk(gait_b["z"], mu=0.14)
-    assert word(walk) == "slip+ stick slip- | stick"
+    assert sequence(walk) == "slip+ stick slip- | stick"
     np.testing.assert_allclose(section(walk), [*gait_b["z"], 0.0], atol=3e-9)
     assert walk.motion.period == pytest.approx(gait_b["T"], abs=5e-7)
 
@@ -63,7 +63,7 @@ def test_gait_b_slips_after_a_sticking_impact_and_before_the_next(compass_walk, 
 def test_gait_c_lands_sliding(compass_walk, gait_c):
     """Its largest multiplier is 1.8, and its state is printed to six digits, so it returns to five."""
     walk = compass_walk(gait_c["z"], xd=gait_c["xd"], mu=0.14)
-    assert word(walk) == "slip+ stick | slip+"
+    assert sequence(walk) == "slip+ stick | slip+"
     np.testing.assert_allclose(section(walk), [*gait_c["z"], gait_c["xd"]], atol=3e-6)
     assert walk.motion.period == pytest.approx(gait_c["T"], abs=1e-6)
     assert walk.motion.jumps[0].ratio == pytest.approx(-0.14, rel=1e-12)

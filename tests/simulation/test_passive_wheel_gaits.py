@@ -19,9 +19,9 @@ def section(walk, step=-1):
     return walk.motion.jumps[step].v_next[[2, 0]] * UNIT
 
 
-def words(walk):
+def sequences(walk):
     assert walk.stop is Stop.STEPS_DONE
-    return [str(walk.motion.word(step)) for step in range(len(walk.motion.jumps))]
+    return [str(walk.motion.sequence(step)) for step in range(len(walk.motion.jumps))]
 
 
 def type_a():
@@ -32,7 +32,7 @@ def type_a():
 def test_type_a_is_the_closed_form_and_the_printed_number(wheel_walk):
     assert type_a() == pytest.approx(0.876031, abs=5e-7)
     walk = wheel_walk(type_a())
-    assert words(walk) == ["stick | stick"]
+    assert sequences(walk) == ["stick | stick"]
     assert section(walk)[0] == pytest.approx(type_a(), abs=1e-12)
 
 
@@ -56,8 +56,8 @@ def test_critical_friction_of_type_a(wheel_walk, hand_wheel):
     assert ratio.argmax() == ratio.size - 1
     assert ratio.max() == pytest.approx(abs(tangential) / normal, rel=1e-10)
     assert ratio.max() == pytest.approx(0.9141, abs=5e-5)
-    assert words(wheel_walk(type_a(), mu=0.9142)) == ["stick | stick"]
-    assert words(wheel_walk(type_a(), mu=0.9140)) == ["stick slip+ | stick"]
+    assert sequences(wheel_walk(type_a(), mu=0.9142)) == ["stick | stick"]
+    assert sequences(wheel_walk(type_a(), mu=0.9140)) == ["stick slip+ | stick"]
 
 
 def test_basin_of_type_a_without_friction_limit(wheel_walk, hand_wheel):
@@ -75,7 +75,7 @@ def test_basin_of_type_a_without_friction_limit(wheel_walk, hand_wheel):
 
 
 @pytest.mark.parametrize(
-    ("mu", "word"),
+    ("mu", "sequence"),
     [
         (0.3, "stick slip+ | stick"),
         (0.27, "stick slip+ | stick"),
@@ -85,10 +85,10 @@ def test_basin_of_type_a_without_friction_limit(wheel_walk, hand_wheel):
         (0.2315, "slip+ stick slip+ | slip+"),
     ],
 )
-def test_types_b_and_c_are_reached_and_have_the_words_of_the_study(wheel_walk, mu, word):
+def test_types_b_and_c_are_reached_and_have_the_sequences_of_the_study(wheel_walk, mu, sequence):
     """B: `stick slip+ | stick` above 0.2676, with a first slip down to 0.2450; C from there to tan(slope) = 0.23087."""
     walk = wheel_walk(0.88, mu=mu, steps=90)
-    assert words(walk)[-1] == word
+    assert sequences(walk)[-1] == sequence
     np.testing.assert_allclose(section(walk), section(walk, -2), atol=1e-8)
 
 
@@ -103,7 +103,7 @@ def test_type_b_at_friction_0_3(wheel_walk):
 def test_type_d_slides_all_along_and_loses_the_same_speed_in_every_step(wheel_walk, xd):
     """mu = 0.3: thd* = 1.07204; xd changes by g T (sin(slope) - mu cos(slope)) = -0.0517, whatever it is."""
     walk = wheel_walk(1.07204, xd=xd, mu=0.3)
-    assert words(walk) == ["slip+ | slip+"]
+    assert sequences(walk) == ["slip+ | slip+"]
     rate, speed = section(walk)
     assert rate == pytest.approx(1.07204, abs=3e-6)
     change = walk.motion.period * (np.sin(SLOPE) - 0.3 * np.cos(SLOPE)) * UNIT
@@ -114,7 +114,7 @@ def test_type_d_slides_all_along_and_loses_the_same_speed_in_every_step(wheel_wa
 def test_type_d_keeps_its_speed_where_friction_balances_the_slope(wheel_walk):
     mu = np.tan(SLOPE)
     walk = wheel_walk(1.05, xd=0.5, mu=mu, steps=40)
-    assert words(walk)[-1] == "slip+ | slip+"
+    assert sequences(walk)[-1] == "slip+ | slip+"
     assert section(walk)[1] == pytest.approx(section(walk, -2)[1], abs=1e-9)
 
 
@@ -126,7 +126,7 @@ def test_multiplier_of_type_d(wheel_walk):
 def test_cascade_from_d_to_b(wheel_walk):
     """From thd = 1.12, xd = 0.7 at mu = 0.3: quick convergence to D, the foot stops at step 15, then B."""
     walk = wheel_walk(1.12, xd=0.7, mu=0.3, steps=60)
-    spelled = words(walk)
+    spelled = sequences(walk)
     assert spelled[:14] == ["slip+ | slip+"] * 14
     assert spelled[14] == "slip+ | stick"
     assert spelled[15:] == ["stick slip+ | stick"] * 45
@@ -157,4 +157,4 @@ def test_a_wheel_of_another_size_walks_the_same_in_its_own_time(wheel, engine, h
     two = simulate(wheel, start, [0, 0, 0.8 / time], small, engine=engine)
     assert two.motion.period == pytest.approx(one.motion.period * time, rel=1e-10)
     assert two.motion.travel == pytest.approx(one.motion.travel * 0.6, rel=1e-10)
-    assert two.motion.word() == one.motion.word()
+    assert two.motion.sequence() == one.motion.sequence()

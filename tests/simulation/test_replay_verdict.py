@@ -35,7 +35,7 @@ def test_the_example_passes(slip_gait):
     assert verdict.passed
     assert verdict.reasons == ()
     assert verified.status is Status.SOLVED
-    assert verdict.word == "slip+ stick | slip+"
+    assert verdict.sequence == "slip+ stick | slip+"
     assert verdict.stop == "steps_done"
     assert verdict.state_error < 3e-7  # own numbers: the reference gaits land within 3e-7
     assert verdict.period_error < 1e-7
@@ -109,7 +109,7 @@ def test_a_slope(slip_gait):
 
 
 def test_a_landing_the_gait_does_not_have(slip_gait):
-    """A step that begins stuck and lands sliding has a word too; the verdict names it."""
+    """A step that begins stuck and lands sliding has a contact sequence too; the verdict names it."""
     v = slip_gait.motion.segments[0].v.copy()
     v[0, 0] = 0.0
     said = reasons(with_parameters(with_first(slip_gait, v=v), friction=0.139))
@@ -178,6 +178,6 @@ def test_two_steps_open_loop_repeat_the_step(slip_gait, compass):
     """The clock starts again at touchdown; the gait returns to its own start within the optimiser's accuracy."""
     walk = replay(slip_gait, compass, steps=2)
     one, two = walk.motion.jumps
-    assert str(walk.motion.word(1)) == "slip+ stick | slip+"
+    assert str(walk.motion.sequence(1)) == "slip+ stick | slip+"
     np.testing.assert_allclose(two.v_next, one.v_next, atol=1e-5)
     np.testing.assert_allclose(walk.motion.segments[2].torque[:, 0], walk.motion.segments[0].torque[:, 0], rtol=1e-12)

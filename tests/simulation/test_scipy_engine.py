@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Law, Mode, ScipyEngine, feedforward, passive
-from gaitopt.simulation.course import pieces
+from gaitopt.simulation.active_piece import pieces
 
 
 def start(q, v):

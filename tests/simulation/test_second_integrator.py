@@ -16,10 +16,10 @@ SIGNS = {"stick": 0, "slip+": 1, "slip-": -1}
 def compare(walk, hand, z, xd, tolerance=1e-9):
     """Walk the phases the simulator chose by hand; times and the next state must agree."""
     assert walk.stop is Stop.STEPS_DONE
-    word = walk.motion.word()
-    phases = [SIGNS[mode.value] for mode in word.phases]
+    sequence = walk.motion.sequence()
+    phases = [SIGNS[mode.value] for mode in sequence.phases]
     th = [z[0], z[0]]
-    times, th_next, speed, rates = hand.walk(phases, th, [xd, 0, *z[1:]], SIGNS[word.impact.value])
+    times, th_next, speed, rates = hand.walk(phases, th, [xd, 0, *z[1:]], SIGNS[sequence.impact.value])
     np.testing.assert_allclose([segment.time[-1] for segment in walk.motion.segments], times, atol=tolerance)
     jump = walk.motion.jumps[0]
     np.testing.assert_allclose(jump.q_next[2:], th_next, atol=tolerance)
@@ -31,7 +31,7 @@ def test_passive_gaits(compass_walk, hand_compass, passive_gait):
     compare(compass_walk(z, xd=xd, mu=mu), dataclasses.replace(hand_compass, mu=mu), z, xd)
 
 
-# One step for every word that was found among 900 random states: z, foot speed, friction, word.
+# One step for every sequence that was found among 900 random states: z, foot speed, friction, sequence.
 STEPS = [
     ((-0.12, 0.73, -0.16), 0.12, 0.10, "slip+ stick | slip+"),
     ((-0.13, 0.85, -0.33), -0.32, 0.19, "slip- stick | stick"),
@@ -55,10 +55,10 @@ STEPS = [
 ]
 
 
-@pytest.mark.parametrize(("z", "xd", "mu", "word"), STEPS, ids=[step[3] for step in STEPS])
-def test_every_kind_of_step(compass_walk, hand_compass, z, xd, mu, word):
+@pytest.mark.parametrize(("z", "xd", "mu", "sequence"), STEPS, ids=[step[3] for step in STEPS])
+def test_every_kind_of_step(compass_walk, hand_compass, z, xd, mu, sequence):
     walk = compass_walk(z, xd=xd, mu=mu)
-    assert str(walk.motion.word()) == word
+    assert str(walk.motion.sequence()) == sequence
     compare(walk, dataclasses.replace(hand_compass, mu=mu), z, xd)
 
 

@@ -69,7 +69,7 @@ def test_time_limit(compass_walk, gait_a):
     walk = compass_walk(gait_a["z"], mu=0.3, step_time_limit=0.5)
     assert walk.stop is Stop.NO_TOUCHDOWN
     assert walk.motion.period == 0.5
-    assert walk.motion.word() is None
+    assert walk.motion.sequence() is None
     assert last_event(walk).name == "no touchdown"
 
 

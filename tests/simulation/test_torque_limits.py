@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from gaitopt import ScipyEngine, compass_biped, joint_pd, load
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
-from gaitopt.simulation.walker import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
-HeyokaEngine = pytest.importorskip("gaitopt.simulation.heyoka_engine").HeyokaEngine
+HeyokaEngine = pytest.importorskip("gaitopt.simulation.taylor.heyoka_engine").HeyokaEngine
 pytest.importorskip("heyoka")
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from gaitopt import compass_biped, rimless_wheel
 from gaitopt.control.law import passive
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.simulation.walker import Walker
-from gaitopt.stability.search import cycle_from
+from gaitopt.stability.cycle_search import cycle_from
 
 
 @pytest.fixture(scope="session")

@@ -7,10 +7,10 @@ import pytest
 
 from gaitopt import compass_biped, rimless_wheel
 from gaitopt.control.law import passive
-from gaitopt.simulation.heyoka_engine import HeyokaEngine
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.simulation.walker import Walker
-from gaitopt.stability.search import cycle_from
+from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
+from gaitopt.stability.cycle_search import cycle_from
 
 from .conftest import COMPASS, GAITS, NATURAL_TIME, WHEEL
 
@@ -42,14 +42,14 @@ def test_both_engines_have_the_same_derivative(study_gait):
     walker = Walker(robot, passive(robot), robot.vector(robot.resolve(parameters)), HeyokaEngine())
     start = gait.z if gait.section.sliding else np.append(gait.z, gait.section.foot_speed)
     fast = cycle_from(walker, start)
-    assert fast.word == gait.word
+    assert fast.sequence == gait.sequence
     assert fast.z == pytest.approx(gait.z, abs=1e-9)
     assert np.max(np.abs(fast.derivative - gait.derivative)) < 1e-8 * max(1, np.max(np.abs(gait.derivative)))
 
 
 def test_gaits_of_both_robots_have_no_to_three_events(cycle):
-    """Changes of mode between touchdowns, as each robot's words tell them."""
-    found = {(find[0]().name, len(cycle(find[0](), *find[1:]).words[0].phases) - 1) for find in GAITS.values()}
+    """Changes of mode between touchdowns, as each robot's contact sequences tell them."""
+    found = {(find[0]().name, len(cycle(find[0](), *find[1:]).sequences[0].phases) - 1) for find in GAITS.values()}
     assert found >= {(robot, events) for robot in ("compass_biped", "rimless_wheel") for events in range(4)}
 
 
@@ -67,32 +67,34 @@ def test_fixed_point_is_fixed_to_rounding(study_gait):
     assert study_gait[2].residual < 1e-11
 
 
-# Words, speeds (rad/tau_c) and multipliers: Gamus & Or (2015), digits as printed there.
+# Contact sequences, speeds (rad/tau_c) and multipliers: Gamus & Or (2015), digits as printed there.
 @pytest.mark.parametrize(
-    ("name", "word", "speed", "multiplier", "digits"),
+    ("name", "sequence", "speed", "multiplier", "digits"),
     [
         ("wheel A, no event", "stick | stick", 0.876031, 0.734042, 5e-7),
         ("wheel B, one event", "stick slip+ | stick", 0.88075, 0.7623, 5e-5),
         ("wheel D, complete slip", "slip+ | slip+", 1.07204, 0.356, 5e-4),
     ],
 )
-def test_rimless_wheel_types(cycle, name, word, speed, multiplier, digits):
+def test_rimless_wheel_types(cycle, name, sequence, speed, multiplier, digits):
     robot, parameters, z = GAITS[name]
     gait = cycle(robot(), parameters, z)
-    assert gait.word == word
+    assert gait.sequence == sequence
     assert gait.z[0] * NATURAL_TIME == pytest.approx(speed, abs=max(digits / 10, 5e-7) if speed == 0.876031 else 5e-6)
     assert gait.multipliers[0] == pytest.approx(multiplier, abs=digits)
 
 
-def test_rimless_wheel_words_over_friction(cycle):
+def test_rimless_wheel_sequences_over_friction(cycle):
     # Gamus & Or (2015): Type B begins its step with a slide below 0.2676; below 0.2450 its impact slips (Type C).
-    words = {mu: cycle(rimless_wheel(), {**WHEEL, "friction": mu}, [2.39, 0]).word for mu in (0.268, 0.267, 0.2455)}
-    assert words == {
+    sequences = {
+        mu: cycle(rimless_wheel(), {**WHEEL, "friction": mu}, [2.39, 0]).sequence for mu in (0.268, 0.267, 0.2455)
+    }
+    assert sequences == {
         0.268: "stick slip+ | stick",
         0.267: "slip+ stick slip+ | stick",
         0.2455: "slip+ stick slip+ | stick",
     }
-    assert cycle(rimless_wheel(), {**WHEEL, "friction": 0.2445}, [2.39, 0.01]).word == "slip+ stick slip+ | slip+"
+    assert cycle(rimless_wheel(), {**WHEEL, "friction": 0.2445}, [2.39, 0.01]).sequence == "slip+ stick slip+ | slip+"
 
 
 def test_complete_slip_drifts_as_the_centre_of_mass_accelerates(cycle):
@@ -131,10 +133,10 @@ def test_compass_gait_a(cycle):
 def test_compass_gaits_b_and_c(cycle):
     b, c = (cycle(GAITS[n][0](), *GAITS[n][1:]) for n in ("compass B, two events", "compass C, one event"))
     # Independent computation with two other integrators, all printed digits.
-    assert b.word == "slip+ stick slip- | stick"
+    assert b.sequence == "slip+ stick slip- | stick"
     assert b.z == pytest.approx([-0.140807105, 0.710208797, -0.516847656], abs=5.1e-10)
     assert b.radius == pytest.approx(0.8206, abs=5.1e-5)
-    assert c.word == "slip+ stick | slip+"
+    assert c.sequence == "slip+ stick | slip+"
     assert c.z == pytest.approx([-0.079038, 0.043777, -0.431761, 0.634174], abs=5.1e-7)
     assert c.period == pytest.approx(0.635815, abs=5.1e-7)
     assert np.sort(c.multipliers.real) == pytest.approx([-1.0695, 0, 0.0579, 1.8235], abs=5.1e-5)
@@ -154,8 +156,8 @@ def test_critical_friction_is_where_slipping_begins(cycle):
     gait = cycle(compass_biped(), {**COMPASS, "friction": 0.3}, GAITS["compass A, no event"][2])
     critical = gait.critical_friction.friction
     for factor, slips in ((1 + 1e-6, False), (1 - 1e-6, True)):
-        word = cycle(compass_biped(), {**COMPASS, "friction": critical * factor}, [*gait.z, 0]).word
-        assert ("slip" in word) is slips
+        sequence = cycle(compass_biped(), {**COMPASS, "friction": critical * factor}, [*gait.z, 0]).sequence
+        assert ("slip" in sequence) is slips
 
 
 def test_wheel_critical_friction(cycle):
@@ -169,7 +171,7 @@ def test_multiplier_of_a_wheel_that_only_just_rolls_over(cycle):
     """Type D 1e-6 above its least friction creeps over its spoke, where neighbouring motions part a million times."""
     parameters = {**WHEEL, "friction": 0.0799653719}
     gait = cycle(rimless_wheel(), parameters, [1.146228, 2.5])
-    assert gait.word == "slip+ | slip+"
+    assert gait.sequence == "slip+ | slip+"
     assert gait.period > 4 * NATURAL_TIME
     numerical = central_differences(rimless_wheel(), parameters, gait, step=1e-6)
     assert gait.multipliers[0] == pytest.approx(numerical[0, 0], abs=1e-6)

@@ -7,10 +7,10 @@ import pytest
 
 from gaitopt import rimless_wheel
 from gaitopt.control.law import passive
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.simulation.walker import Walker
+from gaitopt.stability.cycle_search import cycle_from
 from gaitopt.stability.one_sided import one_sided_derivatives
-from gaitopt.stability.search import cycle_from
 from gaitopt.stability.section import Section
 
 from .conftest import WHEEL
@@ -23,12 +23,12 @@ def wheel_at(friction):
 
 @pytest.fixture(scope="module")
 def edge():
-    """Friction at which Type B's impact just begins to slip (0.2450 in Gamus & Or 2015), by bisection on the word."""
+    """Friction at which Type B's impact just begins to slip (0.2450 in Gamus & Or 2015), by bisection on the sequence."""
     stick, slip = 0.246, 0.244
     while stick - slip > 1e-9:
         middle = (stick + slip) / 2
         gait = cycle_from(wheel_at(middle), np.array([2.39, 0.0]))
-        stick, slip = (middle, slip) if gait.word.endswith("| stick") else (stick, middle)
+        stick, slip = (middle, slip) if gait.sequence.endswith("| stick") else (stick, middle)
     return stick
 
 

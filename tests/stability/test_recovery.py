@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, PushTest, assess_stability, compass_biped, default_engine, feedforward, load
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.recovery import largest_recovery, recovery
 
 TEST = PushTest(starts=12, steps=30, resolution=0.2)

@@ -7,7 +7,7 @@ import pytest
 
 from gaitopt import (
     InputError,
-    Patience,
+    SettlingCriterion,
     WalkProblem,
     assess_stability,
     compass_biped,
@@ -18,31 +18,31 @@ from gaitopt import (
     rimless_wheel,
     trace_branch,
 )
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.simulation.walker import Walker
-from gaitopt.stability.search import cycle_from, same_gait
+from gaitopt.stability.cycle_search import cycle_from, same_gait
 from gaitopt.stability.section import Section
-from gaitopt.study.settling import settle
+from gaitopt.study.basin.attractor import classify_walk
 
 
 def test_search_finds_every_gait_of_the_study_at_once():
     # At friction 0.14 Gaits B and C coexist (Gamus & Or 2015).
     found = find_cycles(compass_biped(), {"slope": math.radians(1), "friction": 0.14}, starts=300)
-    assert {gait.word: gait.stable for gait in found} == {
+    assert {gait.sequence: gait.stable for gait in found} == {
         "slip+ stick slip- | stick": True,
         "slip+ stick | slip+": False,
     }
 
 
-def test_search_keeps_the_word_asked_for():
+def test_search_keeps_the_sequence_asked_for():
     downhill = {"slope": math.radians(13), "friction": 0.3}
-    found = find_cycles(rimless_wheel(), downhill, word="stick slip+ | stick", starts=40)
-    assert [gait.word for gait in found] == ["stick slip+ | stick"]
+    found = find_cycles(rimless_wheel(), downhill, sequence="stick slip+ | stick", starts=40)
+    assert [gait.sequence for gait in found] == ["stick slip+ | stick"]
 
 
 def test_gaits_of_period_two_include_those_of_period_one():
     found = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, steps=2, starts=10)
-    assert [gait.word for gait in found] == ["stick | stick; stick | stick"]
+    assert [gait.sequence for gait in found] == ["stick | stick; stick | stick"]
     assert found[0].multipliers[0] == pytest.approx(0.734042**2, abs=2e-6)  # the square of one step's multiplier
 
 
@@ -55,7 +55,7 @@ def test_no_gait_on_level_ground():
     [
         ({"starts": 0}, "starts must be at least 1"),
         ({"steps": 0}, "steps must be at least 1"),
-        ({"word": "stick | slip+"}, "cannot be"),
+        ({"sequence": "stick | slip+"}, "cannot be"),
     ],
 )
 def test_a_search_that_cannot_be_is_refused(options, says):
@@ -94,7 +94,7 @@ def test_section_rejects_wrong_points():
 def test_optimised_slipping_gait_is_open_loop_stable(slip_gait):
     gait = assess_stability(slip_gait, engine=ScipyEngine())
     # Authors' independent gait of the same problem: stable, largest multiplier about 0.66.
-    assert gait.word == "slip+ stick | slip+"
+    assert gait.sequence == "slip+ stick | slip+"
     assert gait.stable
     assert gait.radius == pytest.approx(0.66, abs=0.06)
     assert gait.period == pytest.approx(slip_gait.period, abs=1e-6)
@@ -113,12 +113,12 @@ def test_walk_problem_checks_its_input():
     with pytest.raises(InputError, match="Did you mean 'spokes'"):
         WalkProblem(robot=rimless_wheel(), parameters={"spoke": 8})
     with pytest.raises(InputError, match="cannot be"):
-        WalkProblem(robot=rimless_wheel(), word="stick | slip+")
+        WalkProblem(robot=rimless_wheel(), sequence="stick | slip+")
 
 
 def test_open_loop_multipliers_agree_with_finite_differences():
     from gaitopt.control.law import feedforward
-    from gaitopt.simulation.walker import Walker
+    from gaitopt.simulation.hybrid_automaton import Walker
 
     gait = load("docs/examples/compass_slip.h5")
     robot, cycle = compass_biped(), assess_stability(gait, engine=ScipyEngine())
@@ -141,12 +141,12 @@ def test_period_two_gait_is_found_followed_and_settled_in():
     p = robot.vector(robot.resolve({**goswami, "slope": slope}))
     walker = Walker(robot, passive(robot), p, default_engine())
     start = np.array([-0.31, 1.15, -0.2, 0.0])
-    ending = settle(walker, start, Patience(steps=300, tolerance=1e-8))
+    ending = classify_walk(walker, start, SettlingCriterion(steps=300, tolerance=1e-8))
     assert ending.label == "stick | stick; stick | stick"
     gait = cycle_from(walker, ending.z, steps=2)
     assert gait.stable
     assert not np.allclose(gait.points[0], gait.points[1], atol=1e-3)
     assert same_gait(gait, cycle_from(walker, np.append(gait.points[1], 0.0), steps=2))
     branch = trace_branch(robot, goswami, gait, "slope", [slope, slope + 1e-3])
-    assert [len(cycle.words) for cycle in branch.cycles] == [2] * len(branch.cycles)
+    assert [len(cycle.sequences) for cycle in branch.cycles] == [2] * len(branch.cycles)
     assert not np.allclose(branch.cycles[-1].points[0], branch.cycles[-1].points[1], atol=1e-3)

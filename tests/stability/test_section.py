@@ -72,7 +72,7 @@ def test_multipliers_do_not_depend_on_the_order_of_the_angles():
     for order in ORDERS[::2]:
         problem = GaitProblem(
             robot=torso_biped(order),
-            word="stick | stick",
+            sequence="stick | stick",
             friction=0.6,
             speed=0.6,
             step_length=0.35,

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Law, compass_biped
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.simulation.walker import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 

@@ -10,7 +10,7 @@ from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped
 def quick_problem(**changes):
     return GaitProblem(
         robot=compass_biped(),
-        word="stick | stick",
+        sequence="stick | stick",
         friction=0.14,
         speed=0.633,
         step_length=0.4713,

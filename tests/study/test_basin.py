@@ -7,7 +7,7 @@ import pytest
 from gaitopt import (
     ArchiveError,
     InputError,
-    Patience,
+    SettlingCriterion,
     basin,
     basin_edges,
     compass_biped,
@@ -17,8 +17,8 @@ from gaitopt import (
     save_basin,
 )
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.study.basin_file import Basin
-from gaitopt.study.basin_record import BasinRecord, Endings
+from gaitopt.study.basin.basin_file import Basin
+from gaitopt.study.basin.basin_record import BasinRecord, Endings
 
 WHEEL = {"slope": math.radians(13)}
 NATURAL_TIME = math.sqrt((4 / 3) / 9.8)
@@ -33,11 +33,11 @@ def test_basin_of_type_a_without_friction_limit():
 
 
 def test_endings_do_not_depend_on_the_number_of_workers(monkeypatch):
-    import gaitopt.study.basin as module
+    import gaitopt.study.basin.basin as module
 
     monkeypatch.setattr(module, "CHUNK", 10)  # so that two processes have something to do
     grid, friction = {"theta_rate": np.linspace(0.1, 3.2, 31)}, {**WHEEL, "friction": 0.3}
-    settings = {"engine": ScipyEngine(relative=1e-8), "patience": Patience(steps=5, tolerance=1e-2)}
+    settings = {"engine": ScipyEngine(relative=1e-8), "patience": SettlingCriterion(steps=5, tolerance=1e-2)}
     one = basin(rimless_wheel(), friction, grid, **settings)
     two = basin(rimless_wheel(), friction, grid, **settings, workers=2)
     assert one.labels == two.labels
@@ -48,7 +48,7 @@ def test_endings_do_not_depend_on_the_number_of_workers(monkeypatch):
 
 
 def test_interrupted_basin_goes_on(tmp_path, monkeypatch):
-    import gaitopt.study.basin as module
+    import gaitopt.study.basin.basin as module
 
     monkeypatch.setattr(module, "CHUNK", 2)
     path, calls = tmp_path / "basin.h5", []
@@ -148,7 +148,7 @@ def test_file_of_another_law_is_not_gone_on_with(tmp_path):
     with pytest.raises(InputError, match="holds another study"):
         basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, law=replace(passive(robot), name="another"))
     with pytest.raises(InputError, match="holds another study"):
-        basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, patience=Patience(tolerance=1e-3))
+        basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, patience=SettlingCriterion(tolerance=1e-3))
 
 
 def test_edges_of_a_band_narrower_than_the_samples_are_found_when_one_is():
@@ -187,7 +187,7 @@ def test_a_full_disk_leaves_a_basin_as_it_was(tmp_path, full_disk):
         tmp_path / "basin.h5",
         (rimless_wheel(), {"slope": 0.23}, {"theta_rate": np.linspace(0.1, 3, 300)}),
     )
-    settings = {"path": path, "engine": ScipyEngine(relative=1e-6), "patience": Patience(steps=2)}
+    settings = {"path": path, "engine": ScipyEngine(relative=1e-6), "patience": SettlingCriterion(steps=2)}
 
     def stop(done, total):
         raise KeyboardInterrupt

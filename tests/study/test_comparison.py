@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from gaitopt import InputError, absolute_work, compare, load, plot_comparison
-from tests.study.test_sweep import WORDS
+from tests.study.test_sweep import SEQUENCES
 
 
 @pytest.fixture(scope="module")
@@ -13,7 +13,7 @@ def pair():
     from gaitopt import solve
     from tests.study.conftest import quick_problem
 
-    return [solve(quick_problem(word=word)) for word in WORDS]
+    return [solve(quick_problem(sequence=sequence)) for sequence in SEQUENCES]
 
 
 def test_gaits_of_two_robots_share_what_both_have(slip_gait):
@@ -34,8 +34,8 @@ def test_the_terms_add_up_to_the_cost(pair):
 
 
 def test_labels_tell_gaits_apart(pair, slip_gait):
-    assert list(compare(pair).gaits) == WORDS
-    assert list(compare([pair[1], slip_gait]).gaits) == [f"{WORDS[1]}, friction 0.14{n}" for n in (" (1)", " (2)")]
+    assert list(compare(pair).gaits) == SEQUENCES
+    assert list(compare([pair[1], slip_gait]).gaits) == [f"{SEQUENCES[1]}, friction 0.14{n}" for n in (" (1)", " (2)")]
     assert list(compare({"a": pair[0]}).gaits) == ["a"]
     with pytest.raises(InputError, match="a list, or a mapping of labels"):
         compare(load("docs/examples/compass_slip.h5"))

@@ -10,14 +10,16 @@ from gaitopt import InputError, Mode, assess_stability, compass_biped, find_cycl
 
 @pytest.fixture(scope="module")
 def gait_a():
-    return find_cycles(compass_biped(), {"slope": math.radians(1), "friction": 0.3}, word="stick | stick", starts=30)[0]
+    return find_cycles(
+        compass_biped(), {"slope": math.radians(1), "friction": 0.3}, sequence="stick | stick", starts=30
+    )[0]
 
 
 def test_same_ground_needs_no_torque(gait_a):
     same = imitate(compass_biped(), gait_a, {})
     assert same.feasible
     assert same.largest_torque < 1e-6
-    assert str(same.word) == gait_a.word
+    assert str(same.sequence) == gait_a.sequence
 
 
 def test_level_ground_needs_what_the_slope_gave(gait_a):
@@ -53,7 +55,7 @@ def test_the_controlled_walker_has_a_gait_near_it(gait_a):
     level = imitate(robot, gait_a, {"slope": 0.0})
     plan = level.gait(samples=40)
     held = assess_stability(plan, joint_pd(robot, plan.motion, stiffness=20, damping=5, torque_limit=6))
-    assert held.word == "stick | stick"
+    assert held.sequence == "stick | stick"
     assert held.z == pytest.approx(gait_a.z[:3], abs=1e-3)
     assert held.stable
 

@@ -6,9 +6,9 @@ import weakref
 
 import pytest
 
-from gaitopt.study.interrupt import HeldInterrupt
-from gaitopt.study.runner import run_tasks
-from gaitopt.study.task import Task
+from gaitopt.parallel.deferred_interrupt import DeferredInterrupt
+from gaitopt.parallel.runner import run_tasks
+from gaitopt.parallel.task_graph import Task
 from tests.study import works
 
 
@@ -25,7 +25,7 @@ def handled():
 
 
 def test_an_interrupt_where_python_would_forget_it_is_answered():
-    with HeldInterrupt() as interrupt:
+    with DeferredInterrupt() as interrupt:
         thing = Thing()
         reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
         del thing
@@ -36,7 +36,7 @@ def test_an_interrupt_where_python_would_forget_it_is_answered():
 
 
 def test_the_second_one_is_not_held():
-    with HeldInterrupt():
+    with DeferredInterrupt():
         signal.raise_signal(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
@@ -56,7 +56,7 @@ def test_nothing_is_held_in_another_thread():
     done = []
 
     def work():
-        with HeldInterrupt() as interrupt:
+        with DeferredInterrupt() as interrupt:
             interrupt.answer()
         done.append(signal.getsignal(signal.SIGINT))
 

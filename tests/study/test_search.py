@@ -1,22 +1,22 @@
-"""The search for the cheapest word."""
+"""The search for the cheapest contact sequence."""
 
 import json
 from dataclasses import replace
 
 import pytest
 
-from gaitopt import InputError, Word, load, search
-from gaitopt.study.gait_folder import GaitFolder
-from gaitopt.study.ranking import Finding, judge, rank
-from gaitopt.study.search import tasks
-from gaitopt.study.vocabulary import words_up_to
+from gaitopt import ContactSequence, InputError, load, search
+from gaitopt.study.sequence_search.ranking import RankedGait, judge_gait, rank_gaits
+from gaitopt.study.sequence_search.search import tasks
+from gaitopt.study.sequence_search.sequence_enumeration import enumerate_sequences
+from gaitopt.study.storage.gait_store import GaitStore
 from tests.study.conftest import quick_problem
 
-WORDS = ["stick | stick", "slip+ stick | slip+", "slip+ stick | stick", "slip+ | slip+"]
+SEQUENCES = ["stick | stick", "slip+ stick | slip+", "slip+ stick | stick", "slip+ | slip+"]
 
 
 def run(**options):
-    return search(quick_problem(objective="cost_of_transport", friction=0.13), words=WORDS, starts=1, **options)
+    return search(quick_problem(objective="cost_of_transport", friction=0.13), sequences=SEQUENCES, starts=1, **options)
 
 
 @pytest.fixture(scope="module")
@@ -25,10 +25,10 @@ def ranking():
 
 
 def found(ranking):
-    return [(str(finding.word), finding.status) for finding in ranking.findings]
+    return [(str(finding.sequence), finding.status) for finding in ranking.findings]
 
 
-def test_words_are_ranked_with_reasons(ranking):
+def test_sequences_are_ranked_with_reasons(ranking):
     assert ranking.complete
     assert found(ranking) == [
         ("slip+ stick | slip+", "solved"),
@@ -50,7 +50,7 @@ def test_a_search_is_kept_gone_on_with_and_the_same_with_two_workers(ranking, tm
         if done == 3:
             raise KeyboardInterrupt
 
-    folder = tmp_path / "words"
+    folder = tmp_path / "sequences"
     part = run(directory=folder, observer=stop)
     assert not part.complete
     assert {status for _, status in found(part)} == {"pending", "impossible"}
@@ -60,24 +60,24 @@ def test_a_search_is_kept_gone_on_with_and_the_same_with_two_workers(ranking, tm
     assert whole.records()[0] | {"file": None} == ranking.records()[0]
     assert found(whole) == found(ranking)
     assert json.loads((folder / "ranking.json").read_text())["ranked"] == whole.records()
-    assert load(whole.findings[0].file).word == ranking.best.word
+    assert load(whole.findings[0].file).sequence == ranking.best.sequence
     assert len(list(folder.glob("*.h5"))) == 3
     calls.clear()
     assert found(run(directory=folder, observer=lambda done, total: calls.append(done))) == found(ranking)
     assert not calls
     with pytest.raises(InputError, match="another problem"):
-        search(quick_problem(), words=WORDS, starts=1, directory=folder)
+        search(quick_problem(), sequences=SEQUENCES, starts=1, directory=folder)
 
 
 def test_a_search_without_any_gait_says_why():
-    nothing = search(quick_problem(friction=0.02, speed=1.5), words=["stick | stick"], starts=1)
-    with pytest.raises(InputError, match=r"No word has a gait; 'stick \| stick'"):
+    nothing = search(quick_problem(friction=0.02, speed=1.5), sequences=["stick | stick"], starts=1)
+    with pytest.raises(InputError, match=r"No contact sequence has a gait; 'stick \| stick'"):
         _ = nothing.best
     assert "violated by" in nothing.findings[0].reason
 
 
-def test_longer_words_start_from_shorter_ones_and_all_get_a_second_look():
-    needs = {task.key: task.needs for task in tasks(words_up_to(3), 4)}
+def test_longer_sequences_start_from_shorter_ones_and_all_get_a_second_look():
+    needs = {task.key: task.needs for task in tasks(enumerate_sequences(3), 4)}
     assert "slip+_stick__slip+.first" in needs["slip+_stick_slip-__slip+.first"]
     assert needs["stick__stick.first"] == ()
     assert "slip+_stick__slip+.first" in needs["stick__stick"]
@@ -86,23 +86,23 @@ def test_longer_words_start_from_shorter_ones_and_all_get_a_second_look():
 
 def test_a_gait_in_disguise_is_merged_unless_it_is_cheaper(slip_gait):
     """At friction 0.205 the cheapest slide is shorter than allowed, and yet cheaper than none."""
-    slip, word = slip_gait, Word.parse("stick | stick")
-    disguised = judge(slip, slip.motion.segments[0].duration, None)
-    assert disguised.merged_into == word
+    slip, sequence = slip_gait, ContactSequence.parse("stick | stick")
+    is_degenerate = judge_gait(slip, slip.motion.segments[0].duration, None)
+    assert is_degenerate.merged_into == sequence
     for factor, status in ((1.01, "solved"), (1.0, "merged"), (None, "solved")):
         others = []
         if factor is not None:
             other = replace(slip, solver=replace(slip.solver, objective=factor * slip.solver.objective))
-            others = [Finding(word=word, status="solved", gait=other)]
-        ranking = rank([disguised, *others], complete=True)
-        found = {finding.word: finding for finding in ranking.findings}[slip.word]
+            others = [RankedGait(sequence=sequence, status="solved", gait=other)]
+        ranking = rank_gaits([is_degenerate, *others], complete=True)
+        found = {finding.sequence: finding for finding in ranking.findings}[slip.sequence]
         assert found.status == status
         assert found.ranked == (found.reason == "") == (found.merged_into is None)
         assert (ranking.best is slip) == (status == "solved")
 
 
 def test_two_runs_may_tidy_up_one_folder(tmp_path, monkeypatch):
-    folder = GaitFolder(tmp_path / "words", {"words": 1})
-    monkeypatch.setattr(GaitFolder, "__iter__", lambda self: iter(["deleted by the other run"]))
+    folder = GaitStore(tmp_path / "sequences", {"sequences": 1})
+    monkeypatch.setattr(GaitStore, "__iter__", lambda self: iter(["deleted by the other run"]))
     folder.keep_only([])
     assert [path.name for path in folder.path.iterdir()] == ["question.json"]

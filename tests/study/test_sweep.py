@@ -12,13 +12,13 @@ import pytest
 import xarray as xr
 
 from gaitopt import ArchiveError, InputError, load_sweep, load_sweep_gait, solve, sweep
-from gaitopt.study.gait_folder import GaitFolder
-from gaitopt.study.grid import Grid, tasks
-from gaitopt.study.sweep_file import GAITS
+from gaitopt.study.storage.gait_store import GaitStore
+from gaitopt.study.sweep.sweep_file import GAITS
+from gaitopt.study.sweep.sweep_grid import SweepGrid, tasks
 from tests.study.conftest import quick_problem
 
 FRICTION = [0.14, 0.18]
-WORDS = ["stick | stick", "slip+ stick | slip+"]
+SEQUENCES = ["stick | stick", "slip+ stick | slip+"]
 TASKS = 8
 """Of the sweep below: at each point a cold gait, one from either side, and the proven best."""
 
@@ -33,31 +33,31 @@ def whole():
 
 
 @pytest.fixture(scope="module")
-def words(tmp_path_factory):
-    """Return a sweep of two words, and its file."""
-    path = tmp_path_factory.mktemp("words") / "frontier.nc"
-    return sweep(quick_problem(), friction=[0.14, 0.16], words=WORDS, starts=1, path=path), path
+def sequences(tmp_path_factory):
+    """Return a sweep of two contact sequences, and its file."""
+    path = tmp_path_factory.mktemp("sequences") / "frontier.nc"
+    return sweep(quick_problem(), friction=[0.14, 0.16], sequences=SEQUENCES, starts=1, path=path), path
 
 
-def test_every_point_is_solved_replayed_and_never_dearer_than_a_single_solve(words):
-    table, _ = words
+def test_every_point_is_solved_replayed_and_never_dearer_than_a_single_solve(sequences):
+    table, _ = sequences
     assert (table.status == "solved").all()
     assert (table.verified == 1).all()
-    for word in WORDS:
+    for sequence in SEQUENCES:
         for friction in table.friction.values:
-            alone = solve(quick_problem(word=word, friction=friction))
-            found = table.sel(word=word, friction=friction)
+            alone = solve(quick_problem(sequence=sequence, friction=friction))
+            found = table.sel(sequence=sequence, friction=friction)
             assert found.objective <= alone.solver.objective * (1 + 1e-6)
 
 
-def test_the_table_is_labelled_and_agrees_with_the_gaits(words):
-    table, path = words
-    assert table.cost_of_transport.dims == ("word", "friction")
+def test_the_table_is_labelled_and_agrees_with_the_gaits(sequences):
+    table, path = sequences
+    assert table.cost_of_transport.dims == ("sequence", "friction")
     assert all("long_name" in table[name].attrs for name in table.data_vars)
     assert table.friction.attrs["units"] == "1"
-    gait = load_sweep_gait(path, WORDS[1], friction=0.16)
-    point = table.sel(word=WORDS[1], friction=0.16)
-    assert str(gait.word) == WORDS[1]
+    gait = load_sweep_gait(path, SEQUENCES[1], friction=0.16)
+    point = table.sel(sequence=SEQUENCES[1], friction=0.16)
+    assert str(gait.sequence) == SEQUENCES[1]
     assert gait.verification.passed
     assert gait.cost_of_transport == point.cost_of_transport
     assert point.impact_loss + point.friction_loss == pytest.approx(float(point.actuator_work + point.gravity_work))
@@ -94,7 +94,7 @@ def test_a_killed_sweep_goes_on_and_ends_with_the_same(whole, tmp_path):
         done = subprocess.run([sys.executable, script, path, str(kill)], timeout=120, check=False)
         assert done.returncode == -signal.SIGKILL
         assert not path.exists()
-        kept = GaitFolder.beside(path)
+        kept = GaitStore.beside(path)
         assert len(list(kept.glob("[!.]*.h5"))) == kill
     calls = []
     assert run(path, observer=lambda done, total: calls.append(done)).identical(whole)
@@ -126,7 +126,7 @@ def test_points_that_fail_say_why(tmp_path):
     path = tmp_path / "speeds.nc"
     # The robot cannot step 4 m; at 2 m/s it would need more torque than it has.
     table = sweep(quick_problem(), speed=[0.6, 2.0], step_length=[0.45, 4.0], starts=1, path=path)
-    found = table.sel(word="stick | stick")
+    found = table.sel(sequence="stick | stick")
     assert found.status.values[0, 0] == "solved"
     assert found.status.values[1, 0] in ("infeasible", "iteration_limit")
     assert "violated by" in str(found.reason.values[1, 0])
@@ -163,8 +163,8 @@ def test_another_sweep_is_not_mixed_in(tmp_path):
         sweep(quick_problem(speed=0.6), friction=[0.18], starts=1, path=path)
     with pytest.raises(ArchiveError, match="it is a folder"):
         sweep(quick_problem(), friction=[0.18], starts=1, path=tmp_path)
-    parts = GaitFolder.beside(tmp_path / "other.nc")
-    GaitFolder(parts, {"axes": 1})
+    parts = GaitStore.beside(tmp_path / "other.nc")
+    GaitStore(parts, {"axes": 1})
     with pytest.raises(InputError, match="holds another study"):
         sweep(quick_problem(), friction=[0.19], starts=1, path=tmp_path / "other.nc")
 
@@ -177,8 +177,8 @@ def test_another_sweep_is_not_mixed_in(tmp_path):
         ({"friction": [0.2, 0.1]}, "increasing finite values"),
         ({"friction": ["high"]}, "need numbers"),
         ({"parameters": {"leg_mas": [4.0]}}, "'leg_mass'"),
-        ({"friction": [0.1], "words": []}, "needs a word"),
-        ({"friction": [0.1], "words": ["stick | stick", "stick | stick"]}, "each of them once"),
+        ({"friction": [0.1], "sequences": []}, "needs a contact sequence"),
+        ({"friction": [0.1], "sequences": ["stick | stick", "stick | stick"]}, "each of them once"),
         ({"friction": [-0.1, 0.0]}, "No point of this sweep can be posed"),
     ],
 )
@@ -188,7 +188,7 @@ def test_wrong_sweeps_are_refused(options, message):
 
 
 def test_robot_parameters_can_be_axes():
-    grid = Grid(quick_problem(), (quick_problem().word,), {"leg_mass": np.array([4.0, 5.0])}, 1)
+    grid = SweepGrid(quick_problem(), (quick_problem().sequence,), {"leg_mass": np.array([4.0, 5.0])}, 1)
     assert grid.unit("leg_mass") == "kg"
     last = list(grid.points())[-1]
     assert grid.problem_at(last).parameters["leg_mass"] == 5.0
@@ -196,7 +196,7 @@ def test_robot_parameters_can_be_axes():
 
 def test_who_starts_from_whom_is_decided_by_the_grid():
     axes = {"friction": np.linspace(0.1, 0.2, 4), "speed": np.linspace(0.5, 0.7, 3)}
-    grid = Grid(quick_problem(), (quick_problem().word,), axes, 1)
+    grid = SweepGrid(quick_problem(), (quick_problem().sequence,), axes, 1)
     needs = {task.key: task.needs for task in tasks(grid)}
     assert needs["forward-0-001-001"] == ("forward-0-000-001", "forward-0-001-000")
     assert needs["backward-0-001-001"] == ("backward-0-002-001", "backward-0-001-002", "forward-0-001-001")
@@ -206,7 +206,7 @@ def test_who_starts_from_whom_is_decided_by_the_grid():
 
 
 def test_two_coarse_gaits_may_change_places_on_the_fine_grid(slip_gait, monkeypatch):
-    import gaitopt.study.attempt as module
+    import gaitopt.study.multistart as module
 
     def costing(factor):
         return replace(slip_gait, solver=replace(slip_gait.solver, objective=factor * slip_gait.solver.objective))

@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import gaitopt.study.sweep_task as module
-from gaitopt import Collocation, Line, Status
-from gaitopt.study.attempt import objective
-from gaitopt.study.grid import Duty, Grid, Point
+import gaitopt.study.sweep.sweep_task as module
+from gaitopt import Collocation, LinearGuess, Status
+from gaitopt.study.multistart import objective
+from gaitopt.study.sweep.sweep_grid import SweepGrid, SweepPoint, SweepTask
 from tests.study.conftest import quick_problem
 
-BEFORE, BEHIND = Point(0, (0,)), Point(0, (1,))
+BEFORE, BEHIND = SweepPoint(0, (0,)), SweepPoint(0, (1,))
 
 
-def two_points(word, frictions):
+def two_points(sequence, frictions):
     """Return a grid, and the forward gaits of its two points, the second continued from the first."""
-    problem = quick_problem(word=word, objective="cost_of_transport", transcription=Collocation(intervals=20))
-    grid = Grid(problem, (problem.word,), {"friction": np.array(frictions)}, 1)
+    problem = quick_problem(sequence=sequence, objective="cost_of_transport", transcription=Collocation(intervals=20))
+    grid = SweepGrid(problem, (problem.sequence,), {"friction": np.array(frictions)}, 1)
     first, second = (module.halved(grid.problem_at(point)) for point in (BEFORE, BEHIND))
-    gait = module.attempt(first, Line())
+    gait = module.attempt(first, LinearGuess())
     return grid, gait, module.attempt(second, gait)
 
 
@@ -36,7 +36,7 @@ def smooth():
 
 def backward(grid, first, second):
     """Return what is found at the first point from the second one."""
-    duty = Duty("backward", BEFORE, (("backward", BEHIND), ("forward", BEFORE), ("cold", BEFORE)))
+    duty = SweepTask("backward", BEFORE, (("backward", BEHIND), ("forward", BEFORE), ("cold", BEFORE)))
     return module.solve_task(grid, duty, second, first, first)
 
 
@@ -63,5 +63,5 @@ def test_a_failure_is_on_no_branch(smooth):
 def test_what_leads_on_the_first_grid_is_handed_on_as_finely_as_neighbours_are():
     for intervals, expected in ((40, [20]), (20, [10])):
         problem = quick_problem(transcription=Collocation(intervals=intervals))
-        grid = Grid(problem, (problem.word,), {"friction": np.array([0.2])}, 1)
-        assert module.solve_task(grid, Duty("cold", BEFORE)).problem["intervals"] == expected
+        grid = SweepGrid(problem, (problem.sequence,), {"friction": np.array([0.2])}, 1)
+        assert module.solve_task(grid, SweepTask("cold", BEFORE)).problem["intervals"] == expected

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ScipyEngine, assess_stability, compass_biped, default_engine
-from gaitopt.simulation.walker import Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
@@ -31,7 +31,7 @@ def returning(cycle, law, engine):
 
 
 def test_the_planned_gait_is_held(slipping, law, controlled):
-    assert controlled.word == str(slipping.word)
+    assert controlled.sequence == str(slipping.sequence)
     assert controlled.radius < RADIUS[law.name]
     first = slipping.motion.segments[0]
     planned = controlled.section.project(np.concatenate([first.q[:, 0], first.v[:, 0]]))

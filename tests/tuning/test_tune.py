@@ -4,26 +4,26 @@ import numpy as np
 import pytest
 
 from gaitopt import (
-    Design,
+    ControllerFamily,
     Gain,
+    GainSearchOptions,
     InputError,
     PushTest,
-    Search,
     SensitivityNorm,
     SpectralRadius,
     assess_stability,
     compass_biped,
-    design_named,
+    controller_family_named,
     joint_pd,
     tune_feedback,
 )
 
-QUICK = Search(samples=3, starts=1, evaluations=15)
+QUICK = GainSearchOptions(samples=3, starts=1, evaluations=15)
 
 
 @pytest.fixture(scope="module")
 def design(slipping):
-    whole = design_named("pd", compass_biped(), slipping.motion, torque_limit=8)
+    whole = controller_family_named("pd", compass_biped(), slipping.motion, torque_limit=8)
     return whole.bounded({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
 
 
@@ -59,7 +59,7 @@ def test_same_seed_same_gains(slipping, design, tuned):
 
 
 def test_worst_friction_counts(slipping, design):
-    search, test = Search(samples=1, starts=1, evaluations=1), PushTest(starts=1, resolution=0.9)
+    search, test = GainSearchOptions(samples=1, starts=1, evaluations=1), PushTest(starts=1, resolution=0.9)
     own, wide = (tune_feedback(slipping, design, frictions=more, search=search, test=test) for more in ((), (0.13,)))
     pairs = zip(own.trials, wide.trials, strict=True)
     assert all(alone.objective <= worst.objective + 1e-9 for alone, worst in pairs)
@@ -68,13 +68,16 @@ def test_worst_friction_counts(slipping, design):
 
 def test_what_cannot_be_held_is_reported_with_the_best_radius(slipping, design):
     # Gains that pull the wrong way.
-    wrong = Design(
+    wrong = ControllerFamily(
         "wrong",
         (Gain("push", 30.0, 20.0, 40.0),),
         lambda g: design.law({"hip_stiffness": -g["push"], "hip_damping": 0}),
     )
     found = tune_feedback(
-        slipping, wrong, search=Search(samples=2, starts=1, evaluations=4), test=PushTest(starts=1, resolution=0.9)
+        slipping,
+        wrong,
+        search=GainSearchOptions(samples=2, starts=1, evaluations=4),
+        test=PushTest(starts=1, resolution=0.9),
     )
     assert not found.stable
     assert found.radius_after > 1
@@ -83,7 +86,10 @@ def test_what_cannot_be_held_is_reported_with_the_best_radius(slipping, design):
 
 
 def test_no_gait_and_no_law_are_answers_too(slipping, design):
-    quick = {"search": Search(samples=1, starts=1, evaluations=1), "test": PushTest(starts=1, resolution=0.9)}
+    quick = {
+        "search": GainSearchOptions(samples=1, starts=1, evaluations=1),
+        "test": PushTest(starts=1, resolution=0.9),
+    }
 
     def none(gains):
         raise InputError("no law")
@@ -92,7 +98,7 @@ def test_no_gait_and_no_law_are_answers_too(slipping, design):
         ("too weak", lambda g: joint_pd(compass_biped(), slipping.motion, torque_limit=1e-3)),
         ("no law", none),
     ):
-        found = tune_feedback(slipping, Design(name, (Gain("a", 0.5, 0.0, 1.0),), law), **quick)
+        found = tune_feedback(slipping, ControllerFamily(name, (Gain("a", 0.5, 0.0, 1.0),), law), **quick)
         assert not found.stable
         assert (found.radius_after, found.cycle, found.verified.returned) == (np.inf, None, 0)
         assert np.isnan(found.fixed_point_shift)
@@ -108,7 +114,7 @@ def test_a_design_by_the_stance_angle(slipping, design):
 
 def test_mistakes_are_explained(slipping, design):
     with pytest.raises(InputError, match="no feedback law 'pid'"):
-        design_named("pid", compass_biped(), slipping.motion)
+        controller_family_named("pid", compass_biped(), slipping.motion)
     with pytest.raises(InputError, match="no gain 'knee'"):
         design.bounded({"knee": (0, 1)})
     with pytest.raises(InputError, match="bounds around its start"):

@@ -36,13 +36,13 @@ def problem(
     step_length=0.4713,  # [m], foot slide included: the same choices
     torque_limit=6.0,  # of ankle and hip each [N m]; without limits the torques grow very large
     price=0.0,  # of squared torques, see above
-    word="slip+ stick | slip+",  # phases | impact; try "stick | stick" when no gait is found
+    sequence="slip+ stick | slip+",  # phases | impact; try "stick | stick" when no gait is found
 ):
     """Return the problem: walk at the given speed and step with the least effort."""
     return GaitProblem(
         name="NAME",
         robot=compass_biped(),  # the robots gaitopt brings: compass_biped, rimless_wheel; or assemble your own
-        word=word,
+        sequence=sequence,
         parameters={"hip_mass": hip_mass, "leg_mass": leg_mass, "leg_length": leg_length, "leg_com": leg_com},
         friction=friction,
         speed=speed,

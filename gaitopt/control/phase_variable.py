@@ -1,0 +1,167 @@
+"""References by the stance angle: a law whose clock is the planned time at which the stance leg stands as it does."""
+
+import functools
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.control.law import Law
+from gaitopt.control.reference import Reference, quintic, reference
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array, Motion
+
+NEVER = 1e3
+"""An angle [rad] that is never reached, beyond the last piece."""
+ACCURACY = 1e-9
+"""To which the planned time is known as a function of the angle [s]: pieces are halved until it is, but not shorter."""
+HALVINGS = 12
+"""How often they are at most; an angle that needs more all but rests."""
+ROWS = 9
+"""Rows in front of the law's own: the bounds of the piece, where it begins, and six coefficients of the time."""
+
+
+def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None = None) -> Law:
+    """Return a law about a motion that goes by an angle of the robot instead of the time since touchdown.
+
+    The law's clock is replaced by the planned time of the angle, t(th): wherever the law asks for a reference it takes
+    that of the instant at which the plan stands at this angle.  Before the angle at which the planned step begins t is
+    held at 0, beyond that at which it ends at its end, and with it all that the law reads off its clock: torques,
+    angles, rates and gains.
+
+    Parameters
+    ----------
+    robot : Robot
+    motion : Motion
+        About whose first step the law was made.
+    law : Law
+        Any law by the clock; limits and gains stay.
+    angle : str, optional
+        Which must grow from the begin of the planned step to its end; by default the first, the stance leg's.
+
+    Raises
+    ------
+    InputError
+        If the angle does not grow throughout the planned step, the robot has no such angle, or the law does not go by
+        the clock.
+
+    Examples
+    --------
+    >>> from gaitopt import assess_stability, by_stance_angle, compass_biped, joint_pd, load
+    >>> robot, gait = compass_biped(), load("docs/examples/compass_slip.h5")
+    >>> law = by_stance_angle(robot, gait.motion, joint_pd(robot, gait.motion, stiffness=20, damping=5, torque_limit=8))
+    >>> law.name, assess_stability(gait, law).stable
+    ('pd by th1', True)
+    """
+    name = angle or robot.angles[0]
+    if name not in robot.angles:
+        raise InputError(f"Robot {robot.name!r} has no angle {name!r}. {suggest(name, robot.angles)}")
+    if law.index is not None:
+        raise InputError(f"The law {law.name!r} does not go by the clock, so its clock cannot be replaced.")
+    place, plan = robot.angles.index(name), reference(robot, motion)
+    _check_growing(plan, place, name)
+    times = np.union1d(plan.breakpoints, law.breakpoints[law.breakpoints < plan.duration])
+    times = _bisect(plan, place, times[np.append(np.diff(times) > ACCURACY, True)], name)
+    begins, coefficients = _planned_times(plan, place, times)
+    held = np.zeros((6, 2))
+    held[0] = times[[0, -1]]
+    bounds = np.concatenate([[-NEVER], begins, [NEVER]])
+    front = np.vstack(
+        [bounds[:-1], bounds[1:], np.append(begins[0], begins), np.hstack([held[:, :1], coefficients, held[:, 1:]])]
+    )
+    columns = [law.piece(time) for time in np.append(times[0], times)]
+    entry = 2 + place
+    return Law(
+        f"{law.name} by {name}",
+        _by_angle(law.torque, entry),
+        bounds[:-1],
+        np.vstack([front, law.table[:, columns]]),
+        {gain: ROWS + row for gain, row in law.gains.items()},
+        None if law.hold is None else _hold(law.hold),
+        None if law.demand is None else _by_angle(law.demand, entry),
+        entry,
+    )
+
+
+@functools.lru_cache(maxsize=64)
+def _by_angle(torque: ca.Function, entry: int) -> ca.Function:
+    """Return a law's Function with its clock replaced by a polynomial of an entry of q, and the bounds of its piece."""
+    clock, q, v, inner, *rest = torque.sx_in()
+    front = ca.SX.sym("front", ROWS)
+    since, time = q[entry] - front[2], ca.SX(0)
+    for k in reversed(range(3, ROWS)):
+        time = time * since + front[k]
+    outputs = torque.call([time, q, v, inner, *rest])
+    left = ca.vertcat(q[entry] - front[0], front[1] - q[entry])
+    return ca.Function(torque.name(), [clock, q, v, ca.vertcat(front, inner), *rest], [outputs[0], left])
+
+
+def _hold(hold: ca.Function) -> ca.Function:
+    q, v, inner = hold.sx_in()
+    front = ca.SX.sym("front", ROWS)
+    return ca.Function("hold", [q, v, ca.vertcat(front, inner)], [hold(q, v, inner)])
+
+
+def _angle_at(plan: Reference, place: int, pieces: NDArray[np.intp], times: Array) -> tuple[Array, Array, Array]:
+    """Return the planned angle, its rate and acceleration at times within given pieces of the plan."""
+    first = 1 + 2 * plan.robot.n_u + 6 * place
+    columns, since = plan.table[first : first + 6, pieces], times - plan.breakpoints[pieces]
+    powers = np.arange(6)[:, None]
+    value = np.sum(columns * since**powers, axis=0)
+    rate = np.sum(columns[1:] * powers[1:] * since ** powers[:-1], axis=0)
+    return value, rate, np.sum(columns[2:] * powers[2:] * powers[1:-1] * since ** powers[:-2], axis=0)
+
+
+def _check_growing(plan: Reference, place: int, name: str) -> None:
+    count = plan.breakpoints.size - 1
+    pieces = np.repeat(np.arange(count), 9)
+    shares = np.tile(np.linspace(0, 1, 9), count)
+    times = plan.breakpoints[pieces] + shares * np.diff(plan.breakpoints)[pieces]
+    rate = _angle_at(plan, place, pieces, times)[1]
+    if np.min(rate) <= 0:
+        raise InputError(
+            f"The planned angle {name!r} does not grow throughout the step: at {times[np.argmin(rate)]:.4f} s its rate "
+            f"is {np.min(rate):.3g} rad/s. Let the law go by the time since touchdown instead, or plan a gait in which "
+            "it never turns back."
+        )
+
+
+def _planned_times(plan: Reference, place: int, times: Array) -> tuple[Array, Array]:
+    """Return the angles at the times, (K + 1,), and the coefficients of the time between each two, (6, K).
+
+    The polynomials meet the time and its first two derivatives by the angle, 1 / w and -a / w^3, at both ends.
+    """
+    pieces = np.searchsorted(plan.breakpoints, times[:-1], side="right") - 1
+    ends = [_angle_at(plan, place, pieces, at) for at in (times[:-1], times[1:])]
+    begins = np.append(ends[0][0], ends[1][0][-1])
+    coefficients = [
+        quintic(
+            times[k : k + 2],
+            np.array([1 / ends[side][1][k] for side in (0, 1)]),
+            np.array([-ends[side][2][k] / ends[side][1][k] ** 3 for side in (0, 1)]),
+            begins[k + 1 : k + 2] - begins[k],
+        )[:, 0]
+        for k in range(pieces.size)
+    ]
+    return begins, np.array(coefficients).T
+
+
+def _bisect(plan: Reference, place: int, times: Array, name: str) -> Array:
+    """Return the times with more between them, until the polynomials between them are accurate."""
+    for _ in range(HALVINGS):
+        begins, coefficients = _planned_times(plan, place, times)
+        pieces, steps = np.searchsorted(plan.breakpoints, times[:-1], side="right") - 1, np.diff(times)
+        wrong = np.zeros(pieces.size, dtype=bool)
+        for share in (0.2, 0.5, 0.8):
+            exact = times[:-1] + share * steps
+            since = _angle_at(plan, place, pieces, exact)[0] - begins[:-1]
+            found = np.sum(coefficients * since ** np.arange(6)[:, None], axis=0)
+            wrong |= np.abs(found - exact) > ACCURACY
+        if not np.any(wrong):
+            return times
+        resting, times = times[:-1][wrong][0], np.sort(np.append(times, (times[:-1] + steps / 2)[wrong]))
+    raise InputError(
+        f"The planned angle {name!r} all but rests at {resting:.4f} s, so it does not tell the planned "
+        "time. Let the law go by the time since touchdown instead."
+    )

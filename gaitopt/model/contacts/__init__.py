@@ -1,0 +1,1 @@
+"""Contact modes, the reduced equations of motion of each mode, and the frictional impact law."""

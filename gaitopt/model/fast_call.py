@@ -1,0 +1,78 @@
+"""CasADi Functions called often on numbers: without conversions, into arrays kept for the purpose."""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+
+class FastCall:
+    """A Function called through fixed memory, about ten times faster than a plain call.
+
+    Parameters
+    ----------
+    function : Function
+        Of sparse inputs and outputs, the nonzeros are handed over.
+    fixed : arrays
+        Values of its last inputs, the same in every call.
+    shared : (k,) array, optional
+        Memory in which the free inputs lie one after the other, for :meth:`here`; several Functions may look at it.
+
+    Notes
+    -----
+    The arrays returned (flat, column-major) are overwritten by the next call; copy what is kept.
+
+    Examples
+    --------
+    >>> x, p = ca.SX.sym("x", 2), ca.SX.sym("p")
+    >>> scale = FastCall(ca.Function("scale", [x, p], [p * x]), 3.0)
+    >>> scale([1.0, 2.0])[0]
+    array([3., 6.])
+    >>> scale.packed(np.array([2.0, 3.0]))
+    array([6., 9.])
+    """
+
+    def __init__(self, function: ca.Function, *fixed: Any, shared: np.ndarray | None = None) -> None:
+        self._buffer, self._evaluate = function.buffer()
+        # CasADi keeps bare pointers into this memory: it must live as long as the buffer.
+        free, sizes = function.n_in() - len(fixed), [function.nnz_in(i) for i in range(function.n_in())]
+        self._packed = np.zeros(sum(sizes[:free])) if shared is None else shared
+        inputs = (*_split(self._packed, sizes[:free]), *map(np.zeros, sizes[free:]))
+        sizes = [function.nnz_out(i) for i in range(function.n_out())]
+        self._result = np.zeros(sum(sizes))
+        self._outputs = _split(self._result, sizes)
+        for i, array in enumerate(inputs):
+            if array.size:
+                self._buffer.set_arg(i, array.data)
+        for i, array in enumerate(self._outputs):
+            if array.size:
+                self._buffer.set_res(i, array.data)
+        for array, value in zip(inputs[free:], fixed, strict=True):
+            array[:] = value
+        self._free, self._fixed = inputs[:free], inputs[free:]
+
+    def __call__(self, *values: Any) -> tuple[np.ndarray, ...]:
+        """Return the outputs for the free inputs."""
+        for array, value in zip(self._free, values, strict=True):
+            array[:] = value
+        self._evaluate()
+        return self._outputs
+
+    def packed(self, values: np.ndarray) -> np.ndarray:
+        """Return the outputs one after the other in one array, for the free inputs given likewise: faster still."""
+        self._packed[:] = values
+        self._evaluate()
+        return self._result
+
+    def here(self) -> np.ndarray:
+        """Return the outputs one after the other in one array, for the free inputs as they lie in memory."""
+        self._evaluate()
+        return self._result
+
+
+def _split(whole: np.ndarray, sizes: list[int]) -> tuple[np.ndarray, ...]:
+    """Return the arrays of some sizes that lie one after the other in a whole, which must be contiguous."""
+    assert whole.flags.c_contiguous
+    assert whole.shape == (sum(sizes),)
+    ends = np.cumsum(sizes)
+    return tuple(whole[end - size : end] for size, end in zip(sizes, ends, strict=True))

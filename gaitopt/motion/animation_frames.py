@@ -1,0 +1,145 @@
+"""A periodic step played several times at the pace of a film: which instant each frame shows, and what is there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.motion import Array, Motion, Segment
+
+SHORTEST_SLIP = 0.6
+"""Time a slip phase lasts on the screen at least [s]: a slide of 20 ms would otherwise pass in a frame or two."""
+
+TOUCHDOWN_SHOWN = 0.3
+"""Time on the screen for which a touchdown, which lasts none, is pointed out [s]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SlideMark:
+    """A slide of a stance foot on the ground, as far as it has come.
+
+    Attributes
+    ----------
+    step, order : int
+        In which step, and which of its slides it is, from 0.
+    mode : Mode
+    start, end : float
+        Positions along the slope [m].
+    """
+
+    step: int
+    order: int
+    mode: Mode
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AnimationFrame:
+    """What a frame of the film shows.
+
+    Attributes
+    ----------
+    time : float [s]
+    step : int
+        From 0.
+    phase : int
+        Number of the phase within the step.
+    mode : Mode
+    slowness : float
+        Seconds on the screen for a second of motion.
+    touchdown : bool
+        Whether a touchdown has just happened.
+    points : (2, n_points) array [m]
+    foot : (2,) array [m]
+    force : (2,) array [N]
+    """
+
+    time: float
+    step: int
+    phase: int
+    mode: Mode
+    slowness: float
+    touchdown: bool
+    points: Array
+    foot: Array
+    force: Array
+
+
+class AnimationFrames:
+    """The frames of a film of a step that repeats, the legs swapping roles and places at each touchdown.
+
+    Parameters
+    ----------
+    motion : Motion
+        One step.
+    steps : int
+        How often it is played.
+    rate : float
+        Frames per second on the screen.
+    slow : float
+        Seconds on the screen for a second of motion, where nothing slips too shortly to be seen.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> film = AnimationFrames(load("docs/examples/compass_slip.h5").motion, steps=2, rate=30, slow=2.0)
+    >>> film.frame(0).mode.value, film.frame(0).step, film.frame(len(film) - 1).step
+    ('slip+', 0, 1)
+    """
+
+    def __init__(self, motion: Motion, *, steps: int, rate: float, slow: float) -> None:
+        self.motion, self.steps, self.rate, self.slow = motion, steps, rate, slow
+        self._durations = np.array([max(segment.duration, 1e-9) for segment in motion.segments])
+        shortest = [SHORTEST_SLIP if segment.mode.slips else 0.0 for segment in motion.segments]
+        self._shown = np.maximum(self._durations * slow, shortest)
+        self._ends = np.cumsum(self._shown)
+
+    def __len__(self) -> int:
+        return max(1, round(self.steps * float(self._ends[-1]) * self.rate))
+
+    def frame(self, number: int) -> AnimationFrame:
+        """Return a frame by its number, from 0."""
+        shown = number / self.rate
+        step = min(int(shown / self._ends[-1]), self.steps - 1)
+        within = min(shown - step * self._ends[-1], self._ends[-1])
+        phase = min(int(np.searchsorted(self._ends, within, side="right")), len(self._ends) - 1)
+        segment = self.motion.segments[phase]
+        share = 1 - (self._ends[phase] - within) / self._shown[phase]
+        time = float(segment.time[0] + share * segment.duration)
+        shift = np.array([step * self.motion.travel, 0.0])
+        return AnimationFrame(
+            time=time - float(self.motion.segments[0].time[0]) + step * self.motion.period,
+            step=step,
+            phase=phase,
+            mode=segment.mode,
+            slowness=float(self._shown[phase] / self._durations[phase]),
+            touchdown=step > 0 and within < TOUCHDOWN_SHOWN,
+            points=_at(segment, segment.points, time) + shift[:, None],
+            foot=_at(segment, segment.q[:2], time) + shift,
+            force=_at(segment, segment.force, time),
+        )
+
+    def slides(self, frame: AnimationFrame) -> list[SlideMark]:
+        """Return the slides that have left a mark on the ground up to a frame, the one under way included."""
+        found = []
+        for step in range(frame.step + 1):
+            order, shift = 0, step * self.motion.travel
+            for phase, segment in enumerate(self.motion.segments):
+                if (step, phase) > (frame.step, frame.phase):
+                    break
+                if segment.mode.slips:
+                    here = (step, phase) == (frame.step, frame.phase)
+                    end = frame.foot[0] if here else segment.q[0, -1] + shift
+                    start = float(segment.q[0, 0] + shift)
+                    found.append(SlideMark(step=step, order=order, mode=segment.mode, start=start, end=float(end)))
+                    order += 1
+        return found
+
+
+def _at(segment: Segment, values: Array, time: float) -> Array:
+    """Return sampled values at a time, linear between samples; the last axis is time."""
+    later = int(np.clip(np.searchsorted(segment.time, time), 1, segment.time.size - 1))
+    width = segment.time[later] - segment.time[later - 1]
+    share = (time - segment.time[later - 1]) / width if width > 0 else 0.0
+    return (1 - share) * values[..., later - 1] + share * values[..., later]

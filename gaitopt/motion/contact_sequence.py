@@ -1,0 +1,178 @@
+"""Contact sequences: a gait named by the contact phases of one step and the outcome of its impact.
+
+``"slip+ stick | slip+"`` reads: after the impact the foot slips forward, then sticks, until a touchdown whose
+impact makes the landing foot slip forward.  ``any`` in the place of a phase or of the impact leaves it open:
+``"slip+ stick | any"`` asks :func:`gaitopt.solve` to find what the impact does, ``"any | any"`` to find all of it.
+"""
+
+import re
+from dataclasses import dataclass
+
+from gaitopt.errors import SequenceError, suggest
+from gaitopt.model.contacts.mode import Mode
+
+_PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.ANY)}
+_EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+".'
+
+
+@dataclass(frozen=True)
+class ContactSequence:
+    """The phases of one step and its impact.
+
+    Attributes
+    ----------
+    phases : tuple of Mode
+        Contact modes of the stance foot in order; ``Mode.ANY`` stands for one phase or several still to be found.
+    impact : Mode
+        What the landing foot does at touchdown; ``Mode.ANY`` where it is still to be found.
+
+    Raises
+    ------
+    SequenceError
+        If no step can have this contact sequence; the message says why.
+
+    Examples
+    --------
+    >>> sequence = ContactSequence.parse("slip+ stick | slip+")
+    >>> str(sequence), len(sequence.phases)
+    ('slip+ stick | slip+', 2)
+    >>> ContactSequence.parse("slip+ stick | any").is_open
+    True
+    """
+
+    phases: tuple[Mode, ...]
+    impact: Mode
+
+    def __post_init__(self) -> None:
+        if not self.phases:
+            raise SequenceError(f"The contact sequence {str(self)!r} has no phases before its impact. {_EXAMPLE}")
+        if Mode.FREE in (*self.phases, self.impact):
+            raise SequenceError(
+                f"The sequence {str(self)!r} contains 'free': a walker with one foot on the ground ends its step there. "
+                f"Use {', '.join(_PHASES)}."
+            )
+        for first, second in zip(self.phases, self.phases[1:], strict=False):
+            if first is second:
+                raise SequenceError(
+                    f"The sequence {str(self)!r} repeats {first.value!r}; two equal phases in a row are one."
+                )
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a phase or the impact is still to be found."""
+        return Mode.ANY in (*self.phases, self.impact)
+
+    @property
+    def has_open_phases(self) -> bool:
+        """Whether a phase is still to be found."""
+        return Mode.ANY in self.phases
+
+    def require_closed(self, purpose: str) -> "ContactSequence":
+        """Return the contact sequence itself if nothing in it is left open.
+
+        Parameters
+        ----------
+        purpose : str
+            What needs a closed contact sequence, as the subject of the error message.
+
+        Raises
+        ------
+        SequenceError
+            If a phase or the impact is open.
+
+        Examples
+        --------
+        >>> ContactSequence.parse("any | stick").require_closed("A walk")
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.SequenceError: A walk needs a closed sequence, but 'any | stick' leaves something open; solve() closes \
+it: use the contact sequence of the gait it returns.
+        """
+        if self.is_open:
+            raise SequenceError(
+                f"{purpose} needs a closed sequence, but {str(self)!r} leaves something open; solve() closes it: use the "
+                "contact sequence of the gait it returns."
+            )
+        return self
+
+    def admits(self, sequence: "ContactSequence") -> bool:
+        """Return whether a sequence can be read into this one's open places; an open phase takes any run of modes.
+
+        Examples
+        --------
+        >>> ContactSequence.parse("any stick | any").admits(ContactSequence.parse("slip+ stick | slip+"))
+        True
+        >>> ContactSequence.parse("any stick | any").admits(ContactSequence.parse("stick slip- | stick"))
+        False
+        """
+        phases = "".join("(?:\\S+ )*" if mode is Mode.ANY else re.escape(f"{mode.value} ") for mode in self.phases)
+        spelled = "".join(f"{mode.value} " for mode in sequence.phases)
+        return self.impact in (sequence.impact, Mode.ANY) and re.fullmatch(phases, spelled) is not None
+
+    def check_periodic(self) -> "ContactSequence":
+        """Return the sequence itself if a periodic gait can have it: what follows the impact must begin the step.
+
+        A single step of a walk that is not periodic may well land slipping and have begun sticking.
+
+        Raises
+        ------
+        SequenceError
+            If the impact leaves the foot sliding another way than the first phase.
+
+        Examples
+        --------
+        >>> ContactSequence.parse("stick | slip+").check_periodic()
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.SequenceError: The sequence 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the foot \
+sliding, so the step must begin with 'slip+', not 'stick'.
+        """
+        if self.impact.slips and self.phases[0] not in (self.impact, Mode.ANY):
+            raise SequenceError(
+                f"The sequence {str(self)!r} cannot be: an impact that ends in {self.impact.value!r} leaves the foot "
+                f"sliding, so the step must begin with {self.impact.value!r}, not {self.phases[0].value!r}."
+            )
+        return self
+
+    @classmethod
+    def parse(cls, text: "str | ContactSequence") -> "ContactSequence":
+        """Read a contact sequence from its spelling.
+
+        Raises
+        ------
+        SequenceError
+            If the spelling cannot be read or no step can be so.
+
+        Examples
+        --------
+        >>> ContactSequence.parse("slip | stick")
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.SequenceError: The sequence 'slip | stick' has an unknown mode 'slip'. Did you mean 'slip-'? Known: \
+stick, slip+, slip-, any.
+        """
+        if isinstance(text, ContactSequence):
+            return text
+        if not isinstance(text, str):
+            raise SequenceError(f"A contact sequence is text such as 'stick | stick', got {text!r}. {_EXAMPLE}")
+        parts = text.split("|")
+        if len(parts) != 2:
+            raise SequenceError(
+                f"The sequence {text!r} needs exactly one '|' between its phases and its impact. {_EXAMPLE}"
+            )
+        phases, impact = (tuple(_mode(token, text) for token in part.split()) for part in parts)
+        if len(impact) != 1:
+            raise SequenceError(
+                f"The sequence {text!r} needs exactly one impact after '|', got {len(impact)}. {_EXAMPLE}"
+            )
+        return cls(phases, impact[0])
+
+    def __str__(self) -> str:
+        return f"{' '.join(mode.value for mode in self.phases)} | {self.impact.value}"
+
+
+def _mode(token: str, text: str) -> Mode:
+    try:
+        return Mode(token)
+    except ValueError:
+        raise SequenceError(f"The sequence {text!r} has an unknown mode {token!r}. {suggest(token, _PHASES)}") from None

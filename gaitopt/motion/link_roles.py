@@ -1,0 +1,106 @@
+"""Which lines of a walker's figure are its stance leg, its swing leg and its body, and how a slope is drawn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.motion.motion import Array, Motion
+
+Links = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class LinkRoles:
+    """The figure of a walker by roles.
+
+    Attributes
+    ----------
+    stance, swing, body : tuple of pairs of int
+        Links nearer to the stance foot, nearer to the landing foot, and as near to both.
+    stance_foot, swing_foot : int
+        Points that stand, and that land.
+    joints : tuple of int
+        Points where legs meet, such as the hip.
+    """
+
+    stance: Links
+    swing: Links
+    body: Links
+    stance_foot: int
+    swing_foot: int
+    joints: tuple[int, ...]
+
+
+def classify_links(motion: Motion) -> LinkRoles:
+    """Return the roles of the links of a motion, from where the feet are.
+
+    The robot is not asked, so that a loaded file is enough.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> classify_links(load("docs/examples/compass_slip.h5").motion).joints
+    (1,)
+    """
+    first, last = motion.segments[0], motion.segments[-1]
+    stance_foot = _nearest(first.points[:, :, 0], first.q[:2, 0])
+    swing_foot = len(motion.points) - 1
+    if motion.jumps:
+        swing_foot = _nearest(last.points[:, :, -1], motion.jumps[0].q_next[:2])
+    near, far = (_distances(motion, foot) for foot in (stance_foot, swing_foot))
+    legs: dict[int, list[tuple[int, int]]] = {-1: [], 0: [], 1: []}
+    for a, b in motion.links:
+        legs[int(np.sign(min(near[a], near[b]) - min(far[a], far[b])))].append((a, b))
+    used = {point for link in motion.links for point in link}
+    joints = tuple(point for point in sorted(used) if near[point] == far[point] and _degree(motion, point) > 1)
+    return LinkRoles(tuple(legs[-1]), tuple(legs[1]), tuple(legs[0]), stance_foot, swing_foot, joints)
+
+
+def is_drawable(motion: Motion) -> bool:
+    """Return whether a motion takes time and is made of numbers; the last iterate of a failed solve may not be.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> is_drawable(load("docs/examples/compass_slip.h5").motion)
+    True
+    """
+    names = ("time", "q", "v", "torque", "force", "points")
+    return all(np.isfinite(motion.channel(name)).all() for name in names) and motion.period > 0
+
+
+def tilt(points: Array, slope: float) -> Array:
+    """Return positions of the slope-fixed frame in the level frame, where gravity points down.
+
+    Parameters
+    ----------
+    points : (2, ...) array [m]
+    slope : float [rad]
+        Downhill, which is to the right.
+
+    Examples
+    --------
+    >>> tilt(np.array([1.0, 0.0]), np.pi / 2).round(6).tolist()
+    [0.0, -1.0]
+    """
+    c, s = np.cos(slope), np.sin(slope)
+    return np.stack([c * points[0] + s * points[1], c * points[1] - s * points[0]])
+
+
+def _nearest(points: Array, place: Array) -> int:
+    return int(np.argmin(np.linalg.norm(points - place[:, None], axis=0)))
+
+
+def _degree(motion: Motion, point: int) -> int:
+    return sum(point in link for link in motion.links)
+
+
+def _distances(motion: Motion, start: int) -> list[int]:
+    """Return how many links away from a point each point is."""
+    unreached = len(motion.points) + 1
+    distance = [unreached] * len(motion.points)
+    distance[start] = 0
+    for _ in motion.links:
+        for a, b in motion.links:
+            distance[a], distance[b] = min(distance[a], distance[b] + 1), min(distance[b], distance[a] + 1)
+    return distance

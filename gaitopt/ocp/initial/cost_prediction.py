@@ -1,0 +1,43 @@
+"""What a gait promises for a problem nearby, before anything is solved there."""
+
+import numpy as np
+
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.initial.solution_transfer import transfer_solution
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.transcription.transcription import transcribe
+
+
+def predict_cost(problem: GaitProblem, gait: Gait) -> float:
+    """Return the optimal objective of a problem to first order, from an optimal gait of a problem nearby.
+
+    It is the problem's Lagrangian at the gait's unknowns and multipliers (envelope theorem: Nocedal & Wright, Numerical
+    Optimization, 12.8), whatever differs between the two: friction, speed, a mass or a limit.  At the gait's own
+    problem it is the gait's objective.  Both are solved on the problem's own grid, and have the same phases.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+    gait : Gait
+        With its solution.
+    """
+    assert gait.solution is not None
+    transcription = transcribe(structure(problem, problem.transcription))
+    limits, data = bounds(transcription, problem), data_vector(problem)
+    x, (on_bounds, on_rows) = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))
+    nlp = transcription.nlp
+    cost, g = float(nlp.derivatives["grad_f"](x, data)[0]), np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
+    return (
+        cost
+        + _complementarity(on_bounds, x, limits.x_lower, limits.x_upper)
+        + _complementarity(on_rows, g, limits.g_lower, limits.g_upper)
+    )
+
+
+def _complementarity(multipliers: Array, values: Array, lower: Array, upper: Array) -> float:
+    """Return the sum of multipliers times excess over their bounds: the upper where positive, the lower where not."""
+    limit = np.where(multipliers > 0, upper, lower)
+    held = np.isfinite(limit)
+    return float(multipliers[held] @ (values[held] - limit[held]))

@@ -1,0 +1,35 @@
+"""How well a motion keeps the laws of impact and friction, computed from its impulses, forces and speeds alone."""
+
+from typing import Any
+
+import numpy as np
+
+from gaitopt.model.contacts.impact import complementarity_pairs
+
+
+def complementarity_residual(tangential: Any, normal: Any, speed: Any, friction: float) -> float:
+    """Return the complementarity residual of contacts: the largest product of a pair's sides, or negative part of one.
+
+    The programme's auxiliary unknowns are not used: a and b are the parts of the tangential impulse or force, c is the
+    amount of the speed.  nan where the numbers are.
+
+    Parameters
+    ----------
+    tangential, normal : scalars or (K,) arrays
+        Impulses or forces.
+    speed : scalar or (K,) array
+        Tangential speed of the foot that goes with them [m/s].
+    friction : float
+
+    Examples
+    --------
+    A foot that slides at 0.5 m/s with a tenth of its friction missing:
+
+    >>> round(complementarity_residual(-0.9, 10.0, 0.5, 0.1), 12)
+    0.05
+    """
+    forward, backward, slip = np.maximum(tangential, 0), np.maximum(-np.asarray(tangential), 0), np.abs(speed)
+    left, right = complementarity_pairs(normal, forward, backward, slip, 0.0 * slip, speed, friction)
+    products = [np.abs(np.ravel(a * b)) for a, b in zip(left, right, strict=True)]
+    negative = [-np.ravel(side) for side in (*left, *right)]
+    return float(np.max(np.concatenate([*products, *negative]), initial=0.0))

@@ -1,0 +1,132 @@
+"""Homotopy: relaxed problems solved in turn until the complementarity pairs hold."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
+from gaitopt.ocp.transcription.method import check_count
+from gaitopt.ocp.transcription.relaxation import ExactPenalty, Relaxation
+from gaitopt.ocp.transcription.transcription import Transcription
+from gaitopt.parameters import Parameter
+from gaitopt.progress import HomotopyIteration, SolveObserver
+
+LEAST_BARRIER, MOST_BARRIER = 1e-8, 1e-2
+"""A relaxed problem goes on from the one before with a tenth of its parameter as barrier, within these."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Homotopy:
+    """How the open places of a contact sequence are closed.
+
+    Attributes
+    ----------
+    relaxation : ExactPenalty, Scholtes or FischerBurmeister
+    first : float
+        The relaxation's parameter t to begin with.
+    factor : float
+        By which it falls from step to step.
+    tolerance : float
+        Largest complementarity residual to end with, see :class:`gaitopt.Proposal`; at least 1e-7, the solver's own
+        tolerance is about 1e-8.
+    max_steps : int
+    intervals : int
+        Intervals of a phase left open, of equal length; its contact mode may change from one to the next.
+
+    Raises
+    ------
+    InputError
+        If the relaxation or a number cannot be.
+
+    Examples
+    --------
+    >>> Homotopy(first=1e-2).relaxation
+    ExactPenalty()
+    """
+
+    relaxation: Relaxation = field(default_factory=ExactPenalty)
+    first: float = 0.1
+    factor: float = 0.01
+    tolerance: float = 1e-6
+    max_steps: int = 10
+    intervals: int = 40
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.relaxation, Relaxation):
+            raise InputError(
+                f"Homotopy.relaxation must be a relaxation such as ExactPenalty(), got {self.relaxation!r}."
+            )
+        for name, least, most in (("first", 1e-7, 1e3), ("factor", 1e-4, 0.9), ("tolerance", 1e-7, 1e-2)):
+            Parameter(f"Homotopy.{name}", most, "1", "", lower=least, upper=most).check(getattr(self, name))
+        check_count("Homotopy.max_steps", self.max_steps, 1, 100)
+        check_count("Homotopy.intervals", self.intervals, 10, 400)
+
+
+@dataclass(frozen=True, eq=False)
+class HomotopyPath:
+    """What a homotopy left.
+
+    Attributes
+    ----------
+    steps : tuple of HomotopyIteration
+    outcome : Outcome
+    ended : bool
+        Whether the last problem was solved with a residual within tolerance.
+    """
+
+    steps: tuple[HomotopyIteration, ...]
+    outcome: NlpResult
+    ended: bool
+
+
+def follow_homotopy(
+    homotopy: Homotopy,
+    transcription: Transcription,
+    x: Array,
+    data: Array,
+    limits: Bounds,
+    residual: Callable[[Array], float],
+    solver: NlpSolver,
+    observer: SolveObserver,
+) -> HomotopyPath:
+    """Solve relaxed problems from a start until the pairs hold, or a relaxed problem cannot be solved.
+
+    Parameters
+    ----------
+    homotopy : Homotopy
+    transcription : Transcription
+        Of a structure with the homotopy's relaxation.
+    x, data : arrays
+        Start and data, without the relaxation's parameter.
+    limits : Bounds
+    residual : callable
+        Computes the complementarity residual of a decision vector.
+    solver : NlpSolver
+    observer : SolveObserver
+    """
+    steps: list[HomotopyIteration] = []
+    multipliers, t = None, homotopy.first
+    plain_cost = transcription.nlp.derivatives["grad_f"]
+    while True:
+        barrier = min(max(0.1 * t, LEAST_BARRIER), MOST_BARRIER)
+        outcome = solver.minimise(transcription.nlp, x, np.append(data, t), limits, observer, multipliers, barrier)
+        steps.append(
+            HomotopyIteration(
+                number=len(steps) + 1,
+                relaxation=t,
+                objective=float(plain_cost(outcome.x, np.append(data, math.inf))[0]),  # penalties cost 1 / t
+                complementarity=residual(outcome.x),
+                iterations=outcome.iterations,
+                status=outcome.status.key,
+            )
+        )
+        observer(steps[-1])
+        ended = outcome.status.ok and steps[-1].complementarity <= homotopy.tolerance
+        if ended or not outcome.status.ok or len(steps) == homotopy.max_steps:
+            return HomotopyPath(tuple(steps), outcome, ended)
+        x, multipliers, t = outcome.x, outcome.multipliers, t * homotopy.factor

@@ -1,0 +1,106 @@
+"""Contact sequences whose impact alone is open: the closed programme with the impact law's pairs in it."""
+
+import numpy as np
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.motion import Array
+from gaitopt.motion.solution import Solution
+from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.initial.initial_point import initial_point
+from gaitopt.ocp.initial.solution_transfer import solution_of
+from gaitopt.ocp.mode_search.candidate_sequences import Candidates, RelaxedSolution, select_admitted, select_simplest
+from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
+from gaitopt.ocp.mode_search.homotopy import Homotopy, follow_homotopy
+from gaitopt.ocp.nlp.nlp_solver import NlpSolver
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solve.trajectory import planned_states, solved_parameters
+from gaitopt.ocp.statement.initial_guess import Guess, Sample
+from gaitopt.ocp.transcription.transcription import Transcription, transcribe
+from gaitopt.progress import SolveObserver
+
+AGREEMENT = 1e-3
+"""Largest relative difference in cost of the closed sequence, on the same grid; margins make up for most of it."""
+
+
+def propose_impact(
+    problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: SolveObserver, homotopy: Homotopy
+) -> Candidates:
+    """Follow the homotopy of a contact sequence whose phases are known, on the coarsest grid of its transcription."""
+    method = problem.transcription.approach(problem.sequence)[0]
+    transcription = transcribe(structure(problem, method, homotopy.relaxation))
+    trail = follow_homotopy(
+        homotopy,
+        transcription,
+        initial_point(transcription, problem, guess),
+        data_vector(problem),
+        bounds(transcription, problem),
+        lambda x: impact_residual(transcription, problem, x),
+        solver,
+        observer,
+    )
+    x = np.nan_to_num(trail.outcome.x)
+    modes = outcomes_near(*impulse_and_speed(transcription, problem, x), problem)
+    sequences = select_admitted([ContactSequence(problem.sequence.phases, mode) for mode in modes], problem.sequence)
+    sequences = sequences or [select_simplest(problem.sequence)]
+    begun = _as_guess(transcription, problem, x, solution_of(transcription, trail.outcome))
+    return Candidates(
+        trail=trail,
+        sequences=tuple(sequences),
+        guesses=(begun,) * len(sequences),
+        agreement=AGREEMENT,
+        biactive=len(modes) > 1,
+    )
+
+
+def impulse_and_speed(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[float, float, float]:
+    """Return the impulse per mass, tangential and normal, and the speed of the landing foot after it [m/s]."""
+    layout, robot, first = transcription.variables, transcription.structure.robot, transcription.phases[0]
+    p = robot.vector(solved_parameters(transcription, problem, x))
+    tangential, normal = x[layout["impulse"][:, 0]] / float(robot.mass(p))
+    speed = x[layout[f"slide {first.number}"][1, 0]] if first.slides else 0.0
+    return float(tangential), float(normal), float(speed)
+
+
+def impact_residual(transcription: Transcription, problem: GaitProblem, x: Array) -> float:
+    """Return the complementarity residual of the impact in a solution [m/s]."""
+    return complementarity_residual(*impulse_and_speed(transcription, problem, x), problem.friction)
+
+
+def outcomes_near(tangential: float, normal: float, speed: float, problem: GaitProblem) -> list[Mode]:
+    """Return the outcome of an impact, and where it rests on the edge of its cone both that meet there.
+
+    Nearer than the problem's margins to an edge, a relaxed problem cannot tell.
+
+    Parameters
+    ----------
+    tangential, normal : float
+        Impulse.
+    speed : float [m/s]
+        Of the landing foot after it.
+    problem : GaitProblem
+    """
+    if abs(speed) > problem.margins.slip_speed:
+        return [Mode.slipping(speed)]
+    inside = 1 - abs(tangential) / max(problem.friction * normal, 1e-12)
+    if inside > 2 * problem.margins.impact_cone:
+        return [Mode.STICK]
+    return [Mode.STICK, Mode.slipping(-tangential)]
+
+
+def _as_guess(transcription: Transcription, problem: GaitProblem, x: Array, solution: Solution) -> RelaxedSolution:
+    layout = transcription.variables
+    durations = x[layout["duration"][0]]
+    ends = np.concatenate([[0.0], np.cumsum(durations)])
+    slide, speed = np.zeros((2, transcription.n_nodes))
+    time, place = np.zeros(transcription.n_nodes), 0.0
+    for phase in transcription.phases:
+        own = list(phase.nodes)
+        time[own] = np.linspace(ends[phase.number], ends[phase.number + 1], len(own))
+        slide[own] = place
+        if phase.slides:
+            states = planned_states(transcription, phase, x)[0]
+            slide[own], speed[own] = place + states[-2], states[-1]
+        place = slide[own[-1]]
+    found = Sample(x[layout["angles"]], x[layout["rates"]], x[layout["torque"]], slide, speed)
+    return RelaxedSolution(durations, time, found, solution, f"what was found for '{problem.sequence}'")

@@ -1,0 +1,180 @@
+"""Ipopt as an object that holds its options."""
+
+import functools
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.iteration_callback import IterationCallback, defer_interrupt, handle_interrupt
+from gaitopt.ocp.nlp.nlp import Nlp
+from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.parameters import Parameter
+from gaitopt.progress import Observer
+from gaitopt.status import Status
+
+_STATUS = {
+    "Solve_Succeeded": Status.SOLVED,
+    "Solved_To_Acceptable_Level": Status.ACCEPTABLE,
+    "Infeasible_Problem_Detected": Status.INFEASIBLE,
+    "Restoration_Failed": Status.INFEASIBLE,
+    "Search_Direction_Becomes_Too_Small": Status.FAILED,
+    "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
+    "Maximum_CpuTime_Exceeded": Status.TIME_LIMIT,
+    "Maximum_WallTime_Exceeded": Status.TIME_LIMIT,
+    "User_Requested_Stop": Status.INTERRUPTED,
+    "Diverging_Iterates": Status.DIVERGING,
+    "Invalid_Number_Detected": Status.INVALID_NUMBER,
+    "Invalid_Option": Status.INVALID_OPTION,
+    "Invalid_Problem_Definition": Status.INVALID_OPTION,
+}
+
+STOPPED = (Status.ITERATION_LIMIT, Status.TIME_LIMIT, Status.INTERRUPTED)
+"""Endings that come from outside; the best iterate that meets the constraints is then the answer."""
+
+LINEAR_SOLVERS = ("mumps", "spral", "ma27", "ma57", "ma77", "ma86", "pardiso")
+"""Linear solvers the Ipopt of CasADi's wheel knows; the first two come with it (MA97 would crash the process)."""
+
+
+ONE_AT_A_TIME = threading.RLock()
+"""Ipopt with MUMPS is not safe in threads: parallel solves belong in processes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ipopt:
+    """The interior-point solver Ipopt.
+
+    Attributes
+    ----------
+    tolerance : float
+        Convergence tolerance (scaled).
+    max_iterations : int
+    time_limit : float [s]
+    linear_solver : str
+        ``"mumps"`` and the slower ``"spral"`` come with CasADi; others must be installed.
+
+    Raises
+    ------
+    InputError
+        If an option has a value that Ipopt does not take, or an observer of a solve with Ipopt solves with it again.
+
+    Examples
+    --------
+    >>> Ipopt(max_iterations=100).tolerance
+    1e-08
+    """
+
+    tolerance: float = 1e-8
+    max_iterations: int = 500
+    time_limit: float = math.inf
+    linear_solver: str = "mumps"
+
+    def __post_init__(self) -> None:
+        Parameter("Ipopt.tolerance", 1e-8, "1", "", lower=0.0, lower_open=True).check(self.tolerance)
+        Parameter("Ipopt.time_limit", math.inf, "s", "", 0.0, lower_open=True, infinite=True).check(self.time_limit)
+        most = Parameter("Ipopt.max_iterations", 500, "1", "", lower=0.0).check(self.max_iterations)
+        if most != int(most):
+            raise InputError(f"Ipopt.max_iterations must be a whole number, got {self.max_iterations!r}.")
+        if self.linear_solver not in LINEAR_SOLVERS:
+            raise InputError(
+                f"Ipopt has no linear solver {self.linear_solver!r}. {suggest(str(self.linear_solver), LINEAR_SOLVERS)}"
+            )
+
+    def minimise(
+        self,
+        nlp: Nlp,
+        x: Array,
+        data: Array,
+        bounds: Bounds,
+        observer: Observer,
+        multipliers: tuple[Array, Array] | None = None,
+        barrier: float = 1e-6,
+    ) -> NlpResult:
+        """Solve a programme from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
+        with defer_interrupt():
+            solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
+        near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
+        limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
+        with _alone():
+            try:
+                with handle_interrupt(tap):
+                    tap.watch(observer, bounds)
+                    answer = solver(x0=x, p=data, **limits, **near)
+            finally:
+                tap.rest()
+            # All of this belongs to the next thread as soon as it may begin.
+            stats, kept, interrupted, failure = solver.stats(), tap.best, tap.interrupted, tap.failure
+        if failure is not None:
+            raise failure
+        message = str(stats["return_status"])
+        if message == "Invalid_Option":  # Ipopt has not run: its answer and its counts mean nothing
+            answer = answer | {"x": x, "g": nlp.derivatives["jac_g"](x, data)[0]}
+            stats = {}
+        elif interrupted:
+            message = "User_Requested_Stop"
+        status = _STATUS.get(message, Status.FAILED)
+        if status in STOPPED and kept is not None:
+            answer = kept.values
+            message = f"{message}; kept is iterate {kept.number}, the best one that meets the constraints"
+        return NlpResult(
+            status=status,
+            message=message,
+            x=np.asarray(answer["x"]).ravel(),
+            g=np.asarray(answer["g"]).ravel(),
+            objective=float(answer["f"]),
+            iterations=int(stats.get("iter_count", 0)),
+            multipliers=(np.asarray(answer["lam_x"]).ravel(), np.asarray(answer["lam_g"]).ravel()),
+        )
+
+    def _options(self, typical: float, barrier: float | None) -> dict[str, Any]:
+        options: dict[str, Any] = {
+            "ipopt.tol": float(self.tolerance),
+            "ipopt.max_iter": int(self.max_iterations),
+            "ipopt.linear_solver": self.linear_solver,
+            "ipopt.print_level": 0,
+            "ipopt.sb": "yes",
+            "ipopt.mu_strategy": "adaptive",
+            "ipopt.obj_scaling_factor": 1 / typical,
+            "error_on_fail": False,
+        }
+        if math.isfinite(self.time_limit):
+            options["ipopt.max_wall_time"] = self.time_limit
+        if barrier is not None:
+            kinds = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
+            options |= {f"ipopt.warm_start_{kind}": barrier / 10 for kind in kinds}
+            options |= {
+                "ipopt.warm_start_init_point": "yes",
+                "ipopt.mu_init": barrier,
+            }
+        return options
+
+
+_running = threading.local()
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Keep other threads waiting; InputError within a solve of Ipopt, inside which another one crashes the process."""
+    if getattr(_running, "now", False):
+        raise InputError("An observer cannot solve with Ipopt while Ipopt is solving: keep the iterates, solve later.")
+    with ONE_AT_A_TIME:
+        _running.now = True
+        try:
+            yield
+        finally:
+            _running.now = False
+
+
+@functools.lru_cache(maxsize=32)
+def _compiled(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, IterationCallback]:
+    """Return the solver of a programme and its tap; built once for equal options."""
+    tap = IterationCallback(nlp)
+    return nlp.solver("gait", "ipopt", {**options._options(nlp.typical, barrier), "iteration_callback": tap}), tap

@@ -1,0 +1,146 @@
+"""What happens at every iteration of a CasADi solver: progress is told, the best iterate kept, Ctrl-C heard."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+from typing import Protocol
+
+import casadi as ca
+
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.nlp import Nlp
+from gaitopt.progress import Iteration, Observer
+
+FEASIBLE = 1e-6
+"""Largest violation of an iterate that is worth keeping."""
+
+OUTPUTS = tuple(ca.nlpsol_out(i) for i in range(ca.nlpsol_n_out()))
+"""What a solver of CasADi tells its iteration callback, in this order."""
+
+
+@dataclass(frozen=True, eq=False)
+class BestIterate:
+    """An iterate and its number."""
+
+    number: int
+    values: dict[str, ca.DM]
+
+
+class Interruptible(Protocol):
+    """What can be asked to stop."""
+
+    def interrupt(self) -> None:
+        """Ask to stop after the present iteration."""
+
+
+class IterationCallback(ca.Callback):
+    """Ipopt's iteration callback: tells the observer, keeps the best iterate and passes on an interrupt."""
+
+    def __init__(self, nlp: Nlp) -> None:
+        ca.Callback.__init__(self)
+        self._sizes = {"x": nlp.n_variables, "g": nlp.n_constraints, "f": 1, "p": 0}
+        self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
+        self._observer: Observer | None = None
+        self._limits = ca.DM(), ca.DM()
+        self._count = 0
+        self.best: BestIterate | None = None
+        self.interrupted = False
+        self.failure: Exception | None = None
+        self.construct("iteration_tap", {})
+
+    def watch(self, observer: Observer, bounds: Bounds) -> None:
+        """Begin to listen to a solve."""
+        self._observer, self._limits, self._count = observer, (ca.DM(bounds.g_lower), ca.DM(bounds.g_upper)), 0
+        self.interrupted, self.failure, self.best = False, None, None
+
+    def interrupt(self) -> None:
+        """Ask Ipopt to stop after the present iteration."""
+        self.interrupted = True
+
+    def rest(self) -> None:
+        """Listen no more."""
+        self._observer = None
+
+    def get_n_in(self) -> int:
+        """Return how many values CasADi hands over."""
+        return ca.nlpsol_n_out()
+
+    def get_n_out(self) -> int:
+        """Return how many values it gets back."""
+        return 1
+
+    def get_name_in(self, i: int) -> str:
+        """Return the name of a value handed over."""
+        return ca.nlpsol_out(i)
+
+    def get_name_out(self, i: int) -> str:
+        """Return the name of the answer."""
+        return "stop"
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        """Return the size of a value handed over."""
+        return ca.Sparsity.dense(self._sizes[ca.nlpsol_out(i)], 1)
+
+    def eval(self, arguments: list[ca.DM]) -> list[int]:
+        """Take note of an iterate; the answer 1 stops the solver."""
+        if self._observer is None:
+            return [0]
+        try:
+            values = dict(zip(OUTPUTS, arguments, strict=True))
+            g, (lower, upper) = values["g"], self._limits
+            excess = max(0.0, float(ca.mmax(ca.fmax(lower - g, g - upper)))) if g.numel() else 0.0
+            objective = float(values["f"])
+            if excess <= FEASIBLE and (self.best is None or objective < float(self.best.values["f"])):
+                self.best = BestIterate(self._count, values)
+            self._observer(Iteration(self._count, objective, excess))
+            self._count += 1
+        except KeyboardInterrupt:
+            self.interrupt()
+        except Exception as failure:  # CasADi would print it with all arguments and lose it
+            self.failure = failure
+            self.interrupt()
+        return [int(self.interrupted)]
+
+
+@contextmanager
+def handle_interrupt(solver: Interruptible) -> Iterator[None]:
+    """Let the first Ctrl-C stop the solver after its present iteration, keeping the iterate; a second one raises.
+
+    CasADi would otherwise throw through Ipopt in the middle of an evaluation and lose the iterate.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        solver.interrupt()
+        signal.signal(signal.SIGINT, former)
+
+    former = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+
+
+@contextmanager
+def defer_interrupt() -> Iterator[None]:
+    """Hold a Ctrl-C back until the block has ended.
+
+    Where CasADi's wrapper looks at arguments it clears whatever Python raises, and an interrupt would be lost.
+    """
+    normal = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not normal or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if came:
+        raise KeyboardInterrupt

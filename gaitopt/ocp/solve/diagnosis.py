@@ -1,0 +1,92 @@
+"""Which constraints are not met, by phase, node and name; and what in a solution deserves a look."""
+
+import numpy as np
+
+from gaitopt.motion.gait import Violation
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solve.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
+from gaitopt.ocp.transcription.scheme import INNER
+from gaitopt.ocp.transcription.transcription import Transcription
+
+ROUNDING = 1e-7
+"""Violations of a contact mode below this are the solver's tolerance, not the grid's."""
+
+
+def violations(
+    transcription: Transcription, bounds: Bounds, x: Array, g: Array, *, above: float = 1e-6, most: int = 10
+) -> tuple[Violation, ...]:
+    """Return the worst violations of constraints and bounds, largest first, one for each name in each phase.
+
+    Parameters
+    ----------
+    x, g : arrays
+        Decision vector and constraint values.
+    above : float
+        Smaller violations are not listed.
+    most : int
+        Length of the list.
+    """
+    found = []
+    for layout, value, lower, upper in (
+        (transcription.constraints, g, bounds.g_lower, bounds.g_upper),
+        (transcription.variables, x, bounds.x_lower, bounds.x_upper),
+    ):
+        excess = np.maximum(lower - value, value - upper)
+        excess = np.where(np.isnan(excess), np.inf, excess)
+        for index in np.argsort(-excess):
+            if excess[index] <= above:
+                break
+            found.append(Violation(*layout.label(index), float(excess[index])))
+    worst: dict[tuple[str, str], Violation] = {}
+    for violation in sorted(found, key=lambda violation: -violation.size):
+        worst.setdefault((violation.place.split(",")[0], violation.name.split(INNER)[0]), violation)
+    return tuple(worst.values())[:most]
+
+
+def warnings(
+    transcription: Transcription, problem: GaitProblem, x: Array, error: float, outside: float
+) -> tuple[str, ...]:
+    """Return what in a solution deserves a look: durations that rest on their bounds, a grid that is too coarse.
+
+    A swing foot that is too low between nodes, or touches down before the end, is told of, too.
+
+    Parameters
+    ----------
+    x : array
+        Decision vector.
+    error : float
+        Error between nodes, or of the energy ledger, after the last refinement.
+    outside : float
+        By how much a contact mode is violated between nodes.
+    """
+    found = []
+    if error > problem.transcription.tolerance:
+        found.append(
+            f"the plan is only accurate to {error:.1e} between nodes, not to the tolerance "
+            f"{problem.transcription.tolerance:.1e}: use more intervals."
+        )
+    if outside > ROUNDING:
+        found.append(
+            f"between nodes the contact leaves its mode by {outside:.1e}: use more intervals, or larger Margins "
+            f"(cone, normal_force, slip_speed)."
+        )
+    low = lack_of_height(transcription, problem, x)
+    if low > SCUFF:
+        found.append(
+            f"between nodes the swing foot is {low:.1e} m lower than Limits.clearance asks: use more intervals."
+        )
+    early = early_touchdown(transcription, problem, x)
+    if early is not None:
+        found.append(
+            f"the plan touches down before its end, after {early.place}, and its replay will end the step there: try "
+            f"another step_length or speed, or Limits.clearance for a walker with knees."
+        )
+    shortest = problem.limits.shortest_phase
+    for phase in transcription.phases:
+        if x[transcription.variables["duration"][0, phase.number]] < 1.01 * shortest:
+            found.append(
+                f"{phase.label} lasts {shortest:g} s, its shortest allowed: the sequence without this phase may be better."
+            )
+    return tuple(found)

@@ -1,0 +1,80 @@
+"""Passive walking cycles, as starts for an optimisation."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.motion import Motion
+from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
+from gaitopt.ocp.initial.initial_point import initial_point
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solve.trajectory import read_motion
+from gaitopt.ocp.statement.initial_guess import LinearGuess
+from gaitopt.ocp.statement.limits import Limits
+from gaitopt.ocp.statement.objective import TorqueSquared
+from gaitopt.ocp.transcription.collocation import Collocation
+from gaitopt.ocp.transcription.transcription import transcribe
+from gaitopt.progress import silent
+
+
+def passive_cycle(
+    robot: Robot, slope: float, parameters: Mapping[str, float] | None = None, *, intervals: int = 40
+) -> Motion:
+    """Return a cycle in which the robot walks down a slope without torque and without slipping.
+
+    It is found as a gait whose torques are all bounded by zero, with the accuracy of the shooting grid.
+
+    Parameters
+    ----------
+    robot : Robot
+        With actuators (which stay idle).
+    slope : float [rad]
+    parameters : mapping of str to float, optional
+    intervals : int
+
+    Returns
+    -------
+    Motion
+        One step; start another optimisation from it with ``FromMotion(motion)``.
+
+    Raises
+    ------
+    InputError
+        If no passive cycle is found on this slope.
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import compass_biped
+    >>> cycle = passive_cycle(compass_biped(), math.radians(1))
+    >>> round(cycle.period, 4), round(cycle.travel, 4)
+    (0.7446, 0.4714)
+    """
+    problem = GaitProblem(
+        robot=robot,
+        sequence=ContactSequence.parse("stick | stick"),
+        parameters=parameters or {},
+        friction=math.inf,
+        slope=slope,
+        objective=TorqueSquared(),
+        limits=Limits(torque=math.inf),
+        name="passive cycle",
+    )
+    transcription = transcribe(structure(problem, Collocation(intervals=intervals)))
+    loose = bounds(transcription, problem)
+    lower, upper = loose.x_lower.copy(), loose.x_upper.copy()
+    lower[transcription.variables["torque"]] = upper[transcription.variables["torque"]] = 0.0
+    idle = Bounds(lower, upper, loose.g_lower, loose.g_upper)
+    x = initial_point(transcription, problem, LinearGuess())
+    outcome = Ipopt().minimise(transcription.nlp, np.clip(x, lower, upper), data_vector(problem), idle, silent)
+    if not outcome.status.ok:
+        raise InputError(
+            f"Robot {robot.name!r} has no passive cycle that could be found at a slope of {math.degrees(slope):g} deg "
+            f"({outcome.message}); try another slope, or start from Line() or Keyframes(...)."
+        )
+    return read_motion(transcription, problem.values, outcome.x)

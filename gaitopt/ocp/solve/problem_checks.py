@@ -1,0 +1,50 @@
+"""What is odd about a problem before it is solved."""
+
+import numpy as np
+
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.transcription.transcription import Transcription
+
+MOVED = 1e-3
+"""A guess outside the bounds by less than this (in the unit of the quantity) is not worth a remark."""
+
+STEEP = 1e6
+"""A constraint with larger derivatives is badly scaled: Ipopt scales it down to 100, and its accuracy with it."""
+
+
+def report_poor_scaling(transcription: Transcription, start: Array, data: Array) -> tuple[str, ...]:
+    """Return a sentence about the constraint that is scaled worst, if it is badly."""
+    jacobian = transcription.nlp.derivatives["jac_g"](start, data)[1]
+    sizes, rows = np.abs(np.asarray(jacobian.nonzeros())), jacobian.sparsity().row()
+    worst = int(np.argmax(np.where(np.isfinite(sizes), sizes, 0.0)))
+    if not sizes[worst] > STEEP:
+        return ()
+    place, name = transcription.constraints.label(int(rows[worst]))
+    return (
+        f"'{name}' at {place} changes by {sizes[worst]:.0e} per unit: the problem is badly scaled. Give masses, "
+        f"lengths and speeds in SI units, and look for a parameter that is off by orders of magnitude.",
+    )
+
+
+def report_clipped_guess(transcription: Transcription, limits: Bounds, guessed: Array) -> tuple[str, ...]:
+    """Return sentences about what of a guess lay outside the bounds, the worst place of each quantity.
+
+    Parameters
+    ----------
+    transcription : Transcription
+    limits : Bounds
+    guessed : (n_variables,) array
+        The guess before it was moved inside the bounds.
+    """
+    excess = np.maximum(limits.x_lower - guessed, guessed - limits.x_upper)
+    worst: dict[str, int] = {}
+    for index in np.flatnonzero(excess > MOVED):
+        name = transcription.variables.label(int(index))[1]
+        if name not in worst or excess[index] > excess[worst[name]]:
+            worst[name] = int(index)
+    return tuple(
+        f"the guess has {name} outside its bounds by {excess[index]:.2g} at {transcription.variables.label(index)[0]}; "
+        f"it was moved inside."
+        for name, index in worst.items()
+    )

@@ -1,0 +1,210 @@
+"""Where an optimisation starts when there is nothing to start from: lines, keyframes, random waves."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.motion import Array
+from gaitopt.motion.solution import Solution
+from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
+from gaitopt.parameters import Parameter
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A guessed step at given instants.
+
+    Attributes
+    ----------
+    angles, rates : (n_angles, K) arrays [rad, rad/s]
+    torque : (n_u, K) array [N m]
+    slide, slide_rate : (K,) arrays [m, m/s]
+        Foot displacement and velocity.
+    """
+
+    angles: Array
+    rates: Array
+    torque: Array
+    slide: Array
+    slide_rate: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What a guess is told about the problem: robot, parameter values, sequence, and wanted step [m] and period [s]."""
+
+    robot: Robot
+    values: Mapping[str, float]
+    sequence: ContactSequence
+    step: float
+    period: float
+
+
+class Guess(ABC):
+    """A way to propose a step; derive from it to add another."""
+
+    @abstractmethod
+    def durations(self, setting: Setting) -> Array:
+        """Return the duration of each phase, shape (n_phases,) [s]."""
+
+    @abstractmethod
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the guessed step at `time`, shape (K,) [s], from 0 to the sum of the durations."""
+
+    @abstractmethod
+    def describe(self) -> str:
+        """Return the guess in words, for the record of the problem."""
+
+    def solution_for(self, sequence: ContactSequence) -> Solution | None:
+        """Return a solution to go on from with a word's unknowns and multipliers; None, as here, for a mere motion."""
+        return None
+
+
+def typical_durations(setting: Setting) -> Array:
+    """Return a division of the period that gives each slip phase a sixth of it, shape (n_phases,) [s]."""
+    weights = np.array([1.0 if mode.slips else 5.0 for mode in setting.sequence.phases])
+    return setting.period * weights / weights.sum()
+
+
+def _at_rest(robot: Robot, time: Array, angles: Array, rates: Array) -> Sample:
+    still = np.zeros_like(time)
+    return Sample(angles, rates, np.zeros((robot.n_u, time.size)), still, still)
+
+
+@dataclass(frozen=True)
+class LinearGuess(Guess):
+    """Angles on a straight line from the pose after one touchdown to the pose at the next, without torque.
+
+    Examples
+    --------
+    >>> LinearGuess().describe()
+    'line'
+    """
+
+    def durations(self, setting: Setting) -> Array:
+        """Return typical durations."""
+        return typical_durations(setting)
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the line."""
+        start, end = _poses(setting)
+        part = time / setting.period
+        rates = np.repeat((end - start)[:, None] / setting.period, time.size, axis=1)
+        return _at_rest(setting.robot, time, start[:, None] + (end - start)[:, None] * part, rates)
+
+    def describe(self) -> str:
+        """Return ``"line"``."""
+        return "line"
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframes(Guess):
+    """Angles through poses at fractions of the step, monotone between them.
+
+    Attributes
+    ----------
+    fractions : sequence of K floats
+        Increasing, from 0 to 1.
+    angles : mapping of angle name to sequence of K floats [rad]
+
+    Raises
+    ------
+    InputError
+        If the fractions do not run from 0 to 1, or lengths differ.
+
+    Examples
+    --------
+    >>> Keyframes((0, 0.5, 1), {"th1": (-0.15, 0, 0.15), "th2": (-0.15, 0.1, 0.15)}).describe()
+    'keyframes at 0, 0.5, 1'
+    """
+
+    fractions: Sequence[float]
+    angles: Mapping[str, Sequence[float]]
+
+    def __post_init__(self) -> None:
+        f = np.asarray(self.fractions, dtype=float)
+        if f.ndim != 1 or f.size < 2 or f[0] != 0 or f[-1] != 1 or not np.all(np.diff(f) > 0):
+            raise InputError(f"Keyframes: fractions must increase from 0 to 1, got {list(self.fractions)}.")
+        for name, angles in self.angles.items():
+            if np.shape(angles) != f.shape or not np.all(np.isfinite(angles)):
+                raise InputError(f"Keyframes: {name} needs {f.size} finite angles, got {list(angles)}.")
+
+    def durations(self, setting: Setting) -> Array:
+        """Return typical durations."""
+        return typical_durations(setting)
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the interpolated keyframes."""
+        if set(self.angles) != set(setting.robot.angles):
+            raise InputError(f"Keyframes must name the angles {setting.robot.angles}, got {tuple(self.angles)}.")
+        part = np.clip(time / setting.period, 0, 1)
+        curves = [PchipInterpolator(self.fractions, self.angles[name]) for name in setting.robot.angles]
+        angles = np.array([curve(part) for curve in curves])
+        rates = np.array([curve(part, 1) / setting.period for curve in curves])
+        return _at_rest(setting.robot, time, angles, rates)
+
+    def describe(self) -> str:
+        """Return the keyframes' fractions in words."""
+        return "keyframes at " + ", ".join(f"{f:g}" for f in self.fractions)
+
+
+@dataclass(frozen=True)
+class RandomPerturbation(Guess):
+    """A straight line with seeded random waves on the angles, to look for other optima from.
+
+    Attributes
+    ----------
+    seed : int
+    amplitude : float [rad]
+        Size of the waves.
+
+    Raises
+    ------
+    InputError
+        If one of them is negative, or the seed is not whole.
+
+    Examples
+    --------
+    >>> RandomPerturbation(seed=3).describe()
+    'scattered line, seed 3'
+    """
+
+    seed: int
+    amplitude: float = 0.1
+
+    def __post_init__(self) -> None:
+        Parameter("RandomPerturbation.seed", 0, "1", "", lower=0, whole=True).check(self.seed)
+        Parameter("RandomPerturbation.amplitude", 0.1, "rad", "", lower=0.0).check(self.amplitude)
+
+    def durations(self, setting: Setting) -> Array:
+        """Return typical durations."""
+        return typical_durations(setting)
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the line and its waves, which vanish at both ends of the step."""
+        line = LinearGuess().sample(setting, time)
+        waves = np.arange(1, 4)
+        generator = np.random.default_rng(self.seed)
+        size = generator.normal(0, self.amplitude / waves, (len(setting.robot.angles), waves.size))
+        phase = np.pi * waves[:, None] * time / setting.period
+        angles = line.angles + size @ np.sin(phase)
+        rates = line.rates + size @ (np.pi * waves[:, None] / setting.period * np.cos(phase))
+        return _at_rest(setting.robot, time, angles, rates)
+
+    def describe(self) -> str:
+        """Return the seed in words."""
+        return f"scattered line, seed {self.seed}"
+
+
+def _poses(setting: Setting) -> tuple[Array, Array]:
+    """Return the angles after one touchdown and at the next, a step apart."""
+    robot, p = setting.robot, setting.robot.vector(setting.values)
+    end = touchdown_pose(robot, setting.values, setting.step)
+    swapped = robot.swap(np.concatenate([[0.0, 0.0], end]), np.zeros(robot.n_q), p)[0]
+    return np.asarray(swapped).ravel()[2:], end

@@ -1,0 +1,196 @@
+"""Limits and margins of a gait problem."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.parameters import Parameter
+
+
+def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
+    return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=not zero, infinite=True).check(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Bounds the gait must keep.
+
+    Attributes
+    ----------
+    torque : float or mapping of actuator to float [N m]
+        Largest absolute torque; ``inf`` removes the limit (the optimiser then tends to stop a slide in the shortest
+        time allowed with a huge torque), 0 leaves the actuator idle.
+    torque_rate : float or mapping of actuator to float [N m/s]
+        Largest rate of change of the torque within the step; it may jump at touchdown.
+    angle : float, or mapping of angle to float or pair [rad]
+        Largest absolute angle, or for each angle named its largest absolute value or (lower, upper), as of a knee; the
+        others keep within 90 degrees.
+    rate : float [rad/s]
+        Largest absolute angular rate.
+    shortest_phase : float [s]
+        Shortest duration of a phase.
+    longest_step : float [s]
+        Longest duration of the step.
+    clearance : float or None [m]
+        Least height of the swing foot over the ground where it passes the stance foot.  Where it is x ahead of the
+        stance foot, or behind, the least height is clearance (1 - (x / d)^2)^2, which fades to zero in the footprints,
+        d being the distance between the feet at touchdown.  0 keeps it from sinking into the ground; None does not ask,
+        which walkers without knees need: their swing foot scuffs.
+
+    Examples
+    --------
+    >>> Limits(torque={"ankle": 2, "hip": 6}).torques(("ankle", "hip"))
+    [2.0, 6.0]
+    >>> Limits(angle={"knee": (0, 1.2), "thigh": 1}).angles(("thigh", "knee"))
+    [(-1.0, 1.0), (0.0, 1.2)]
+    """
+
+    torque: float | Mapping[str, float] = math.inf
+    torque_rate: float | Mapping[str, float] = math.inf
+    angle: float | Mapping[str, float | tuple[float, float]] = math.pi / 2
+    rate: float = math.inf
+    shortest_phase: float = 5e-3
+    longest_step: float = 10.0
+    clearance: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("rate", "rad/s"), ("shortest_phase", "s"), ("longest_step", "s")):
+            _positive(f"Limits.{name}", unit, getattr(self, name))
+        if self.clearance is not None:
+            Parameter("Limits.clearance", 0.0, "m", "", lower=0.0).check(self.clearance)
+
+    def torques(self, actuators: tuple[str, ...]) -> list[float]:
+        """Return the limit of each actuator [N m], in order.
+
+        Raises
+        ------
+        InputError
+            If a limit is negative or names no actuator.
+        """
+        given = _by_actuator("torque", self.torque, actuators)
+        return [_positive(f"torque_limit of {name}", "N m", limit, zero=True) for name, limit in given.items()]
+
+    def torque_rates(self, actuators: tuple[str, ...]) -> list[float]:
+        """Return the limit of each actuator's torque rate [N m/s], in order.
+
+        Raises
+        ------
+        InputError
+            If a limit is not positive or names no actuator.
+        """
+        given = _by_actuator("torque_rate", self.torque_rate, actuators)
+        return [_positive(f"torque_rate of {name}", "N m/s", limit) for name, limit in given.items()]
+
+    def angles(self, names: tuple[str, ...]) -> list[tuple[float, float]]:
+        """Return the bounds of each angle [rad], in order.
+
+        Raises
+        ------
+        InputError
+            If a bound is not a number, a lower bound is not below the upper one, or no angle has a name given.
+        """
+        if not isinstance(self.angle, Mapping):
+            return [_angle_bounds("Limits.angle", self.angle)] * len(names)
+        for name in self.angle:
+            if name not in names:
+                raise InputError(f"Limits.angle: there is no angle {name!r}. {suggest(name, names)}")
+        return [_angle_bounds(f"Limits.angle of {name}", self.angle.get(name, math.pi / 2)) for name in names]
+
+
+def _angle_bounds(name: str, given: object) -> tuple[float, float]:
+    if not isinstance(given, tuple | list):
+        size = _positive(name, "rad", given)
+        return -size, size
+    if len(given) != 2:
+        raise InputError(f"{name} must be a number or a pair (lower, upper), got {given!r}.")
+    lower, upper = (Parameter(name, 0.0, "rad", "").check(bound) for bound in given)
+    if lower >= upper:
+        raise InputError(f"{name}: the lower bound {lower:g} is not below the upper bound {upper:g} [rad].")
+    return lower, upper
+
+
+def _by_actuator(field_name: str, given: float | Mapping[str, float], actuators: tuple[str, ...]) -> dict[str, float]:
+    """Return a limit for each actuator, in order; those that a mapping does not name have none."""
+    if not isinstance(given, Mapping):
+        return dict.fromkeys(actuators, given)
+    for name in given:
+        if name not in actuators:
+            raise InputError(f"Limits.{field_name}: there is no actuator {name!r}. {suggest(name, actuators)}")
+    return {name: given.get(name, math.inf) for name in actuators}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margins:
+    """Distances kept from the edges where a gait would change its contact sequence.
+
+    Attributes
+    ----------
+    cone : float
+        A sticking foot keeps abs(f_t) <= (1 - cone) mu f_n.
+    impact_cone : float
+        A sticking impact keeps abs(L_t) <= (1 - impact_cone) mu L_n.
+    slip_speed : float [m/s]
+        A sliding foot keeps this speed in mid-slide; towards a start or an end at rest the bound fades to zero.
+    separation : float [m/s]
+        Least upward speed of the trailing foot after the impact.
+    normal_force : float
+        Least normal force, as a fraction of the weight.
+
+    Examples
+    --------
+    >>> Margins(cone=0.05).cone
+    0.05
+    """
+
+    cone: float = 1e-3
+    impact_cone: float = 1e-3
+    slip_speed: float = 1e-2
+    separation: float = 1e-3
+    normal_force: float = 1e-2
+
+    def __post_init__(self) -> None:
+        for name, unit, upper in (
+            ("cone", "1", 0.99),
+            ("impact_cone", "1", 0.99),
+            ("slip_speed", "m/s", math.inf),
+            ("separation", "m/s", math.inf),
+            ("normal_force", "1", 0.99),
+        ):
+            Parameter(f"Margins.{name}", 0.0, unit, "", lower=0.0, upper=upper).check(getattr(self, name))
+
+
+Target = float | tuple[float, float] | None
+"""A wanted value: a number (fixed), a pair (bounded), or None (free)."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """An interval [lower, upper] made from a Target; fixed when both are equal."""
+
+    lower: float = 0.0
+    upper: float = field(default=math.inf)
+
+    @classmethod
+    def of(cls, target: Target, name: str, unit: str) -> "Range":
+        """Return the interval of a target.
+
+        Raises
+        ------
+        InputError
+            If a bound is not a positive number, or the lower one exceeds the upper.
+
+        Examples
+        --------
+        >>> Range.of((0.5, 0.7), "speed", "m/s")
+        Range(lower=0.5, upper=0.7)
+        """
+        if target is None:
+            return cls()
+        pair = target if isinstance(target, tuple | list) else (target, target)
+        if len(pair) != 2:
+            raise InputError(f"{name} must be a number, a pair (lower, upper) or None, got {target!r}.")
+        lower, upper = (Parameter(name, 1.0, unit, "", lower=0.0, lower_open=True).check(bound) for bound in pair)
+        if lower > upper:
+            raise InputError(f"{name}: the lower bound {lower:g} exceeds the upper bound {upper:g} [{unit}].")
+        return cls(lower, upper)

@@ -1,0 +1,117 @@
+"""Starts from what there is already: a motion, or a gait with its multipliers."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.solution import Solution
+from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting, typical_durations
+
+
+@dataclass(frozen=True, eq=False)
+class FromMotion(Guess):
+    """The first step of any earlier motion, stretched in time and spread over the phases of the new contact sequence.
+
+    Attributes
+    ----------
+    motion : Motion
+    label : str
+        Where the motion came from, for the record.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> FromMotion(load("docs/examples/compass_slip.h5").motion, label="the gait of the README").describe()
+    'the gait of the README'
+    """
+
+    motion: Motion = field(repr=False)
+    label: str = "a previous motion"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.motion, Motion):
+            hint = " Use WarmStart(gait) to go on from a gait." if isinstance(self.motion, Gait) else ""
+            raise InputError(f"Previous needs a Motion, got {type(self.motion).__name__}.{hint}")
+
+    def durations(self, setting: Setting) -> Array:
+        """Return the motion's own durations if its contact sequence has the same phases, else typical ones."""
+        segments = self._segments()
+        if tuple(s.mode for s in segments) == setting.sequence.phases:
+            own = np.array([s.duration for s in segments])
+            return own * setting.period / own.sum()
+        return typical_durations(setting)
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the motion at the same fractions of its own period."""
+        if self.motion.angles != setting.robot.angles:
+            raise InputError(
+                f"The guess is a motion of {self.motion.angles}, but the robot has {setting.robot.angles}."
+            )
+        segments = self._segments()
+        clock = np.concatenate([s.time for s in segments]) - segments[0].time[0]
+        clock, unique = np.unique(clock, return_index=True)
+        at = time * clock[-1] / setting.period
+
+        def channel(name: str) -> Array:
+            values = np.concatenate([getattr(s, name) for s in segments], axis=-1)[..., unique]
+            return np.array([np.interp(at, clock, row) for row in values]).reshape(-1, time.size)
+
+        q, v, torque = channel("q"), channel("v"), channel("torque")
+        return Sample(q[2:], v[2:], torque, q[0] - q[0, 0], v[0])
+
+    def describe(self) -> str:
+        """Return the label."""
+        return self.label
+
+    def _segments(self) -> list:
+        first = self.motion.segments[0].step
+        return [segment for segment in self.motion.segments if segment.step == first]
+
+
+@dataclass(frozen=True, eq=False)
+class WarmStart(Guess):
+    """A gait solved before, from which the optimiser goes on with its unknowns and multipliers.
+
+    Quickest from a gait whose problem differs a little; grid, method and impact may differ.  For a sequence with other
+    phases only the motion is used, as by :class:`FromMotion`: carried from sequence to sequence, multipliers mislead.
+
+    Attributes
+    ----------
+    gait : Gait
+    label : str
+        Where the gait came from, for the record.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> WarmStart(load("docs/examples/compass_slip.h5")).describe()
+    'a gait solved before'
+    """
+
+    gait: Gait = field(repr=False)
+    label: str = "a gait solved before"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.gait, Gait):
+            hint = " Use FromMotion(motion) to start from a motion." if isinstance(self.gait, Motion) else ""
+            raise InputError(f"WarmStart needs a Gait, got {type(self.gait).__name__}.{hint}")
+
+    def durations(self, setting: Setting) -> Array:
+        """Return the gait's own durations if its contact sequence has the same phases, else typical ones."""
+        return FromMotion(self.gait.motion).durations(setting)
+
+    def solution_for(self, sequence: ContactSequence) -> Solution | None:
+        """Return the solution to go on from, or None for a contact sequence with other phases."""
+        return self.gait.solution if self.gait.sequence.phases == sequence.phases else None
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the gait's motion at the same fractions of its own period."""
+        return FromMotion(self.gait.motion).sample(setting, time)
+
+    def describe(self) -> str:
+        """Return the label."""
+        return self.label

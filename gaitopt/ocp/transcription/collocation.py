@@ -1,0 +1,147 @@
+"""Collocation of the second-order equations of motion at Lobatto points, with inverse dynamics.
+
+The accelerations at the nodes and inside an interval are unknowns.  They are interpolated by a polynomial, whose first
+and second integrals are rates and angles (no copies of those inside the interval), and the equations of motion are
+asked for as  M a + h - W^T f - E u = 0  at every point, so nothing is ever inverted and each block of the programme is
+a few hundred operations.  Lobatto points contain the nodes: contact forces there are exact, and accelerations, which
+are continuous within a phase because torques are, belong to both neighbours.  With s points the order is 2 s - 2
+(Hairer, Lubich & Wanner, Geometric Numerical Integration, II.1.4).
+"""
+
+import functools
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.polynomial.legendre import Legendre
+
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.transcription.method import Method, check_count
+from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
+from gaitopt.ocp.transcription.scheme import Point, Scheme, at_inner_point
+
+MOST_POINTS = 6
+"""Refinement raises the order up to this many points; beyond, the torque's grid is what limits a plan."""
+
+
+@dataclass(frozen=True)
+class Lobatto(Scheme):
+    """Collocation at the nodes and at the inner points of Lobatto's quadrature.
+
+    Attributes
+    ----------
+    points : int
+        Number of points of an interval, both nodes included.
+    """
+
+    points: int = 4
+
+    @property
+    def inner(self) -> tuple[float, ...]:  # type: ignore[override]
+        """Zeros of P'_(s-1), shifted to (0, 1)."""
+        return tuple(float(c) for c in lobatto_points(self.points)[1:-1])
+
+    def node_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+        """Return the accelerations of a node."""
+        return tuple(f"acceleration of {name}" for name in stance.moving)
+
+    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+        """Return the accelerations of all inner points, one point after the other."""
+        inner = range(1, self.points - 1)
+        return tuple(name + at_inner_point(i) for i in inner for name in self.node_unknowns(stance))
+
+    def residuals(self, stance: PhaseDynamics) -> tuple[str, ...]:
+        """Return the equations of motion."""
+        return tuple(f"equation of motion of {name}" for name in stance.moving)
+
+    def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
+        """Return the point with the given accelerations."""
+        residual, force = stance.balance(state, unknowns, torque, p)
+        return Point(state, torque, unknowns, force, residual)
+
+    def advance(
+        self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX
+    ) -> tuple[ca.SX, list[Point]]:
+        """Return the gap between the polynomial's end and the right node, and the inner points."""
+        inner = ca.reshape(unknowns, stance.n_a, self.points - 2)
+        accelerations = ca.horzcat(left.acceleration, inner, right.acceleration)
+        once, twice = integrals(self.points)
+        places, speeds = stance.parts(left.state)
+        fractions = lobatto_points(self.points)
+
+        def at(i: int) -> ca.SX:
+            c = float(fractions[i])
+            gained = step * (accelerations @ ca.DM(once[i]))
+            moved = step * (c * speeds + step * (accelerations @ ca.DM(twice[i])))
+            return stance.join(places + moved, speeds + gained)
+
+        points = []
+        for i in range(1, self.points - 1):
+            torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
+            points.append(self.node(stance, at(i), torque, inner[:, i - 1], p))
+        return right.state - at(self.points - 1), points
+
+
+@functools.cache
+def lobatto_points(count: int) -> Array:
+    """Return the points of Lobatto's quadrature on [0, 1], shape (count,)."""
+    inner = Legendre.basis(count - 1).deriv().roots()
+    return (1 + np.concatenate([[-1.0], np.sort(np.real(inner)), [1.0]])) / 2
+
+
+@functools.cache
+def integrals(count: int) -> tuple[Array, Array]:
+    """Return the integrals up to each point, once and twice, of the polynomials that are 1 at one point, 0 at others.
+
+    Both of shape (count, count): row i integrates from 0 to point i, column j is the polynomial of point j.
+    """
+    at = lobatto_points(count)
+    once, twice = np.empty((count, count)), np.empty((count, count))
+    for j in range(count):
+        others = np.delete(at, j)
+        basis = Polynomial.fromroots(others) / np.prod(at[j] - others)
+        once[:, j], twice[:, j] = basis.integ(1)(at), basis.integ(2)(at)
+    return once, twice
+
+
+@dataclass(frozen=True, kw_only=True)
+class Collocation(Method):
+    """Transcription by Lobatto collocation in second-order form with inverse dynamics.
+
+    Attributes
+    ----------
+    intervals : int or tuple of int
+        Intervals of each phase.  A single number is meant for a sticking phase; slip phases beside one are short
+        and get a quarter of it.
+    points : int
+        Collocation points of an interval, nodes included: 3 is Hermite and Simpson's rule (order 4), 4 has order 6.
+        Raised by one where the accuracy asks for it.
+    tolerance : float
+        Largest error between nodes, see :class:`gaitopt.ocp.transcription.method.Method`.
+
+    Examples
+    --------
+    >>> Collocation(intervals=20).name
+    'collocation, 4 Lobatto points'
+    """
+
+    points: int = 4
+
+    def check_options(self) -> None:
+        """Check the number of points."""
+        check_count("points", self.points, 3, 8)
+
+    @property
+    def name(self) -> str:
+        """Name with the number of points."""
+        return f"collocation, {self.points} Lobatto points"
+
+    @property
+    def scheme(self) -> Lobatto:
+        """Lobatto collocation."""
+        return Lobatto(self.points)
+
+    def finer(self) -> "Collocation | None":
+        """Return the method with one more point."""
+        return replace(self, points=self.points + 1) if self.points < MOST_POINTS else None

@@ -1,0 +1,84 @@
+"""The time grid of a contact sequence: which nodes belong to which phase."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.contact_sequence import ContactSequence
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Phase:
+    """Where a phase lies in the grid.
+
+    Attributes
+    ----------
+    number : int
+        From 0.
+    mode : Mode
+    first, count : int
+        First node and number of intervals.
+    starts_at_rest, ends_at_rest : bool
+        Whether a sliding foot has zero speed at the phase's first and last node.
+    breaks_away : bool
+        Whether the foot starts to slide from rest without a sticking phase before.
+    onset : Mode or None
+        The slip mode that begins where this sticking phase ends.
+    starts_open : bool
+        Whether it is open if a sliding foot has zero speed at the first node.
+    """
+
+    number: int
+    mode: Mode
+    first: int
+    count: int
+    starts_at_rest: bool
+    ends_at_rest: bool
+    breaks_away: bool
+    onset: Mode | None
+    starts_open: bool = False
+
+    @property
+    def slides(self) -> bool:
+        """Whether the foot may move."""
+        return self.mode.slips or self.mode is Mode.ANY
+
+    @property
+    def nodes(self) -> range:
+        """Nodes of the phase, both ends included."""
+        return range(self.first, self.first + self.count + 1)
+
+    @property
+    def label(self) -> str:
+        """Name of the phase for people, counted from 1."""
+        return f"phase {self.number + 1} ({self.mode.value})"
+
+
+def node_labels(phases: Sequence[Phase]) -> list[str]:
+    """Return what each node of the step is called; one between two phases belongs to the earlier."""
+    later = [f"{phase.label}, node {k}" for phase in phases for k in range(1, phase.count + 1)]
+    return [f"{phases[0].label}, node 0", *later]
+
+
+def divide_into_phases(sequence: ContactSequence, counts: Sequence[int]) -> tuple[Phase, ...]:
+    """Return the phases of a contact sequence on a grid with `counts` intervals each."""
+    phases, first = [], 0
+    for i, (mode, count) in enumerate(zip(sequence.phases, counts, strict=True)):
+        before = sequence.phases[i - 1] if i > 0 else sequence.impact
+        following = sequence.phases[i + 1] if i + 1 < len(sequence.phases) else None
+        starts_open = i == 0 and sequence.impact is Mode.ANY
+        phases.append(
+            Phase(
+                number=i,
+                mode=mode,
+                first=first,
+                count=count,
+                starts_at_rest=mode.slips and (i > 0 or not before.slips) and not starts_open,
+                ends_at_rest=mode.slips and following is not None,
+                breaks_away=mode.slips and (before.slips if i > 0 else not before.slips) and not starts_open,
+                onset=following if mode is Mode.STICK and following is not None else None,
+                starts_open=starts_open,
+            )
+        )
+        first += count
+    return tuple(phases)

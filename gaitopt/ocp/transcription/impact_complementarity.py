@@ -1,0 +1,45 @@
+"""An impact left open: the impact law's complementarity pairs as part of the programme."""
+
+import casadi as ca
+
+from gaitopt.model.contacts.impact import complementarity_pairs
+from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
+from gaitopt.ocp.transcription.phase_dynamics import Row
+from gaitopt.ocp.transcription.relaxation import Pair
+
+OPEN_IMPACT = "open impact"
+UNKNOWNS = ("forward impulse", "backward impulse", "slip speed after the impact")
+"""a, b and c of the impact law; impulses per mass, so that all of it is in m/s."""
+
+_NAMES = ("slip speed beside forward impulse", "slip speed beside backward impulse", "impact cone beside slip speed")
+"""What the right sides of the pairs are, beside their left ones."""
+
+
+def open_impact(
+    frame: NlpBuilder, local: BlockVariables, impulse: ca.SX, speed: ca.SX, friction: ca.SX, mass: ca.SX
+) -> tuple[list[Row], ca.SX, ca.SX]:
+    """Return rows, values and cost that let the landing foot stick or slip as the impact law has it.
+
+    Parameters
+    ----------
+    frame : Frame
+    local : BlockVariables
+        Local variables of the touchdown, which gain a, b and c.
+    impulse : SX, shape (2, 1) [N s]
+    speed : SX [m/s]
+        Of the landing foot after the impact.
+    friction, mass : SX
+        Coulomb coefficient; total mass [kg].
+    """
+    unknowns = local.add("open impact", frame.variables[OPEN_IMPACT])
+    tangential, normal = ca.vertsplit(impulse / mass)
+    # The first pair, of normal impulse and normal velocity, holds as it is: the foot does not bounce.
+    forward, backward, slip = ca.vertsplit(unknowns)
+    left, right = complementarity_pairs(normal, forward, backward, slip, ca.SX(1, 1), speed, friction)
+    pairs = [Pair(*pair) for pair in zip(_NAMES, left[1:], right[1:], strict=True)]
+    table, values, cost = frame.relax(pairs)
+    return (
+        [("parts of the tangential impulse", 0.0, 0.0), *table],
+        ca.vertcat(tangential - forward + backward, values),
+        cost,
+    )

@@ -1,0 +1,155 @@
+"""The continuous physics of one phase, in the reduced state of its contact mode.
+
+State of a sticking phase: (angles, rates).  State of a slip phase: (angles, rates, foot slide, foot speed); slide
+counts from the start of the phase.
+"""
+
+from collections.abc import Callable
+
+import casadi as ca
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.robot import Robot
+
+Row = tuple[str, float, float]
+"""Name, lower and upper bound of a constraint."""
+
+
+class PhaseDynamics:
+    """The stance foot in one contact mode.
+
+    Parameters
+    ----------
+    robot : Robot
+    mode : Mode
+    """
+
+    def __init__(self, robot: Robot, mode: Mode) -> None:
+        self.robot, self.mode = robot, mode
+        self.n_angles = len(robot.angles)
+        self.state_names = (*robot.angles, *(f"{name} rate" for name in robot.angles))
+        self.moving = robot.angles
+        if mode.slips:
+            self.state_names += ("foot slide", "foot speed")
+            self.moving += ("foot",)
+        self.n_x, self.n_a = len(self.state_names), len(self.moving)
+
+    def full(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return q and v of a reduced state, each of shape (n_q, 1)."""
+        n = self.n_angles
+        slide, speed = (state[2 * n], state[2 * n + 1]) if self.mode.slips else (ca.SX(0), ca.SX(0))
+        zero = ca.SX(1, 1)
+        return ca.vertcat(slide, zero, state[:n]), ca.vertcat(speed, zero, state[n : 2 * n])
+
+    def parts(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return positions and velocities of `moving` in a reduced state, each of shape (n_a, 1)."""
+        n = self.n_angles
+        foot = (state[2 * n], state[2 * n + 1]) if self.mode.slips else (ca.SX(0, 1), ca.SX(0, 1))
+        return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
+
+    def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
+        """Return the reduced state with given positions and velocities of `moving`; undoes :meth:`parts`."""
+        n = self.n_angles
+        foot = (positions[n], velocities[n]) if self.mode.slips else ()
+        return ca.vertcat(positions[:n], velocities[:n], *foot)
+
+    def flow(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return the state's rate, shape (n_x, 1), and the contact force (f_t, f_n) [N]."""
+        q, v = self.full(state)
+        acceleration, force = self.robot.acceleration[self.mode](q, v, torque, p)
+        rate = ca.vertcat(v[2:], acceleration[2:])
+        if self.mode.slips:
+            rate = ca.vertcat(rate, v[0], acceleration[0])
+        return rate, force
+
+    def balance(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return the residual of the equations of motion per weight, shape (n_a, 1), and the contact force [N].
+
+        No equation is solved: M a + h - E u is the contact force in its first two rows and must vanish in the others
+        (inverse dynamics).  `acceleration` is that of `moving`: the angles, then the foot where it slides.
+        """
+        q, v = self.full(state)
+        mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
+        n, zero = self.n_angles, ca.SX(1, 1)
+        foot = acceleration[n] if self.mode.slips else zero
+        excess = mass_matrix @ ca.vertcat(foot, zero, acceleration[:n]) + bias - actuation @ torque
+        force = excess[:2]
+        residual = excess[2:]
+        if self.mode.slips:
+            friction = -self.mode.sign * self._friction(p) * force[1]
+            residual = ca.vertcat(residual, force[0] - friction)
+            force = ca.vertcat(friction, force[1])
+        return residual / self.weight(p), force
+
+    def flow_and_energy(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the state's rate, the joint powers and the friction loss rate, shape (n_x + n_u + 1, 1)."""
+        extended = state[: self.n_x]
+        rate, force = self.flow(extended, torque, p)
+        speed = extended[-1] if self.mode.slips else 0
+        return ca.vertcat(rate, self.power(extended, torque, p), -force[0] * speed)
+
+    def interval(
+        self,
+        state: ca.SX,
+        torque: ca.SX,
+        torque_after: ca.SX,
+        step: ca.SX,
+        p: ca.SX,
+        *,
+        substeps: int,
+        energy: bool = False,
+    ) -> tuple[ca.SX, ca.SX]:
+        """Return the states in the middle and at the end of an interval with linear torque.
+
+        Each half takes `substeps` Runge-Kutta steps.  With `energy`, states carry the works of the actuators and the
+        friction loss behind them, integrated with them.
+        """
+
+        def flow(x: ca.SX, u: ca.SX) -> ca.SX:
+            return self.flow_and_energy(x, u, p) if energy else self.flow(x, u, p)[0]
+
+        count = 2 * substeps
+        rise, states = torque_after - torque, [state]
+        for i in range(count):
+            torques = tuple(torque + rise * ((i + part) / count) for part in (0, 0.5, 1))
+            states.append(rk4(flow, states[-1], torques, step / count))
+        return states[substeps], states[count]
+
+    def power(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the joint powers, shape (n_u, 1) [W]."""
+        return torque * self.robot.joint_rates(*self.full(state), p)
+
+    def weight(self, p: ca.SX) -> ca.SX:
+        """Return total weight m g [N]."""
+        gravity = [parameter.name for parameter in self.robot.parameters].index("gravity")
+        return self.robot.mass(p) * p[gravity]
+
+    def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[str], ca.SX]:
+        """Return names and values of what must be >= 0 along the phase, forces per weight.
+
+        Written with 1/mu, so that an unlimited friction (mu = inf) leaves f_n >= 0.
+        """
+        tangential, normal = ca.vertsplit(force / self.weight(p))
+        if self.mode.slips:
+            return ["normal force"], normal
+        scaled = tangential / ((1 - margin) * self._friction(p))
+        return ["forward friction cone", "backward friction cone"], ca.vertcat(normal - scaled, normal + scaled)
+
+    def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
+        """Return the condition at which a sticking foot starts to slip: the force exactly on the cone."""
+        tangential, normal = ca.vertsplit(force / self.weight(p))
+        excess = normal + slip.sign * tangential / self._friction(p)
+        return [("slip onset on the cone", 0.0, 0.0), ("normal force", 0.0, float("inf"))], ca.vertcat(excess, normal)
+
+    def _friction(self, p: ca.SX) -> ca.SX:
+        return p[[parameter.name for parameter in self.robot.parameters].index("friction")]
+
+
+def rk4(flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ...], step: ca.SX) -> ca.SX:
+    """Return the state after one classical Runge-Kutta step, torques given at its start, middle and end."""
+    start, middle, end = torques
+    k1 = flow(state, start)
+    k2 = flow(state + step / 2 * k1, middle)
+    k3 = flow(state + step / 2 * k2, middle)
+    k4 = flow(state + step * k3, end)
+    return state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)

@@ -1,0 +1,100 @@
+"""Schemes: how the motion within one interval becomes unknowns and equations."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
+
+INNER = ", inner point "
+
+
+def at_inner_point(number: int) -> str:
+    """Return what is added to the name of a quantity at an inner point of an interval, counted from 1."""
+    return f"{INNER}{number}"
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """The motion at one instant of a phase, as expressions.
+
+    Attributes
+    ----------
+    state : SX, shape (n_x, 1)
+    torque : SX, shape (n_u, 1)
+    acceleration : SX, shape (n_a, 1)
+    force : SX, shape (2, 1) [N]
+    residual : SX
+        Must vanish; empty where the acceleration is computed rather than an unknown.
+    """
+
+    state: ca.SX
+    torque: ca.SX
+    acceleration: ca.SX
+    force: ca.SX
+    residual: ca.SX
+
+
+class Scheme(ABC):
+    """How an interval between two nodes is integrated.
+
+    To add one, derive from this class and offer it through a :class:`gaitopt.ocp.transcription.method.Method`.  States and torques at
+    the nodes are unknowns of every scheme, torques are linear between nodes, and the friction cone, the slip direction
+    and the joint powers are held at the nodes and at the scheme's inner points.
+
+    Attributes
+    ----------
+    inner : tuple of float
+        Fractions of the interval, strictly between 0 and 1, at which the motion is known besides the nodes.
+    """
+
+    inner: tuple[float, ...]
+
+    @abstractmethod
+    def node_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+        """Return the names of a node's unknowns besides state and torque."""
+
+    @abstractmethod
+    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+        """Return the names of the unknowns inside an interval."""
+
+    @abstractmethod
+    def residuals(self, stance: PhaseDynamics) -> tuple[str, ...]:
+        """Return the names of the residuals of a point."""
+
+    @abstractmethod
+    def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
+        """Return the point at a node with given unknowns."""
+
+    @abstractmethod
+    def advance(
+        self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX
+    ) -> tuple[ca.SX, list[Point]]:
+        """Return what must vanish for `right` to follow from `left`, shape (n_x, 1), and the inner points.
+
+        Parameters
+        ----------
+        left, right : Point
+            The nodes at both ends.
+        unknowns : SX
+            Those inside the interval.
+        step : SX [s]
+            Its length.
+        """
+
+    def smooth_weights(self) -> Array:
+        """Return weights of start, inner points and end for a smooth integrand, shape (len(inner) + 2,).
+
+        They integrate polynomials through all points exactly; Simpson's rule and Lobatto's rules are of this kind.
+        """
+        at = np.array([0.0, *self.inner, 1.0])
+        powers = np.arange(at.size)
+        return np.asarray(np.linalg.solve(np.vander(at, increasing=True).T, 1 / (powers + 1)))
+
+    def kinked_weights(self) -> Array:
+        """Return trapezoidal weights: never below the integral of a kink, so the optimiser cannot hide work in one."""
+        gaps = np.diff([0.0, *self.inner, 1.0])
+        return (np.append(gaps, 0.0) + np.append(0.0, gaps)) / 2

@@ -1,0 +1,66 @@
+"""Which engine runs."""
+
+from importlib.util import find_spec
+
+from gaitopt.control.law import Law
+from gaitopt.errors import InputError, suggest
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.taylor.expression_conversion import can_follow, heyoka_module
+from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
+
+NAMES = ("auto", "heyoka", "scipy")
+
+
+def default_engine(law: Law | None = None) -> Engine:
+    """Return the fastest engine that can walk under a law: heyoka where it is installed, else scipy.
+
+    Parameters
+    ----------
+    law : Law, optional
+        Passive by default.  heyoka cannot follow torques that are not smooth, such as ``fabs`` or ``if_else``.
+
+    Examples
+    --------
+    >>> default_engine().name in ("heyoka", "scipy")
+    True
+    """
+    if find_spec("heyoka") and (law is None or can_follow(law.demand or law.torque)):
+        return HeyokaEngine()
+    return ScipyEngine()
+
+
+def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
+    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest that can walk under a law.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or the engine is not installed.
+
+    Examples
+    --------
+    >>> engine_named("scipy").name
+    'scipy'
+    """
+    if name == "auto":
+        return default_engine(law)
+    if name == "scipy":
+        return ScipyEngine()
+    if name == "heyoka":
+        heyoka_module()
+        return HeyokaEngine()
+    raise InputError(f"There is no engine {name!r}. {suggest(name, NAMES)}")
+
+
+def faster_walks(engine: Engine) -> str | None:
+    """Return what to do for faster walks than with an engine, or None where nothing is to be gained by installing.
+
+    Examples
+    --------
+    >>> faster_walks(default_engine()) is None or "gaitopt[fast]" in faster_walks(default_engine())
+    True
+    """
+    if engine.name != "scipy" or find_spec("heyoka"):
+        return None
+    return "The heyoka engine walks about a hundred times faster; on Linux: pip install 'gaitopt[fast]'."

@@ -1,0 +1,120 @@
+"""Events located on the dense output of an integrator: the first guard that falls through zero."""
+
+import functools
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+from scipy.integrate import DenseOutput
+from scipy.optimize import brentq, minimize_scalar
+
+from gaitopt.model.fast_call import FastCall
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.closed_loop import SWITCH, ClosedLoop
+
+SIMULTANEOUS = 1e-4
+"""Part of a span after which the sign of a guard that starts at zero is looked at."""
+
+ROUNDING = 1e-9
+"""Guards that start below zero by less than this (N, m/s, rad) are on the edge, not beyond it."""
+
+
+class EventWatch:
+    """The guards of a closed loop with parameters and data, watched along a motion.
+
+    Parameters
+    ----------
+    loop : ClosedLoop
+    p : (n_p,) array
+    data : (n_d,) array
+    clock : float [s]
+    y : (n_y,) array
+        Where the motion begins.
+    law_only : bool
+        Whether only those guards count at which the law changes its form.
+    """
+
+    def __init__(
+        self, loop: ClosedLoop, p: Array, data: Array, clock: float, y: Array, *, law_only: bool = False
+    ) -> None:
+        self._guards, self._size = FastCall(loop.guards, p, data), loop.size
+        names = enumerate(loop.guard_names)
+        self._watched = [(i, name) for i, name in names if not law_only or name.startswith(SWITCH)]
+        self._before = self._guards(clock, y[: loop.size])[0].copy()
+
+    def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[str | None, float]:
+        """Return the first guard that falls through zero in a time span that goes on from the last, and when.
+
+        A guard that starts at zero (a slide from rest, a force released exactly on the cone) is no event there unless
+        it falls at once: then the mode was left at once.  One that starts below zero is an event at the start.
+        """
+        before, self._before = self._before, self._values(dense, span[1]).copy()
+        now, middle = self._before, self._values(dense, (span[0] + span[1]) / 2).copy()
+        found: list[tuple[float, int, str]] = []
+        for i, name in self._watched:
+            guard = functools.partial(self._value, dense, i)
+            begin, end = span[0], span[1] if now[i] <= 0 else _dip(guard, span, (before[i], middle[i], now[i]))
+            if before[i] <= 0:
+                if name == "touchdown":
+                    # It starts at zero by definition (both feet on the ground) and counts only once armed.
+                    continue
+                begin += SIMULTANEOUS * (span[1] - span[0])
+                if before[i] < -ROUNDING or (now[i] < 0 and guard(begin) <= 0):
+                    found.append((span[0], i, name))
+                    continue
+                end = span[1] if now[i] < 0 else None
+            if end is None:
+                continue
+            at = _root(guard, (begin, end))
+            if name == "touchdown" and self._guards(at, dense(at)[: self._size])[1][0] <= 0:
+                continue
+            found.append((at, i, name))
+        if not found:
+            return None, span[1]
+        at, _, name = min(found)
+        return name, at
+
+    def first_in_step(self, dense: DenseOutput, spans: int) -> tuple[str | None, float]:
+        """Return the same for a whole step of the integrator, divided into spans."""
+        if not self._watched:
+            return None, dense.t
+        for span in spans_of(dense, spans):
+            event, at = self.first(dense, span)
+            if event is not None:
+                return event, at
+        return None, dense.t
+
+    def _values(self, dense: DenseOutput, t: float) -> Array:
+        return self._guards(t, dense(t)[: self._size])[0]
+
+    def _value(self, dense: DenseOutput, i: int, t: float) -> float:
+        return float(self._values(dense, t)[i])
+
+
+def spans_of(dense: DenseOutput, count: int) -> list[tuple[float, float]]:
+    """Return the short spans of equal length that a step of the integrator is divided into."""
+    return list(itertools.pairwise(np.linspace(dense.t_old, dense.t, count + 1).tolist()))
+
+
+def _dip(
+    guard: Callable[[float], float], span: tuple[float, float], values: tuple[float, float, float]
+) -> float | None:
+    """Return a time in a span at which a guard that is positive at both ends is negative, or None.
+
+    The minimum is looked for only where the parabola through the ends and the middle comes near to zero inside.
+    """
+    left, middle, right = values
+    bend, lean = 2 * (left - 2 * middle + right), right - left
+    if bend <= abs(lean) or middle - lean**2 / (4 * bend) > 0.1 * max(left, right):
+        return None
+    found = minimize_scalar(guard, bounds=span, method="bounded", options={"xatol": 1e-9 * (span[1] - span[0])})
+    return float(found.x) if found.fun < 0 else None
+
+
+def _root(guard: Callable[[float], float], span: tuple[float, float]) -> float:
+    """Return where a guard falls through zero in a span; an end where rounding hides the change of sign is a root."""
+    if guard(span[0]) <= 0:
+        return span[0]
+    if guard(span[1]) >= 0:
+        return span[1]
+    return float(brentq(guard, *span, xtol=1e-15, rtol=1e-15))

@@ -1,0 +1,227 @@
+"""One contact mode with parameters and law, watched by heyoka, with guards meaning what they mean everywhere.
+
+heyoka reports every root of a guard in a step, one at the very start included, while a guard that starts at zero counts
+only if it is negative right after: a foot slides on from rest, a force is released on the edge of its cone, both feet
+touch the ground when a step begins.  Such guards are shifted, by no more than rounding, so that there is no root at the
+start unless it counts.
+"""
+
+import functools
+from collections.abc import Callable, Iterator
+from threading import get_ident
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.control.law import Law
+from gaitopt.control.limits import split_at_limits
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.active_piece import pieces
+from gaitopt.simulation.closed_loop import SWITCH, closed_loop, piece_shift
+from gaitopt.simulation.taylor.active_piece import TaylorActivePiece
+from gaitopt.simulation.taylor.compiled_programs import program_with_events
+from gaitopt.simulation.taylor.expression_conversion import heyoka_module
+
+ZERO = 1e-9
+"""A guard this little below zero at the start was put there by rounding; whether it falls decides."""
+TOUCHING = 1e-13
+"""A touchdown guard this near zero at the start means that both feet are on the ground."""
+AT_LIMIT = 1e-7
+"""A torque this near [N m] to where it meets or leaves its limit is there: it is known to about 1e-9 only, since the
+integrator's expressions are other sums than the law's."""
+MAX_FAILED_STARTS = 10_000
+"""Taylor steps after which an integrator must show that it gets on."""
+
+Tape = Callable[[Array, Array, Array, int], None]
+
+
+class ModeIntegrator:
+    """One contact mode of a robot under a law with given parameters, ready to run in the thread that makes it.
+
+    Parameters
+    ----------
+    robot : Robot
+    law : Law
+    mode : Mode
+    p : (n_p,) array
+    tolerance : float
+    compact_mode : bool
+        As in :class:`gaitopt.simulation.taylor.heyoka_engine.HeyokaEngine`.
+
+    Attributes
+    ----------
+    torque : Function
+        The law's; of a law with limits, the one whose kinks are switches.
+    loop : ClosedLoop
+    here : (1 + n_y,) array
+        Clock [s] and state, for :meth:`run` to change.
+    """
+
+    def __init__(self, robot: Robot, law: Law, mode: Mode, p: Array, tolerance: float, compact_mode: bool) -> None:
+        self.robot, self.law, self.p = robot, law, p
+        self.torque = law.torque if law.demand is None else split_at_limits(law.demand)
+        self.loop = closed_loop(robot, mode, self.torque)
+        guards = _parameters_last(self.loop.guards)
+        memory = np.zeros(1 + self.loop.size + guards.numel_in(2))
+        self.here, self._data = memory[: 1 + self.loop.size], memory[1 + self.loop.size :]
+        self._y, self._watch = self.here[1:], FastCall(guards, p, shared=memory)
+        self._program = program_with_events(robot, mode, self.torque, tolerance, compact_mode, get_ident())
+        self._names = self.loop.guard_names
+        self._shifts = self._program.numbers[-len(self._names) :]
+        self._near = ZERO if law.demand is None else AT_LIMIT
+        self._law = TaylorActivePiece(law, mode, self.here)
+        self._ready: dict[tuple[int, tuple[float, ...]], tuple[Array, Array | None]] = {}
+        outcomes = heyoka_module().taylor_outcome
+        self._in_time, self._stuck = int(outcomes.time_limit), int(outcomes.step_limit)
+
+    def stretches(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float, Array | None]]:
+        """Yield the data in force in each stretch between two clock times, with its begin and end.
+
+        Last comes the jump of a deviation at its begin, (n_y, n_y), where the law goes over into another piece by the
+        state; None where deviations do not jump.
+        """
+        if self.law.demand is None and self.law.index is None:
+            for piece, begin, end in pieces(self.law, clock, until):
+                yield self.law.table[:, piece], begin, end, None
+            return
+        taken: list[tuple[Array, Array, Array]] = []
+        self.here[0], self.here[1:] = clock, state
+        self.walk(until, lambda column, before, after, steps: taken.append((column, before, after.copy())))
+        last: tuple[Array, Array] | None = None
+        for column, before, after in taken:
+            jump = None if last is None or self.law.index is None else self._jump(last[0], column, last[1])
+            yield column, before[0], after[0], jump
+            last = column, after
+
+    def _jump(self, old: Array, new: Array, here: Array) -> Array:
+        rates = [np.asarray(self.loop.flow(here[0], here[1:], self.p, data)).ravel() for data in (old, new)]
+        return np.eye(here.size - 1) + np.outer(rates[0] - rates[1], piece_shift(self.law, rates[0]))
+
+    def walk(self, until: float, tape: Tape | None = None) -> str | None:
+        """Integrate through the pieces of the law, from what is in `here`, and return the event that ended it.
+
+        Parameters
+        ----------
+        until : float [s]
+        tape : callable, optional
+            Called with (data in force, `here` before, `here` after, Taylor steps) for each stretch between changes of
+            the data.
+        """
+        here, law = self.here, self._law
+        began = clock = here.item(0)
+        law.begin()
+        while clock < until:
+            before = here if tape is None else here.copy()
+            event, steps = self.run(law.end(until), first=clock == began)
+            clock = here.item(0)
+            if tape is not None:
+                tape(law.column, before, here, steps)
+            event = law.advance(event)
+            if event is not None:
+                return event
+        return None
+
+    def run(self, end: float, *, first: bool) -> tuple[str | None, int]:
+        """Integrate over one piece of the law, or until a guard falls through zero.
+
+        Parameters
+        ----------
+        end : float [s]
+        first : bool
+            Whether the phase begins here.
+
+        Returns
+        -------
+        event : str or None
+        steps : int
+            Taylor steps taken.
+        """
+        here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
+        watch = self._watch
+        self._data[:], row = self._ready.get((self._law.piece, self._law.sides)) or self._prepare()
+        *values, armed = watch.here().tolist()
+        program.numbers[:] = self._row() if row is None else row
+        if not min(values) > self._near:
+            event = self._start(values, armed > 0, first)
+            if event is not None:
+                return event, 0
+        program.state[:] = y[program.entries]
+        integrator.time = here.item(0)
+        integrator.reset_cooldowns()
+        steps = 0
+        while True:
+            outcome = integrator.propagate_until(end, MAX_FAILED_STARTS)
+            code, steps = int(outcome[0]), steps + outcome[3]
+            if code < 0 and code >= -len(values):
+                y[program.entries] = program.state
+                here[0], event = integrator.time, self._names[~code]
+                if event != "touchdown" or watch.here().item(-1) > 0:
+                    return event, steps
+            elif code == self._in_time:
+                y[program.entries] = program.state
+                here[0] = end
+                return None, steps
+            elif code != self._stuck or integrator.last_h <= 1e-12 * (end - here[0]):
+                self._last_finite()
+                return "singular", steps
+
+    def _start(self, values: list[float], armed: bool, first: bool) -> str | None:
+        """Shift guards that start at zero to the side where they do not count, or return one that is negative."""
+        for i, value in enumerate(values):
+            name = self._names[i]
+            if abs(value) < AT_LIMIT and name.startswith(SWITCH):
+                self._shifts[i] = AT_LIMIT / 10 - min(value, 0)
+                continue
+            if value > ZERO:
+                continue
+            if name == "painleve" and value <= 0:
+                return name
+            if first and name == "touchdown":
+                # Never an event where it starts: from below zero it must rise first.
+                if abs(value) < TOUCHING and (value <= 0 or not armed):
+                    self._shifts[i] = -1e-15 - value
+            elif -ZERO <= value <= 0:
+                # Falls through the shifted zero at once, or rises; a resting foot's speed is an exact zero.
+                self._shifts[i] = (1e-16 if name == "at rest" else 1e-14 * max(1, *map(abs, values))) - value
+            elif value < -ZERO and name != "touchdown":
+                return name
+        return None
+
+    def _last_finite(self) -> None:
+        """Integrate until a step fails; change clock and state to the last good ones."""
+        here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
+        program.state[:] = y[program.entries]
+        integrator.time = here[0]
+        integrator.reset_cooldowns()
+        for _ in range(MAX_FAILED_STARTS):
+            integrator.step()
+            if not np.all(np.isfinite(program.state)):
+                break
+            here[0], y[program.entries] = integrator.time, program.state
+
+    def _prepare(self) -> tuple[Array, Array | None]:
+        """Return the data in force, and the integrator's numbers unless they depend on the state."""
+        ready = self._law.column, None if self._program.rest_matters else self._row()
+        self._ready[self._law.piece, self._law.sides] = ready
+        return ready
+
+    def _row(self) -> Array:
+        return self._program.row(self.p, self._law.column, self._y)
+
+
+@functools.lru_cache(maxsize=128)
+def _parameters_last(guards: ca.Function) -> ca.Function:
+    """Return (t, y, data, p) -> the same: what never changes comes last."""
+    t, y, p, data = guards.sx_in()
+    return ca.Function("guards", [t, y, data, p], guards.call([t, y, p, data]))
+
+
+@functools.lru_cache(maxsize=128)
+def mode_integrator(
+    robot: Robot, law: Law, mode: Mode, p: bytes, tolerance: float, compact_mode: bool, thread: int
+) -> ModeIntegrator:
+    """Return the phase of a mode for a parameter vector given as bytes; made once in each thread."""
+    return ModeIntegrator(robot, law, mode, np.frombuffer(p), tolerance, compact_mode)

@@ -1,0 +1,105 @@
+"""Fixed points of return maps by Newton's method with exact derivatives."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.motion.motion import Array
+from gaitopt.stability.return_map import Passage, ReturnMap
+
+ROUNDING = 1e-15
+"""A residual this small is not improved further."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixedPointOptions:
+    """Damped Newton iteration z <- z + s (P(z) - z) / (1 - DP).
+
+    Attributes
+    ----------
+    tolerance : float
+        Largest entry of P(z) - z accepted, or of the error of z it stands for, which is smaller where the map magnifies
+        (and with it its rounding); the iteration goes on while it still improves.
+    max_iterations : int
+    smallest_step : float
+        Smallest damping s tried.
+    """
+
+    tolerance: float = 1e-11
+    max_iterations: int = 25
+    smallest_step: float = 1 / 64
+
+
+@dataclass(frozen=True, eq=False)
+class FixedPoint:
+    """A fixed point of a return map.
+
+    Attributes
+    ----------
+    z : (n_z,) array
+    derivative : (n_z, n_z) array
+        Of the return map.
+    residual : float
+        Largest entry of P(z) - z.
+    passage : Passage
+        The steps from z.
+    iterations : int
+    """
+
+    z: Array
+    derivative: Array
+    residual: float
+    passage: Passage
+    iterations: int
+
+
+def find_fixed_point(returning: ReturnMap, z: Array, newton: FixedPointOptions | None = None) -> FixedPoint | None:
+    """Return the fixed point Newton's method reaches from a start, or None if it reaches none.
+
+    Parameters
+    ----------
+    returning : ReturnMap
+    z : (n_z,) array
+        Where to start.
+    newton : Newton, optional
+    """
+    newton = newton or FixedPointOptions()
+    z = np.array(z, dtype=float)
+    passage = returning(z)
+    if passage.end is None:
+        return None
+    gap, identity = passage.end - z, np.eye(z.size)
+    for iteration in range(newton.max_iterations + 1):
+        matrix, error = returning.derivative(z, passage), float(np.max(np.abs(gap)))
+        if not np.all(np.isfinite(matrix)):
+            return None
+        last = iteration == newton.max_iterations or error <= ROUNDING
+        try:
+            direction: Array = np.asarray(np.linalg.solve(identity - matrix, gap), dtype=float)
+        except np.linalg.LinAlgError:
+            return None
+        found = None if last else _line_search(returning, z, direction, error, newton)
+        if found is None:
+            met = min(error, float(np.max(np.abs(direction)))) <= newton.tolerance
+            return FixedPoint(z, matrix, error, passage, iteration) if met else None
+        z, passage, gap = found
+    return None
+
+
+def _line_search(
+    returning: ReturnMap, z: Array, direction: Array, error: float, newton: FixedPointOptions
+) -> tuple[Array, Passage, Array] | None:
+    """Return the first damped step that reduces the residual, or None when none does."""
+    step = 1.0
+    while step >= newton.smallest_step:
+        trial = z + step * direction
+        if np.all(np.isfinite(trial)) and np.max(np.abs(trial)) < 1e3:
+            passage = returning(trial)
+            if passage.end is not None:
+                gap = passage.end - trial
+                if np.max(np.abs(gap)) < (1 - step / 4) * error:
+                    return trial, passage, gap
+        if error <= newton.tolerance:
+            return None
+        step /= 2
+    return None

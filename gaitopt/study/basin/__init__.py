@@ -1,0 +1,1 @@
+"""Basins of attraction: where walks from a grid of initial states end."""

@@ -1,0 +1,124 @@
+"""What a basin asks of its workers: to walk from starts given by their values on axes."""
+
+import dataclasses
+import hashlib
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gaitopt.control.law import Law
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.section import Section
+from gaitopt.study.basin.attractor import SettlingCriterion, WalkEnding, classify_walk
+from gaitopt.study.basin.basin_record import Endings, Index
+
+
+@dataclass(frozen=True, eq=False)
+class BasinWalk:
+    """A walker, and what its starts have in common; sent to a worker once.
+
+    Attributes
+    ----------
+    robot : Robot
+    parameters : dict of str to float
+        All of them; the values of axes take the place of theirs.
+    base : dict of str to float
+        Coordinates of the start that are no axes.
+    axes : dict of str to (n,) array
+        Coordinates of the start, or parameters.
+    law : Law
+    patience : Patience
+    engine : Engine
+    """
+
+    robot: Robot
+    parameters: dict[str, float]
+    base: dict[str, float]
+    axes: dict[str, Array]
+    law: Law
+    patience: SettlingCriterion
+    engine: Engine
+
+    def method(self) -> dict[str, Any]:
+        """Return what the answer depends on besides robot, parameters and starts, as plain data."""
+        law = hashlib.sha256(self.law.torque.serialize().encode())
+        law.update(self.law.breakpoints.tobytes() + self.law.table.tobytes())
+        return {"law": self.law.name, "law_digest": law.hexdigest(), **dataclasses.asdict(self.patience)}
+
+    def endings(self, points: Iterable[tuple[float, ...]]) -> Iterator[WalkEnding]:
+        """Walk from starts given by their values on the axes, one after another."""
+        robot = self.robot
+        known = {parameter.name for parameter in robot.parameters}
+        walker, last = None, None
+        for point in points:
+            given = dict(zip(self.axes, point, strict=True))
+            parameters = {name: value for name, value in given.items() if name in known}
+            if walker is None or parameters != last:
+                p = robot.vector(robot.resolve({**self.parameters, **parameters}))
+                walker, last = Walker(robot, self.law, p, self.engine), parameters
+                section = Section(robot, p, sliding=True)
+            start = {**self.base, **given}
+            yield classify_walk(walker, np.array([start[name] for name in section.names]), self.patience)
+
+
+def axis_values_of(name: str, points: Sequence[float] | Array) -> Array:
+    """Return the values of an axis, shape (n,)."""
+    try:
+        values = np.array(points, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"The axis {name!r} needs numbers, got {points!r}.") from None
+    if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
+        raise InputError(f"The axis {name!r} needs finite values, at least one.")
+    return values
+
+
+def walk_over(
+    robot: Robot,
+    parameters: Mapping[str, float],
+    axes: Mapping[str, Array],
+    base: Mapping[str, float],
+    law: Law,
+    patience: SettlingCriterion,
+    engine: Engine,
+) -> BasinWalk:
+    """Return the walks of a basin; raises InputError if an axis or a coordinate is unknown or cannot be so."""
+    fixed = {name: float(value) for name, value in parameters.items() if name not in axes}
+    known = {parameter.name: parameter for parameter in robot.parameters}
+    if len(axes) not in (1, 2):
+        raise InputError(f"A basin has one or two axes, got {len(axes)}: {', '.join(axes) or 'none'}.")
+    varied = {name: values for name, values in axes.items() if name in known}
+    for name, values in varied.items():
+        for value in values:
+            known[name].check(value)
+    # Bounds between parameters hold everywhere if they do in the corners.
+    corners = itertools.product(*((values.min(), values.max()) for values in varied.values()))
+    resolved = [robot.resolve({**fixed, **dict(zip(varied, corner, strict=True))}) for corner in corners]
+    coordinates = Section(robot, robot.vector(resolved[0]), sliding=True).names
+    for name in axes:
+        if name not in (*coordinates, *known):
+            raise InputError(
+                f"Robot {robot.name!r} has no coordinate or parameter {name!r}. {suggest(name, (*coordinates, *known))}"
+            )
+    for name in base:
+        if name not in coordinates:
+            raise InputError(f"The section of {robot.name!r} has no coordinate {name!r}. {suggest(name, coordinates)}")
+    start = {name: float(base.get(name, 0.0)) for name in coordinates if name not in axes}
+    return BasinWalk(robot, resolved[0], start, dict(axes), law, patience, engine)
+
+
+def walk_starts(walk: BasinWalk, index: Index) -> tuple[Index, Endings]:
+    """Do a task: walk from some starts, given by their numbers in C order of the axes."""
+    places = np.unravel_index(index, tuple(values.size for values in walk.axes.values()))
+    columns = [values[place].tolist() for values, place in zip(walk.axes.values(), places, strict=True)]
+    found = list(walk.endings(zip(*columns, strict=True)))
+    labels = tuple(dict.fromkeys(ending.label for ending in found))
+    outcome = np.array([labels.index(ending.label) for ending in found], dtype=np.int16)
+    steps = np.array([ending.steps for ending in found], dtype=np.int32)
+    return index, Endings(labels, outcome, steps, np.array([ending.z for ending in found]))

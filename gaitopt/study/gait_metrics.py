@@ -1,0 +1,107 @@
+"""What studies measure on a gait: names, units and meanings, the same in every table and file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.motion.energy import positive_work
+from gaitopt.motion.gait import Gait
+
+
+@dataclass(frozen=True)
+class GaitMetric:
+    """A number that is read off a gait.
+
+    Attributes
+    ----------
+    name : str
+        Identifier, the same in Python, files and JSON.
+    unit : str
+        ``"1"`` for a pure number.
+    meaning : str
+        A phrase for people.
+    read : callable
+        From a gait to the number.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    read: Callable[[Gait], float]
+
+
+def force_ratio(gait: Gait) -> float:
+    """Return the largest ratio of tangential to normal contact force at the samples of a gait.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> round(force_ratio(load("docs/examples/compass_slip.h5")), 4)
+    0.14
+    """
+    force = gait.motion.channel("force")
+    return float(np.max(np.abs(force[0]) / force[1]))
+
+
+def shortest_phase(gait: Gait) -> float:
+    """Return the duration of the shortest phase of a gait [s].
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> round(shortest_phase(load("docs/examples/compass_slip.h5")), 4)
+    0.0196
+    """
+    return min(segment.duration for segment in gait.motion.segments)
+
+
+def peak_torques(gait: Gait) -> dict[str, float]:
+    """Return the largest absolute torque of each actuator [N m].
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> sorted(peak_torques(load("docs/examples/compass_slip.h5")))
+    ['ankle', 'hip']
+    """
+    peaks = np.max(np.abs(gait.motion.channel("torque")), axis=1)
+    return dict(zip(gait.motion.actuators, peaks.tolist(), strict=True))
+
+
+def braking_work(gait: Gait) -> float:
+    """Return the work the actuators take out of the motion in a step, as a positive number [J].
+
+    Absolute work = impact loss + friction loss - gravity's work + 2 braking work: who never brakes pays for what is
+    lost and for nothing else.
+
+    Examples
+    --------
+    >>> from gaitopt import absolute_work, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> energy = gait.energy
+    >>> lost = energy.impact_loss + energy.friction_loss - energy.gravity
+    >>> abs(absolute_work(gait.motion) - lost - 2 * braking_work(gait)) < 1e-5
+    True
+    """
+    return positive_work(gait.motion) - gait.energy.actuator
+
+
+MEASURES = (
+    GaitMetric("cost_of_transport", "1", "absolute joint work over weight and travel", lambda g: g.cost_of_transport),
+    GaitMetric("objective", "", "what was minimised, in a unit of its own", lambda gait: gait.solver.objective),
+    GaitMetric("achieved_speed", "m/s", "average forward speed", lambda gait: gait.speed),
+    GaitMetric("travel", "m", "forward travel in a step, foot slide included", lambda gait: gait.step_length),
+    GaitMetric("period", "s", "duration of a step", lambda gait: gait.period),
+    GaitMetric("shortest_phase", "s", "duration of the shortest phase", shortest_phase),
+    GaitMetric(
+        "foot_slide", "m", "net forward slide of the stance foot in a step", lambda gait: gait.motion.foot_slide
+    ),
+    GaitMetric("force_ratio", "1", "largest tangential over normal contact force", force_ratio),
+    GaitMetric("impulse_ratio", "1", "tangential over normal impulse at touchdown", lambda g: g.motion.jumps[0].ratio),
+    GaitMetric("actuator_work", "J", "work of the actuators in a step, signed", lambda gait: gait.energy.actuator),
+    GaitMetric("braking_work", "J", "work the actuators take out of the motion in a step", braking_work),
+    GaitMetric("gravity_work", "J", "work of gravity in a step", lambda gait: gait.energy.gravity),
+    GaitMetric("impact_loss", "J", "energy lost at touchdown", lambda gait: gait.energy.impact_loss),
+    GaitMetric("friction_loss", "J", "energy lost by sliding in a step", lambda gait: gait.energy.friction_loss),
+)

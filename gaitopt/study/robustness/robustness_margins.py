@@ -1,0 +1,233 @@
+"""How much a controlled gait takes: the largest disturbance of each kind it survives, by bisection."""
+
+import functools
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.control.law import Law
+from gaitopt.errors import GaitoptError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.parallel.runner import Observer, run_tasks
+from gaitopt.parallel.task_graph import Task
+from gaitopt.parameters import check_options, counted, positive
+from gaitopt.simulation.delay import DelayedReadings, delay_readings
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.study.robustness.torque_noise import add_torque_noise
+
+DOUBLINGS = 6
+"""Between the first disturbance tried and the largest: what is survived among large ones may not be among small."""
+
+
+@dataclass(frozen=True)
+class RobustnessMargins:
+    """The largest disturbance of one kind that is survived.
+
+    Attributes
+    ----------
+    kind : str
+    survived : float
+        The largest found to be survived, like all smaller ones tried; 0 where none is.
+    failed : float or None
+        The smallest found not to be; None where the largest tried is survived.
+    unit : str
+
+    Examples
+    --------
+    >>> RobustnessMargins("friction patch", 0.05, 0.06, "1").survived
+    0.05
+    """
+
+    kind: str
+    survived: float
+    failed: float | None
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkTest:
+    """How long a disturbed walker must walk, and how closely limits are located.
+
+    Attributes
+    ----------
+    steps : int
+    patch : int
+        Steps on a patch of other friction.
+    seed : int
+        Of noise.
+    resolution : float
+        Relative width to which the largest disturbance is located.
+
+    Examples
+    --------
+    >>> WalkTest().steps
+    50
+    """
+
+    steps: int = 50
+    patch: int = 5
+    seed: int = 0
+    resolution: float = 0.05
+
+    def __post_init__(self) -> None:
+        counts = counted("steps"), counted("patch"), counted("seed", 0)
+        check_options(self, *counts, positive("resolution", upper=1.0))
+
+
+def assess_robustness(
+    robot: Robot,
+    law: Law,
+    cycle: Cycle,
+    *,
+    walking: WalkTest | None = None,
+    test: PushTest | None = None,
+    engine: Engine | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
+    observer: Observer | None = None,
+) -> tuple[RobustnessMargins, ...]:
+    """Return the largest disturbances a controlled gait survives, one kind at a time.
+
+    Push: a change of the state after touchdown, from which all seeded starts return to the gait (:class:`Recovery`).
+    Slope: walked on for all steps, uphill and downhill.  Friction patch: the drop of friction over some steps in the
+    middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step and
+    added before the torque limits.  Sensor delay: age of the state the law reads (:mod:`gaitopt.simulation.delay`), up
+    to half the period.  In all but the push, surviving means to walk all steps, if need be in another gait.
+
+    Parameters
+    ----------
+    robot : Robot
+    law : Law
+    cycle : Cycle
+        Its gait of one step.
+    walking : WalkTest, optional
+    test : PushTest, optional
+    engine : Engine, optional
+    workers : int
+        Processes, of which each tries one kind at a time.
+    executor : concurrent.futures.Executor, optional
+        Tries them instead of own processes: a :class:`DaskCluster`, or any other, `workers` kinds at a time.
+    observer : callable, optional
+        Called with (kinds tried, kinds in all).
+
+    Raises
+    ------
+    GaitoptError
+        If processes die over a kind.
+
+    Examples
+    --------
+    >>> from gaitopt import PushTest, assess_stability, compass_biped, computed_torque, load
+    >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
+    >>> law = computed_torque(robot, gait.motion, stiffness=25, damping=10, torque_limit=8)
+    >>> quick = WalkTest(steps=3, resolution=0.5)
+    >>> cycle, push = assess_stability(gait, law), PushTest(starts=1, resolution=0.5)
+    >>> [each.kind for each in assess_robustness(robot, law, cycle, walking=quick, test=push)]
+    ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
+    """
+    setting = _Setting(robot, law, cycle, engine or default_engine(law), walking or WalkTest(), test or PushTest())
+    kinds = ["push", "downhill slope", "uphill slope"]
+    if math.isfinite(cycle.parameters["friction"]):
+        kinds.append("friction patch")
+    if robot.n_u:
+        kinds += ["torque noise", "sensor delay"]
+    planned, found = [Task(kind, kind) for kind in kinds], {}
+    for done in run_tasks(_endured, planned, setting, workers=workers, executor=executor):
+        if done.failure:
+            raise GaitoptError(f"The {done.task.key} could not be tried: {done.failure}.")
+        found[done.task.key] = done.result
+        if observer is not None:
+            observer(len(found), len(kinds))
+    return tuple(found[kind] for kind in kinds)
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """A controlled gait about to be disturbed."""
+
+    robot: Robot
+    law: Law
+    cycle: Cycle
+    engine: Engine
+    walking: WalkTest
+    test: PushTest
+
+    def walker(self, changes: dict[str, float], law: Law | None = None, engine: Engine | None = None) -> Walker:
+        p = self.robot.vector({**self.cycle.parameters, **changes})
+        return Walker(self.robot, law or self.law, p, engine or self.engine, step_time_limit=3 * self.cycle.period)
+
+    def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> RobustnessMargins:
+        """Double the size of a disturbance until one is not survived, `most` at the latest, and bisect the rest."""
+        lower, upper = 0.0, most / 2**DOUBLINGS
+        while survives(upper):
+            if upper == most:
+                return RobustnessMargins(kind, most, None, unit)
+            lower, upper = upper, min(2 * upper, most)
+        while upper - lower > self.walking.resolution * upper and upper > 1e-6 * most:
+            middle = (lower + upper) / 2
+            lower, upper = (middle, upper) if survives(middle) else (lower, middle)
+        return RobustnessMargins(kind, lower, upper, unit)
+
+    def pushed(self) -> RobustnessMargins:
+        found = largest_recovery(self.walker({}), self.cycle, self.test)
+        return RobustnessMargins("push", found.radius, found.beyond if math.isfinite(found.beyond) else None, "rad/s")
+
+    def on_slope(self, sign: int, change: float) -> bool:
+        tilted = self.walker({"slope": self.cycle.parameters["slope"] + sign * change})
+        return _walks(tilted, self.start, self.walking.steps) is not None
+
+    def on_patch(self, drop: float) -> bool:
+        """Walk onto ground with less friction, off it again, and on."""
+        usual, slippery = self.walker({}), self.walker({"friction": self.cycle.parameters["friction"] - drop})
+        state = _walks(slippery, self.start, self.walking.patch)
+        rest = self.walking.steps - self.walking.patch
+        return state is not None and _walks(usual, state, rest) is not None
+
+    def with_noise(self, deviation: float) -> bool:
+        rng, state = np.random.default_rng(self.walking.seed), self.start
+        for _ in range(self.walking.steps):
+            noise = deviation * rng.normal(size=(self.robot.n_u, 10))
+            following = self.walker({}, add_torque_noise(self.law, noise, self.cycle.period)).stride(state).following
+            if following is None:
+                return False
+            state = following
+        return True
+
+    def with_delay(self, delay: float) -> bool:
+        late = self.walker({}, delay_readings(self.law), DelayedReadings(self.engine, delay))
+        return _walks(late, self.start, self.walking.steps) is not None
+
+    @property
+    def start(self) -> Array:
+        return self.cycle.section.embed(self.cycle.z)
+
+
+def _endured(setting: _Setting, kind: str) -> RobustnessMargins:
+    """Do a task: find the largest disturbance of a kind."""
+    parameters, period = setting.cycle.parameters, setting.cycle.period
+    trials: dict[str, tuple[Callable[[float], bool], float, str]] = {
+        "downhill slope": (functools.partial(setting.on_slope, 1), 0.2, "rad"),
+        "uphill slope": (functools.partial(setting.on_slope, -1), 0.2, "rad"),
+        "friction patch": (setting.on_patch, parameters["friction"], "1"),
+        "torque noise": (setting.with_noise, 10.0, "N m"),
+        "sensor delay": (setting.with_delay, period / 2, "s"),
+    }
+    return setting.pushed() if kind == "push" else setting.largest(kind, *trials[kind])
+
+
+def _walks(walker: Walker, state: Array, steps: int) -> Array | None:
+    """Return the state after some steps, or None if the walk ends before."""
+    for _ in range(steps):
+        following = walker.stride(state).following
+        if following is None:
+            return None
+        state = following
+    return state

@@ -1,0 +1,1 @@
+"""Search over contact sequences: every sequence is solved, replayed and ranked."""

@@ -1,0 +1,165 @@
+"""Rankings of contact sequences by the cost of their gaits."""
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from gaitopt.errors import InputError
+from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.summary import plain
+from gaitopt.study.multistart import ALIKE, objective
+from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
+from gaitopt.study.storage.failure_reason import MERGED, explain_failure
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RankedGait:
+    """What became of a contact sequence.
+
+    Attributes
+    ----------
+    sequence : ContactSequence
+    status : str
+        That of its gait; ``"merged"`` for a gait that is a shorter sequence in disguise, and no cheaper than what was found
+        with fewer phases; ``"impossible"``, ``"lost"`` when its process died, ``"pending"`` when the search was
+        interrupted before.
+    reason : str
+        Why it is not ranked; empty when it is.
+    gait : Gait or None
+    merged_into : ContactSequence or None
+    file : Path or None
+        Where the gait is kept.
+
+    Examples
+    --------
+    >>> RankedGait(sequence=ContactSequence.parse("slip+ | slip+"), status="impossible", reason="it gains speed").ranked
+    False
+    """
+
+    sequence: ContactSequence
+    status: str
+    reason: str = ""
+    gait: Gait | None = None
+    merged_into: ContactSequence | None = None
+    file: Path | None = None
+
+    @property
+    def ranked(self) -> bool:
+        """Whether its gait is solved, has passed its replay, and is no other contact sequence in disguise."""
+        return self.status == "solved"
+
+    def record(self) -> dict[str, Any]:
+        """Return the finding as plain data."""
+        gait = self.gait if self.gait is not None and (self.ranked or self.status == MERGED) else None
+        verdict = None if self.gait is None else self.gait.verification
+        return plain(
+            {
+                "sequence": str(self.sequence),
+                "status": self.status,
+                "cost_of_transport": None if gait is None else gait.cost_of_transport,
+                "objective": None if gait is None else gait.solver.objective,
+                "phases": [] if gait is None else [[p.mode.value, p.duration] for p in gait.motion.segments],
+                "verification": None if verdict is None else dataclasses.asdict(verdict),
+                "merged_into": None if self.merged_into is None else str(self.merged_into),
+                "file": None if self.file is None else str(self.file),
+                "reason": self.reason,
+            }
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """Contact sequences, ranked ones first and the cheapest before all.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+    complete : bool
+        False if the search was interrupted.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> ranking = rank_gaits([judge_gait(gait, 5e-3, None)], complete=True)
+    >>> ranking.best is gait, ranking.records()[0]["status"]
+    (True, 'solved')
+    """
+
+    findings: tuple[RankedGait, ...]
+    complete: bool
+
+    @property
+    def best(self) -> Gait:
+        """The cheapest gait.
+
+        Raises
+        ------
+        InputError
+            If no contact sequence has one.
+        """
+        first = self.findings[0]
+        if not first.ranked or first.gait is None:
+            raise InputError(f"No contact sequence has a gait; '{first.sequence}', for one: {first.reason}.")
+        return first.gait
+
+    def records(self) -> list[dict[str, Any]]:
+        """Return the findings as plain data, in order."""
+        return [finding.record() for finding in self.findings]
+
+
+def judge_gait(gait: Gait, shortest_phase: float, file: Path | None) -> RankedGait:
+    """Return what a gait makes of its contact sequence.
+
+    Parameters
+    ----------
+    shortest_phase : float
+        The bound of the problem [s].
+    """
+    other = is_degenerate(gait, shortest_phase) if gait.status.ok else None
+    if other is None:
+        return RankedGait(
+            sequence=gait.sequence, status=gait.status.key, reason=explain_failure(gait), gait=gait, file=file
+        )
+    reason = f"a phase rests at its shortest duration: the gait is '{other}' in disguise"
+    return RankedGait(sequence=gait.sequence, status=MERGED, reason=reason, gait=gait, merged_into=other, file=file)
+
+
+def rank_gaits(findings: list[RankedGait], complete: bool) -> Ranking:
+    """Return findings in order: ranked, merged, then the others.
+
+    A gait in disguise that is cheaper than all that was found with fewer phases is a gait of its own: its phase would
+    rather be shorter still, but not vanish.
+    """
+    costs = [
+        (len(finding.sequence.phases), objective(finding.gait)) for finding in findings if finding.gait is not None
+    ]
+
+    def settled(finding: RankedGait) -> RankedGait:
+        gait, count = finding.gait, len(finding.sequence.phases)
+        simpler = min((cost for phases, cost in costs if phases < count), default=math.inf)
+        if gait is None or finding.status != MERGED or objective(gait) >= (1 - ALIKE) * simpler:
+            return finding
+        return replace(finding, status=gait.status.key, reason="", merged_into=None)
+
+    findings = [settled(finding) for finding in findings]
+    order = {"solved": 0, MERGED: 1}
+
+    def place(finding: RankedGait) -> tuple[int, float]:
+        cost = math.inf if finding.gait is None else objective(finding.gait)
+        return order.get(finding.status, 2), cost
+
+    return Ranking(tuple(sorted(findings, key=place)), complete)
+
+
+def save_ranking(ranking: Ranking, path: Path) -> None:
+    """Write a ranking as JSON, whole or not at all."""
+    with write_atomically(path) as temporary:
+        content: Mapping[str, Any] = {"ranked": ranking.records(), "complete": ranking.complete}
+        temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")

@@ -1,0 +1,128 @@
+"""Which contact sequences a walk can have, which of them are neighbours, and which are others in disguise."""
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+
+from gaitopt.errors import SequenceError
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.gait import Gait
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.transcription.method import check_count
+
+_MODES = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)
+
+
+def enumerate_sequences(phases: int) -> tuple[ContactSequence, ...]:
+    """Return every contact sequence of a periodic step with at most so many phases, shorter ones first.
+
+    Examples
+    --------
+    >>> [str(sequence) for sequence in enumerate_sequences(1)]
+    ['stick | stick', 'slip+ | stick', 'slip+ | slip+', 'slip- | stick', 'slip- | slip-']
+    """
+    check_count("max_phases", phases, 1, 6)
+    return tuple(
+        sequence
+        for count in range(1, phases + 1)
+        for modes in itertools.product(_MODES, repeat=count)
+        for impact in dict.fromkeys((Mode.STICK, modes[0]))
+        if (sequence := periodic_sequence(modes, impact)) is not None
+    )
+
+
+def closed_sequences(given: Iterable[ContactSequence | str], purpose: str) -> tuple[ContactSequence, ...]:
+    """Return the contact sequences a study is given, each closed and possible in a periodic gait.
+
+    Parameters
+    ----------
+    given : iterable of ContactSequence or str
+        At least one.
+    purpose : str
+        What needs them, as the subject of the error message.
+
+    Raises
+    ------
+    SequenceError
+        If there is none, or one of them cannot be read, cannot repeat, or leaves something open.
+
+    Examples
+    --------
+    >>> [str(sequence) for sequence in closed_sequences(["stick|stick"], "A sweep")]
+    ['stick | stick']
+    """
+    sequences = [given] if isinstance(given, str | ContactSequence) else list(given)
+    if not sequences:
+        raise SequenceError(f"{purpose} needs a contact sequence, such as 'stick | stick'.")
+    return tuple(ContactSequence.parse(sequence).require_closed(purpose).check_periodic() for sequence in sequences)
+
+
+def periodic_sequence(phases: tuple[Mode, ...], impact: Mode) -> ContactSequence | None:
+    """Return the contact sequence with these phases, or None if no periodic step can be so."""
+    try:
+        return ContactSequence(phases, impact).check_periodic()
+    except SequenceError:
+        return None
+
+
+def explain_impossibility(sequence: ContactSequence, problem: GaitProblem) -> str:
+    """Return why no periodic gait of a problem can have a contact sequence, or "" if none of the known reasons holds.
+
+    Over a periodic step the contact's tangential impulse balances gravity's along the slope, its normal impulse
+    gravity's across it: their ratio is -tan(slope).  A foot that slips one way in every phase and at the impact has a
+    ratio of the friction coefficient instead.
+    """
+    modes = {*sequence.phases, sequence.impact}
+    if any(mode.slips for mode in modes) and math.isinf(problem.friction):
+        return "a foot cannot slip on infinite friction"
+    if len(modes) > 1 or Mode.STICK in modes or isinstance(problem.slope, tuple):
+        return ""
+    sign = sequence.impact.sign
+    if math.isclose(sign * problem.friction, math.tan(problem.slope), rel_tol=1e-9):
+        return ""
+    way = "forward" if sign > 0 else "backward"
+    return f"a foot that always slips {way} gains or loses speed with every step"
+
+
+def neighbours(sequence: ContactSequence) -> tuple[ContactSequence, ...]:
+    """Return the contact sequences that have one phase more or less, or another impact.
+
+    Examples
+    --------
+    >>> [str(other) for other in neighbours(ContactSequence.parse("stick | stick"))][:2]
+    ['slip+ stick | slip+', 'slip+ stick | stick']
+    """
+    found = {
+        other
+        for phases in (sequence.phases, *_edited(sequence.phases))
+        for impact in (Mode.STICK, phases[0])
+        if (other := periodic_sequence(phases, impact)) is not None
+    }
+    return tuple(sorted(found - {sequence}, key=lambda other: (len(other.phases), str(other))))
+
+
+def _edited(phases: tuple[Mode, ...]) -> Iterator[tuple[Mode, ...]]:
+    for i in range(len(phases)):
+        if len(phases) > 1:
+            yield _joined(phases[:i] + phases[i + 1 :])
+    for i, mode in itertools.product(range(len(phases) + 1), _MODES):
+        yield (*phases[:i], mode, *phases[i:])
+        yield (*phases[: i + 1], mode, *phases[i:])  # in the middle of a phase
+
+
+def _joined(phases: tuple[Mode, ...]) -> tuple[Mode, ...]:
+    """Return phases with equal ones in a row made one."""
+    return tuple(mode for mode, _ in itertools.groupby(phases))
+
+
+def is_degenerate(gait: Gait, shortest_phase: float) -> ContactSequence | None:
+    """Return the shorter sequence a gait would rather have: its own without the phases that last as short as they may.
+
+    None if no phase rests at its shortest duration.
+    """
+    kept = tuple(part.mode for part in gait.motion.segments if part.duration >= 1.01 * shortest_phase)
+    if not kept or len(kept) == len(gait.motion.segments):
+        return None
+    phases = _joined(kept)
+    return periodic_sequence(phases, gait.sequence.impact) or periodic_sequence(phases, Mode.STICK)

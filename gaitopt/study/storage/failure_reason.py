@@ -1,0 +1,27 @@
+"""What became of a piece of a study, in words."""
+
+from gaitopt.motion.gait import Gait
+
+IMPOSSIBLE, LOST, PENDING, MERGED = "impossible", "lost", "pending", "merged"
+"""What became of a problem that cannot be, whose process died, that waits, or whose gait is another sequence in disguise;
+all others have the status of their gait."""
+
+UNFINISHED = "the study was interrupted before"
+
+
+def explain_failure(gait: Gait) -> str:
+    """Return why a gait is no solution; empty for one that is.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> explain_failure(load("docs/examples/compass_slip.h5"))
+    ''
+    """
+    if gait.status.ok:
+        return ""
+    if gait.verification is not None and not gait.verification.passed:
+        return "replay: " + "; ".join(gait.verification.reasons)
+    if gait.solver.violations:
+        return f"no start led to a gait; the nearest had {gait.solver.violations[0]}"
+    return f"{gait.status.hint} ({gait.solver.message})"

@@ -1,0 +1,154 @@
+"""Sweeps: optimal gaits of several contact sequences over ranges of friction, speed, step or anything else."""
+
+import contextlib
+import functools
+import importlib
+import shutil
+import threading
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitopt.motion.atomic import check_writable
+from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.transcription.method import check_count
+from gaitopt.parallel.runner import Observer, collect_tasks, run_tasks
+from gaitopt.parallel.shared_payload import Prepare
+from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences
+from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
+from gaitopt.study.storage.gait_store import GaitStore
+from gaitopt.study.storage.study_key import study_key
+from gaitopt.study.sweep.sweep_file import SweepResults, read_partial_sweep, to_dataset, write_sweep
+from gaitopt.study.sweep.sweep_grid import SweepGrid, axis_values, tasks
+from gaitopt.study.sweep.sweep_task import solve_task
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def sweep(
+    problem: GaitProblem,
+    *,
+    friction: Sequence[float] | Array | None = None,
+    speed: Sequence[float] | Array | None = None,
+    step_length: Sequence[float] | Array | None = None,
+    slope: Sequence[float] | Array | None = None,
+    parameters: Mapping[str, Sequence[float] | Array] | None = None,
+    sequences: Sequence[ContactSequence | str] | None = None,
+    starts: int = 3,
+    workers: int = 1,
+    executor: Executor | None = None,
+    prepare: Prepare | None = None,
+    path: str | Path | None = None,
+    observer: Observer | None = None,
+) -> "xr.Dataset":
+    """Find the optimal gait of each contact sequence at each point of a grid, and replay it.
+
+    Each point starts from its neighbours, in both directions along every axis, and keeps the cheapest gait; a way back
+    that would only lead to the gait already known, to first order, is spared.  The answer does not depend on the number
+    of workers, nor on how often the sweep was stopped and gone on with.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+        What does not change over the grid.
+    friction, speed, step_length, slope : sequence of float, optional
+        Axes, increasing [1, m/s, m, rad].
+    parameters : mapping of str to sequence of float, optional
+        Further axes, by the robot's parameters (SI units).
+    sequences : sequence of ContactSequence or str, optional
+        The problem's own contact sequence if none are given; each of them closed.
+    starts : int
+        Starts tried where there is no neighbour to start from.
+    workers : int
+        Processes.
+    executor : concurrent.futures.Executor, optional
+        Solves the points instead of own processes: a :class:`DaskCluster`, or any other, `workers` tasks at a time.
+    prepare : callable, optional
+        Called once in each process, to import what the problem needs.
+    path : str or Path, optional
+        NetCDF file for the result.  Until it is complete, ``PATH.parts`` beside it keeps every finished gait: the same
+        call goes on from there after any end.
+    observer : callable, optional
+        Called with (gaits computed, gaits in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``sequence`` and the axes, nan where there is no gait; ``status`` and ``reason`` say why.  Its attribute
+        ``complete`` is 0 if the sweep was interrupted.  The gaits themselves: :func:`gaitopt.load_sweep_gait`.
+
+    Raises
+    ------
+    InputError
+        If an axis, a number or a sequence cannot be, a sequence leaves something open, no point can be posed, or the file holds
+        another study.
+    ArchiveError
+        If the disk is full, for example; what was finished is kept.
+
+    Examples
+    --------
+    >>> from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, sweep
+    >>> problem = GaitProblem(
+    ...     robot=compass_biped(), sequence="stick | stick", speed=0.6, step_length=0.45, limits=Limits(torque=6),
+    ...     objective="torque_squared", transcription=MultipleShooting(intervals=12),
+    ... )
+    >>> found = sweep(problem, friction=[0.19, 0.2], starts=1)
+    >>> found.status.values.tolist(), found.cost_of_transport.dims
+    ([['solved', 'solved']], ('word', 'friction'))
+    """
+    check_count("starts", starts, 1, 1000)
+    named = {"friction": friction, "speed": speed, "step_length": step_length, "slope": slope}
+    axes = axis_values({name: axis for name, axis in named.items() if axis is not None} | dict(parameters or {}))
+    spelled = closed_sequences([problem.sequence] if sequences is None else sequences, "A sweep")
+    grid = SweepGrid(problem, spelled, axes, starts)
+    listed = {name: values.tolist() for name, values in axes.items()}
+    asked = study_key(problem, sequences=[str(sequence) for sequence in spelled], axes=listed, starts=starts)
+    run = functools.partial(run_tasks, workers=workers, executor=executor, prepare=prepare)
+    if executor is not None or workers != 1:
+        threading.Thread(target=_import_ahead, daemon=True).start()
+    find = functools.partial(_found, grid, asked, run, observer)
+    return to_dataset(find({})) if path is None else _filed(Path(path), asked, find)
+
+
+def _import_ahead() -> None:
+    """Import what the table needs while others work, which takes as long as two solves."""
+    with contextlib.suppress(ImportError):  # told where the table is made
+        importlib.import_module("xarray")
+
+
+def _found(
+    grid: SweepGrid,
+    asked: dict[str, Any],
+    run: Callable[..., Any],
+    observer: Observer | None,
+    kept: MutableMapping[str, Gait],
+) -> SweepResults:
+    """Compute what is not kept yet and keep it; an interrupt ends this early."""
+    planned = tasks(grid)
+    lost = collect_tasks(run(solve_task, planned, grid, known=kept), kept, planned, observer)
+    missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
+    for point in grid.points():
+        key = f"point-{point.name}"
+        if point not in missing and key not in kept:
+            missing[point] = (LOST, lost[key]) if key in lost else (PENDING, UNFINISHED)
+    return SweepResults(grid, kept, missing, asked)
+
+
+def _filed(path: Path, asked: dict[str, Any], find: Callable[[GaitStore], SweepResults]) -> "xr.Dataset":
+    """Return the sweep a file holds; what is not there yet is found, and kept gait by gait on the way."""
+    parts = GaitStore.beside(path)
+    held = read_partial_sweep(path, asked)
+    if held is None:
+        check_writable(path)
+        folder = GaitStore(parts, asked)
+        findings = find(folder)
+        room = sum(folder.file(key).stat().st_size for key in folder if key.startswith("point-"))
+        held = write_sweep(findings, path, room)
+    if held.attrs["complete"]:
+        shutil.rmtree(parts, ignore_errors=True)
+    return held

@@ -1,0 +1,219 @@
+"""A sweep as a labelled dataset, and in one open file: a NetCDF table, with the gaits in groups beside it."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.motion.archive import read_gait, write_gait
+from gaitopt.motion.atomic import reserve, write_atomically
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.hdf5 import open_hdf5
+from gaitopt.motion.summary import plain
+from gaitopt.motion.versions import versions
+from gaitopt.study.gait_metrics import MEASURES, peak_torques
+from gaitopt.study.storage.failure_reason import IMPOSSIBLE, explain_failure
+from gaitopt.study.storage.gait_store import check_same_study
+from gaitopt.study.sweep.sweep_grid import SweepGrid, SweepPoint
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KIND, VERSION = "sweep", 1
+
+GAITS = "word_gaits"
+"""Group of the gaits.  It sorts behind the table's axes: the HDF5 library looks for the name of an axis by walking
+through the file in the order of names, and would pass all gaits on the way, every time."""
+
+TABLE = 2000
+"""More than a point takes in the table [bytes]."""
+
+
+@dataclass(frozen=True, eq=False)
+class SweepResults:
+    """What a sweep has found.
+
+    Attributes
+    ----------
+    grid : Grid
+    gaits : mapping of str to Gait
+        By ``"point-" + name`` of the point; solved or not.
+    missing : dict of Point to (status, reason)
+        Points without gait.
+    question : dict
+    """
+
+    grid: SweepGrid
+    gaits: Mapping[str, Gait]
+    missing: dict[SweepPoint, tuple[str, str]]
+    question: dict[str, Any]
+
+    def gait(self, point: SweepPoint) -> Gait | None:
+        """Return the gait of a point, or None."""
+        return self.gaits.get(f"point-{point.name}")
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is left to compute."""
+        return all(status == IMPOSSIBLE for status, _ in self.missing.values())
+
+
+def to_dataset(findings: SweepResults) -> "xr.Dataset":
+    """Return the table of a sweep; numbers are nan where there is no gait."""
+    import xarray as xr
+
+    grid = findings.grid
+    actuators, shape = grid.problem.robot.actuators, grid.shape
+    numbers = {measure.name: np.full(shape, math.nan) for measure in MEASURES}
+    torque, error = np.full((*shape, len(actuators)), math.nan), np.full(shape, math.nan)
+    status, reason = np.full(shape, "", dtype=object), np.full(shape, "", dtype=object)
+    verified = np.zeros(shape, dtype=np.int8)
+    for point in grid.points():
+        at = (point.sequence, *point.index)
+        gait = findings.gait(point)
+        status[at], reason[at] = findings.missing[point] if gait is None else (gait.status.key, explain_failure(gait))
+        if gait is None or not gait.status.ok:
+            continue
+        for measure in MEASURES:
+            numbers[measure.name][at] = measure.read(gait)
+        torque[at] = list(peak_torques(gait).values())
+        if gait.verification is not None:
+            verified[at], error[at] = gait.verification.passed, gait.verification.state_error
+    dims = ("sequence", *grid.axes)
+    table: dict[str, Any] = {
+        measure.name: (dims, numbers[measure.name], {"units": measure.unit, "long_name": measure.meaning})
+        for measure in MEASURES
+    }
+    table["peak_torque"] = ((*dims, "actuator"), torque, {"units": "N m", "long_name": "largest absolute torque"})
+    table["status"] = (dims, status, {"long_name": "how the optimisation ended"})
+    table["reason"] = (dims, reason, {"long_name": "why there is no gait"})
+    table["verified"] = (dims, verified, {"long_name": "1 where the gait passed its replay"})
+    table["replay_error"] = (dims, error, {"long_name": "largest error of the replayed state, in SI units"})
+    coordinates: dict[str, Any] = {
+        name: (name, values, {"units": grid.unit(name)}) for name, values in grid.axes.items()
+    }
+    coordinates["sequence"] = [str(sequence) for sequence in grid.sequences]
+    coordinates["actuator"] = list(actuators)
+    return xr.Dataset(table, coordinates, _attributes(findings))
+
+
+def _attributes(findings: SweepResults) -> dict[str, Any]:
+    return {
+        "title": f"{findings.grid.problem.name}: optimal gaits",
+        "format": f"gaitopt {KIND}",
+        "format_version": VERSION,
+        "complete": int(findings.complete),
+        "question": json.dumps(plain(findings.question)),
+        "versions": json.dumps(versions()),
+    }
+
+
+def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
+    """Write a sweep to a file, whole or not at all, and return its table.
+
+    All gaits go into the same file: a sweep is then one thing to move, send and cite.  The disk must have `room` for
+    that many bytes of gaits before it begins: the HDF5 library does not survive a disk that is full.
+    """
+    table = to_dataset(findings)
+    with write_atomically(path) as temporary:
+        reserve(temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
+        with h5py.File(temporary, "w"):
+            pass  # in the order of names; h5netcdf would keep that of creation
+        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
+        with h5py.File(temporary, "a") as file:
+            for point in findings.grid.points():
+                gait = findings.gait(point)
+                if gait is not None:
+                    write_gait(file.create_group(f"{GAITS}/{point.name}"), gait)
+    return table
+
+
+def load_sweep(path: str | Path) -> "xr.Dataset":
+    """Read the table of a sweep.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing, damaged or of another kind.
+
+    Examples
+    --------
+    >>> load_sweep("nowhere.nc")
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.ArchiveError: There is no file nowhere.nc.
+    """
+    import xarray as xr
+
+    with open_hdf5(path, KIND, VERSION):
+        return xr.load_dataset(path, engine="h5netcdf")
+
+
+def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Gait:
+    """Read the gait of one point of a sweep.
+
+    Parameters
+    ----------
+    path : str or Path
+    sequence : str
+    **coordinates : float
+        Value of each axis, such as ``friction=0.14``; the nearest point is taken.
+
+    Returns
+    -------
+    Gait
+        Solved or not: look at its status.
+
+    Raises
+    ------
+    InputError
+        If the sweep has no such contact sequence or axis, or no gait was computed there.
+    ArchiveError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> load_sweep_gait("nowhere.nc", "stick | stick", friction=0.14)
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.ArchiveError: There is no file nowhere.nc.
+    """
+    table = load_sweep(path)
+    sequences, axes = (
+        [str(name) for name in table.sequence.values],
+        [name for name in table.status.dims if name != "sequence"],
+    )
+    if sequence not in sequences:
+        raise InputError(f"The sweep in {path} has no contact sequence {sequence!r}. {suggest(sequence, sequences)}")
+    if set(coordinates) != set(axes):
+        raise InputError(f"Name a point of the sweep in {path} by {', '.join(map(str, axes))}.")
+    index = [int(np.argmin(np.abs(table[name].values - coordinates[str(name)]))) for name in axes]
+    with h5py.File(path, "r") as file:
+        group = f"{GAITS}/{SweepPoint(sequences.index(sequence), tuple(index)).name}"
+        if group not in file:
+            reason = table.reason.values[(sequences.index(sequence), *index)]
+            raise InputError(f"The sweep in {path} has no gait there: {reason}")
+        return read_gait(file[group])
+
+
+def read_partial_sweep(path: Path, question: dict[str, Any]) -> "xr.Dataset | None":
+    """Return the finished sweep a file holds, None if there is none yet; raise InputError if it holds another one."""
+    if not path.exists():
+        return None
+    held = load_sweep(path)
+    check_same_study(json.loads(held.attrs["question"]), question, path)
+    return held if held.attrs["complete"] else None

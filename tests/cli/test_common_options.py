@@ -1,0 +1,49 @@
+"""What every command has: an example, --json, --quiet, --verbose, and names that Python knows too."""
+
+import json
+
+import pytest
+import typer
+
+import gaitopt
+from gaitopt.cli.app import app
+
+COMMANDS = typer.main.get_command(app).commands
+GAIT = "docs/examples/compass_slip.h5"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_an_example_and_the_shared_options(name):
+    command = COMMANDS[name]
+    options = {spelled for parameter in command.params for spelled in parameter.opts}
+    assert {"--json", "--quiet", "--verbose"} <= options
+    assert f"Example: gaitopt {name} " in command.help or command.help.endswith(f"Example: gaitopt {name}")
+
+
+def test_commands_and_python_verbs_have_the_same_names():
+    """Those that are not on the list do what several Python verbs do, or none."""
+    other = {"new", "show", "problems", "doctor", "run", "export", "plot", "report", "stability", "tune", "push"}
+    assert set(COMMANDS) - other <= set(gaitopt.__all__)
+
+
+def test_quiet_prints_nothing(command, root):
+    run = command("show", root / GAIT, "--quiet")
+    assert (run.status, run.out, run.err) == (0, "", "")
+    assert command("show", root / GAIT).out
+
+
+def test_verbose_says_versions_and_seconds_beside_the_answer(command, root):
+    run = command("show", root / GAIT, "--verbose", "--json")
+    assert run.json["sequence"] == "slip+ stick | slip+"
+    assert f"gaitopt {gaitopt.__version__}" in run.err
+    assert "gaitopt show took 0." in run.err
+
+
+@pytest.mark.parametrize(
+    ("verb", "name"), [("plot", "slip.svg"), ("export", "slip.json"), ("report", "slip.html"), ("new", "walker.py")]
+)
+def test_files_that_are_written_are_told_as_json(verb, name, command, root, folder):
+    given = (name,) if verb == "new" else (root / GAIT, "-o", name)
+    run = command(verb, *given, "--json")
+    assert json.loads(run.out) == {"file": name}
+    assert (folder / name).is_file()

@@ -1,0 +1,122 @@
+"""What a new user meets first: help, completion, gaitopt new, gaitopt doctor."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+import typer
+
+from gaitopt.cli import setup
+from gaitopt.cli.app import app
+
+COMMANDS = typer.main.get_command(app).commands
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_an_example_that_it_understands(name):
+    command = COMMANDS[name]
+    example = re.search(rf"Example: gaitopt {name}\b(.*)", command.help)
+    assert example, f"the help of {name} shows no example"
+    command.make_context(name, shlex.split(example.group(1)))  # raises where it does not understand
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_says_what_it_does(name):
+    for parameter in COMMANDS[name].params:
+        assert parameter.help, f"{name} {parameter.name}"
+
+
+def test_exit_statuses_stand_in_the_help(command):
+    assert "Exit status: 0 done and good, 1 no such gait" in " ".join(command("--help").out.split())
+
+
+def test_completion(folder):
+    environment = {"_GAITOPT_COMPLETE": "complete_bash", "COMP_WORDS": "gaitopt so", "COMP_CWORD": "1"}
+    code = "from gaitopt.cli.app import app; app(prog_name='gaitopt')"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **environment}, capture_output=True, text=True, check=False
+    )
+    assert done.stdout.split() == ["solve"]
+
+
+def test_a_new_script_is_solved_as_it_is(command, folder):
+    assert command("new", "my_walker").out == "wrote my_walker.py\nnext: gaitopt solve my_walker.py\n"
+    plain = command("solve", "my_walker.py", "--json")
+    assert plain.status == 0
+    assert plain.json["cost_of_transport"] == pytest.approx(0.01586, abs=1e-5)  # price 0: the cost of transport alone
+    priced = command("solve", "my_walker.py", "--set", "price=0.01", "--json")
+    assert priced.json["problem"]["objective"] == "work_and_torque"
+    assert priced.json["cost_of_transport"] > plain.json["cost_of_transport"]
+
+
+def test_a_script_is_not_overwritten(command, script):
+    path = script("mine", "mine.py")
+    for name in ("mine", "mine.py"):
+        run = command("new", name)
+        assert run.status == 2
+        assert "exists already" in run.err
+    assert path.read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["", "..", ".py"])
+def test_a_script_needs_a_name(command, folder, name):
+    run = command("new", name)
+    assert run.status == 2
+    assert "A script needs a name" in run.err
+    assert not list(folder.iterdir())
+
+
+def test_a_script_in_a_folder_that_is_not_there(command):
+    run = command("new", "nowhere/mine")
+    assert run.status == 2
+    assert "Cannot write nowhere/mine.py" in run.err
+
+
+def test_an_open_sequence_shows_its_homotopy(command, root):
+    settings = ("--set", "sequence=slip+ stick | any", "--set", "intervals=10")
+    run = command("solve", root / "problems/compass_slip.py", *settings)
+    head, *lines = run.err.split("\n\n")[0].strip().splitlines()
+    assert head.split() == ["step", "relaxation", "cost_of_transport", "complementarity", "iterations", "status"]
+    assert [line.split()[0] for line in lines] == [str(i + 1) for i in range(len(lines))]
+    assert lines[-1].split()[-1] == "solved"
+    assert float(lines[-1].split()[3]) < 1e-6
+    assert "for 'slip+ stick | any' by l1_penalty" in run.out
+    quiet = command("solve", root / "problems/compass_slip.py", *settings, "--json")
+    assert quiet.err == ""
+    assert quiet.json["proposal"]["sequence"] == "slip+ stick | any"
+
+
+def test_verbose_writes_iterations_to_standard_error(command, root):
+    run = command("solve", root / "problems/compass_slip.py", "--verbose", "--json")
+    assert run.status == 0
+    assert run.json["status"] == "solved"
+    assert "iteration   0   cost_of_transport" in run.err
+
+
+def test_a_healthy_installation(command):
+    run = command("doctor")
+    assert run.status == 0
+    assert run.out.count("works:") == 3
+    facts = command("doctor", "--json").json
+    assert facts["well"] is True
+    assert facts["versions"]["casadi"]
+
+
+def test_a_broken_solver_is_told(command, monkeypatch):
+    def broken():
+        raise RuntimeError("no such plugin")
+
+    monkeypatch.setitem(setup.CHECKS, "solver", broken)
+    run = command("doctor")
+    assert run.status == 1
+    assert "fails: RuntimeError: no such plugin" in run.out
+
+
+def test_extras_are_told_by_what_they_ask_for(command, monkeypatch):
+    asked = ["numpy>=1", "casadi>=3; extra == 'one'", "no-such-thing>=1; extra == 'two'", "numpy; extra == 'two'"]
+    monkeypatch.setattr(setup.metadata, "requires", lambda name: asked)
+    assert command("doctor", "--json").json["extras"] == {"one": True, "two": False}
+    assert "not installed: pip install 'gaitopt[two]'" in command("doctor").out

@@ -1,0 +1,148 @@
+"""Studies on a Dask cluster: a scheduler and two workers, processes of this machine."""
+
+import sys
+import time
+from concurrent.futures import Future
+
+import numpy as np
+import pytest
+
+from gaitopt import DaskCluster, GaitoptError, InputError, SettlingCriterion, __version__, basin, rimless_wheel, sweep
+from gaitopt.parallel.runner import collect_tasks, run_tasks
+from gaitopt.parallel.task_graph import Task
+from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.study import cluster as module
+from tests import dask
+from tests.study import works
+from tests.study.conftest import quick_problem
+from tests.study.test_runner import chain, results
+
+
+@pytest.fixture(scope="module")
+def cluster(scheduler):
+    with DaskCluster(scheduler) as connected:
+        deadline = time.monotonic() + 60
+        while connected.workers() < 2:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        yield connected
+
+
+def test_results_do_not_depend_on_the_executor(cluster):
+    assert results(works.slow_add, chain(10), 100, executor=cluster) == results(works.slow_add, chain(10), 100)
+
+
+def test_a_sweep_is_the_same_byte_for_byte(cluster):
+    def run(**options):
+        return sweep(quick_problem(), friction=[0.14, 0.18], starts=1, **options)
+
+    here, there = run(), run(executor=cluster)
+    assert there.identical(here)
+    for name, values in here.data_vars.items():
+        if values.dtype != object:
+            assert there[name].values.tobytes() == values.values.tobytes()
+
+
+def test_a_basin_is_the_same_byte_for_byte(cluster, monkeypatch):
+    import gaitopt.study.basin.basin
+
+    monkeypatch.setattr(gaitopt.study.basin, "CHUNK", 4)
+    grid = {"theta_rate": np.linspace(0.1, 3.2, 14)}
+    settings = {"engine": ScipyEngine(relative=1e-8), "patience": SettlingCriterion(steps=3, tolerance=1e-2)}
+    here = basin(rimless_wheel(), {"slope": 0.23}, grid, **settings)
+    there = basin(rimless_wheel(), {"slope": 0.23}, grid, **settings, executor=cluster)
+    assert there.labels == here.labels
+    for name in ("outcome", "steps", "final"):
+        assert getattr(there, name).tobytes() == getattr(here, name).tobytes()
+
+
+def test_an_error_in_a_task_comes_through(cluster):
+    with pytest.raises(ValueError, match="shared 1"):
+        results(works.fail, [Task("a", 1)], "shared", executor=cluster)
+
+
+def test_workers_that_die_cost_only_the_task_that_kills_them(cluster, tmp_path):
+    names = ["one", "unlucky", "two", "guilty", "three"]
+    tasks = [*map(Task, names, names), Task("after", "after", ("guilty", "unlucky"))]
+    ended = {done.task.key: done for done in run_tasks(works.die, tasks, str(tmp_path), executor=cluster)}
+    assert {key for key, done in ended.items() if done.failure} == {"guilty"}
+    assert "process after process died" in ended["guilty"].failure
+    assert all(done.result == key for key, done in ended.items() if key != "guilty")
+
+
+def test_a_lost_scheduler_ends_a_study_with_all_that_was_finished_kept(tmp_path):
+    with dask.scheduler(tmp_path) as (address, process):
+        with pytest.raises(GaitoptError, match="has had no workers for 0 s; start some: dask worker tcp"):
+            DaskCluster(address, hire=0)
+        with dask.workers(address, 1), DaskCluster(address) as cluster:
+            tasks, kept = [Task(str(i), i) for i in range(500)], {}
+
+            def kill(done, total):
+                if done == 3:
+                    process.kill()
+
+            with pytest.raises(GaitoptError, match=r"was lost\..* run the same again to go on"):
+                collect_tasks(run_tasks(works.slow_add, tasks, 0, executor=cluster), kept, tasks, kill)
+            assert 3 <= len(kept) < 500
+            with pytest.raises(GaitoptError, match="was lost"):
+                results(works.add, [Task("a", 1)], 0, executor=cluster)
+
+
+def test_a_connection_that_closes_under_a_result_is_a_lost_scheduler(cluster):
+    """As it does when the scheduler dies while a result is on its way, before the client notices."""
+    from distributed.comm import CommClosedError
+
+    class Inner:
+        def result(self):
+            raise CommClosedError("Stream is closed")
+
+    outer = Future()
+    cluster._hand_on(Inner(), b"", outer)
+    with pytest.raises(GaitoptError, match=r"was lost\..* run the same again to go on"):
+        outer.result(timeout=0)
+
+
+def test_a_wrong_address_is_said_within_seconds(monkeypatch):
+    monkeypatch.setattr(module, "CONNECT", 0.2)
+    began = time.monotonic()
+    with pytest.raises(InputError, match=r"No Dask scheduler answers at tcp://127\.0\.0\.1:1"):
+        DaskCluster("tcp://127.0.0.1:1")
+    assert time.monotonic() - began < 10
+    with pytest.raises(InputError, match="no address of a Dask scheduler"):
+        DaskCluster("tcp://127.0.0.1")
+
+
+def test_without_dask_it_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install 'gaitopt\[cluster\]'"):
+        DaskCluster("tcp://127.0.0.1:8786")
+
+
+class Client:
+    """Stands for a client of a scheduler with one worker."""
+
+    def __init__(self, threads, answer):
+        self.threads, self.answer = threads, answer
+
+    def nthreads(self):
+        return {"tcp://far:1": self.threads}
+
+    def run(self, function, on_error):
+        return {"tcp://far:1": self.answer}
+
+
+@pytest.mark.parametrize(
+    ("threads", "answer", "message"),
+    [
+        (4, __version__, "start them with --nthreads 1"),
+        (
+            1,
+            ModuleNotFoundError("No module named 'gaitopt'"),
+            f"tcp://far:1 has no gaitopt .*install gaitopt {__version__}",
+        ),
+        (1, "0.0.1", "runs gaitopt 0.0.1"),
+    ],
+)
+def test_workers_that_cannot_do_the_work_are_refused(threads, answer, message):
+    with pytest.raises(InputError, match=message):
+        module._check_workers(Client(threads, answer))

@@ -1,0 +1,34 @@
+"""Newton's method on return maps given as formulas."""
+
+import numpy as np
+import pytest
+
+from gaitopt.stability.fixed_point import find_fixed_point
+from gaitopt.stability.return_map import Passage
+
+
+class Magnifying:
+    """z -> 1 + M (z - 1), known to an absolute rounding of 3e-10 only."""
+
+    matrix = np.diag([1e6, -0.5])
+
+    def __call__(self, z):
+        end = 1 + self.matrix @ (z - 1)
+        return Passage(end + 3e-10 * np.sign(np.sin(1e13 * z)), (), ())
+
+    def derivative(self, z, passage):
+        return self.matrix
+
+
+def test_a_fixed_point_is_as_exact_as_the_map_allows_where_it_magnifies():
+    point = find_fixed_point(Magnifying(), np.array([1 + 1e-7, 1 + 1e-12]))
+    assert point is not None
+    assert point.residual > 1e-11  # no residual of such a map is smaller than its rounding
+    assert point.z[0] == pytest.approx(1, abs=1e-14)
+
+
+def test_a_residual_that_is_more_than_rounding_is_no_fixed_point():
+    class Shifted(Magnifying):
+        matrix = np.diag([0.5, -0.5])
+
+    assert find_fixed_point(Shifted(), np.array([1.1, 1.1])) is None

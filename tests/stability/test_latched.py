@@ -1,0 +1,64 @@
+"""Laws that hold values over a step, and that know how the foot slides: derivatives and engines."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt import Law, ScipyEngine, compass_biped, default_engine, load
+from gaitopt.control.reference import reference
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.section import Section
+
+
+@pytest.fixture(scope="module")
+def setting():
+    """A law whose hip torque is corrected by a value held over the step and whose ankle brakes a slide."""
+    gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
+    plan = reference(robot, gait.motion)
+    clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", 4), ca.SX.sym("v", 4)
+    data, held, slide = ca.SX.sym("data", plan.size + 1), ca.SX.sym("held", 1), ca.SX.sym("slide")
+    torque = plan.desired(clock, data).torque + ca.vertcat(-20 * slide * v[0], held)
+    hold = ca.Function("hold", [q, v, data], [data[-1] * (v[2] - 0.59 + v[0] * q[2])])
+    table = np.vstack([plan.table, np.full(plan.breakpoints.size, 1.5)])
+    function = ca.Function("torque", [clock, q, v, data, held, slide], [torque])
+    law = Law("held", function, plan.breakpoints, table, {"push": plan.size}, hold)
+    p = robot.vector(gait.motion.parameters)
+    z = Section(robot, p, sliding=True).project(
+        np.concatenate([gait.motion.segments[0].q[:, 0], gait.motion.segments[0].v[:, 0]])
+    )
+    return robot, law, p, z
+
+
+def returning(setting, engine):
+    robot, law, p, _ = setting
+    return ReturnMap(Walker(robot, law, p, engine), Section(robot, p, sliding=True))
+
+
+def test_derivative_includes_what_is_held(setting):
+    found, z = returning(setting, ScipyEngine()), setting[-1]
+    exact, step = found.derivative(z, found(z)), 2e-7
+    columns = []
+    for unit in np.eye(4):
+        one, two = (found(z + k * step * unit).end - found(z - k * step * unit).end for k in (1, 2))
+        columns.append((8 * one - two) / (12 * step))
+    assert np.max(np.abs(np.array(columns).T - exact)) < 1e-5 * np.max(np.abs(exact))
+
+
+def test_what_is_held_matters(setting):
+    robot, law, p, z = setting
+    without = ReturnMap(Walker(robot, law.with_gains({"push": 0.0}), p, ScipyEngine()), Section(robot, p, sliding=True))
+    found = returning(setting, ScipyEngine())
+    assert not np.allclose(found.derivative(z, found(z)), without.derivative(z, without(z)), atol=1e-2)
+
+
+def test_both_engines_agree(setting):
+    z = setting[-1] + np.array([0, 0.01, 0, 0])
+    ends, slopes = [], []
+    for engine in (ScipyEngine(), default_engine()):
+        found = returning(setting, engine)
+        passage = found(z)
+        ends.append(passage.end)
+        slopes.append(found.derivative(z, passage))
+    assert ends[0] == pytest.approx(ends[1], abs=1e-10)
+    assert slopes[0] == pytest.approx(slopes[1], abs=1e-8)

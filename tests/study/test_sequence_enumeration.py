@@ -1,0 +1,68 @@
+"""Which contact sequences there are, which cannot be, and which are others in disguise."""
+
+from dataclasses import replace
+
+import pytest
+
+from gaitopt import ContactSequence, InputError, search, sweep
+from gaitopt.study.sequence_search.sequence_enumeration import (
+    closed_sequences,
+    enumerate_sequences,
+    explain_impossibility,
+    is_degenerate,
+    neighbours,
+)
+
+
+def test_every_periodic_sequence_is_there_once():
+    sequences = enumerate_sequences(3)
+    # 1, 2 and 3 phases without repeats: 3, 6, 12; those that begin to slip have two possible impacts.
+    assert len(sequences) == len(set(sequences)) == (1 + 2 * 2) + (2 + 4 * 2) + (4 + 8 * 2)
+    assert [len(sequence.phases) for sequence in sequences] == sorted(len(sequence.phases) for sequence in sequences)
+    assert {"slip+ stick slip- | slip+", "slip- stick | slip-", "stick slip- | stick"} <= set(map(str, sequences))
+    for count in (0, 1.5, 7):
+        with pytest.raises(InputError, match="max_phases must be"):
+            enumerate_sequences(count)
+
+
+def test_studies_refuse_what_they_cannot_compare_at_their_door(problem):
+    with pytest.raises(
+        InputError, match=r"A search needs a closed sequence, but 'any \| stick' .* solve\(\) closes it"
+    ):
+        search(problem, sequences=["stick | stick", "any | stick"])
+    with pytest.raises(InputError, match=r"A sweep needs a closed contact sequence, but 'slip\+ stick \| any'"):
+        sweep(problem.replace(sequence="slip+ stick | any"), friction=[0.14])
+    with pytest.raises(InputError, match="A search needs a contact sequence"):
+        search(problem, sequences=[])
+    for study, options in ((search, {}), (sweep, {"friction": [0.14]})):
+        with pytest.raises(InputError, match="starts must be"):
+            study(problem, starts=0, **options)
+    assert closed_sequences("stick | stick", "A sweep") == (ContactSequence.parse("stick | stick"),)
+
+
+def test_who_always_slips_one_way_cannot_walk_on_level_ground(problem):
+    def impossible(at):
+        return {str(sequence) for sequence in enumerate_sequences(3) if explain_impossibility(sequence, at)}
+
+    assert impossible(problem) == {"slip+ | slip+", "slip- | slip-"}
+    assert impossible(problem.replace(friction=float("inf"))) == set(map(str, enumerate_sequences(3))) - {
+        "stick | stick"
+    }
+
+
+def test_neighbours_are_mutual():
+    for sequence in enumerate_sequences(3):
+        for other in neighbours(sequence):
+            assert sequence in neighbours(other)
+            assert abs(len(sequence.phases) - len(other.phases)) <= 2  # a phase between equal ones takes two away
+    assert ContactSequence.parse("slip+ stick | slip+") in neighbours(
+        ContactSequence.parse("slip+ stick slip- | slip+")
+    )
+
+
+def test_phases_at_their_shortest_are_seen_through(slip_gait):
+    slip, stick = slip_gait.motion.segments
+    assert is_degenerate(slip_gait, slip.duration / 2) is None
+    assert str(is_degenerate(slip_gait, slip.duration)) == "stick | stick"
+    backward = replace(slip_gait, motion=replace(slip_gait.motion, segments=(slip, stick, slip)))
+    assert str(is_degenerate(backward, stick.duration / 2)) == "stick | stick"
