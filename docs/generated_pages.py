@@ -22,6 +22,7 @@ LAYERS = {
     "continuation": "Branches over a parameter",
     "tuning": "Gains",
     "study": "Studies",
+    "parallel": "Parallel execution",
     "plot": "Figures and animations",
     "report": "Reports and notebooks",
     "export": "Other programs",

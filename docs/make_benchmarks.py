@@ -120,7 +120,7 @@ def studies(results):
     numbers, machine = results["sweep"]["numbers"], results["sweep"]["machine"]
     return (
         "## Sweeps\n\n"
-        "A sweep of 26 frictions from 0.1 to 0.25 and two sequences, 52 gaits, each reached from both sides and replayed,\n"
+        "A sweep of 26 frictions from 0.1 to 0.25 and two sequences (52 gaits), reached from both sides and replayed,\n"
         f"takes {numbers['one']:.1f} s, as long as {numbers['solves']:.1f} cold solves of "
         f"{numbers['cold']:.2f} s. Two workers are\n{numbers['speed_up']:.2f} times as fast as one. "
         f"By the clock, imports included ({machine}).\n\n"

@@ -1,8 +1,8 @@
 """Progress of long work, as data handed to an observer.
 
 The library never prints.  A function that takes long accepts ``observer``, a callable that receives one
-:class:`Iteration` at a time, and for a sequence left open one :class:`HomotopyIteration` after each of its relaxed problems; the
-default looks away.
+:class:`Iteration` at a time, and for a sequence left open one :class:`HomotopyIteration` after each of its relaxed
+problems; the default looks away.
 """
 
 from collections.abc import Callable

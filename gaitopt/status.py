@@ -25,7 +25,7 @@ class Status(Enum):
         "relaxation or more starts, or solve the proposed contact sequence by itself."
     )
     INFEASIBLE = (
-        "No gait with this sequence meets the constraints near the starting guess; see the worst constraints, relax one "
+        "No gait with this sequence meets the constraints near the guess; see the worst constraints, relax one "
         "of them, or try another contact sequence or guess."
     )
     ITERATION_LIMIT = "Stopped at the iteration limit; raise it, or start from a nearer gait."

@@ -2,8 +2,8 @@
 
 Solve it with ``gaitopt solve problems/compass_feedback.py``, then tune a law that has the torque kept back:
 ``gaitopt tune compass_feedback.h5 --law lqr --torque-limit 6`` and ``gaitopt push compass_feedback.h5 --law lqr``.
-With ``--set sequence="stick | stick"`` it is the best gait that never slips, with a margin on the impact's cone: without
-one the smallest disturbance would make its impact slip.
+With ``--set sequence="stick | stick"`` it is the best gait that never slips, with a margin on the impact's cone:
+without one the smallest disturbance would make its impact slip.
 
 ``gaitopt run problems/studies/feedback_laws.py`` tunes four laws for both gaits and an imitation of passive Gait C,
 and ``problems/studies/feedback_figures.py`` draws what they do for the imitation, which is unstable without them.

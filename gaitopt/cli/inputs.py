@@ -51,9 +51,9 @@ def read_input(
 ) -> CommandInput:
     """Return what a script or a saved gait describes, with its gaits if `starts` > 0: all, or the first one found.
 
-    `engine` names the engine to walk with, as :func:`gaitopt.simulation.engine_choice.engine_named` takes it.  `feedback`
-    makes the law of a saved gait, whose torques are played back without it; `script` has its robot, where that is not
-    in the catalogue.
+    `engine` names the engine to walk with, as :func:`gaitopt.simulation.engine_choice.engine_named` takes it.
+    `feedback` makes the law of a saved gait, whose torques are played back without it; `script` has its robot, where
+    that is not in the catalogue.
     """
     if source.suffix != ".py":
         if settings:

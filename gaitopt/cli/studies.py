@@ -35,7 +35,7 @@ def search(
 
     Interrupt it at any time; the same command goes on.  Exit status 0 if a sequence has a gait, 1 if none has.
 
-    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o contact sequences
+    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o sequences
     """
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import counting, print_ranking
@@ -74,7 +74,13 @@ def sweep(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Keeps results; run again to go on.")],
     sequences: Annotated[
         list[str] | None,
-        typer.Option(metavar="WORD,WORD...", help="Sequences to compare. [the script's own]", show_default=False),
+        typer.Option(
+            "--sequences",
+            "--words",
+            metavar="SEQUENCE,...",
+            help="Sequences to compare. [the script's own]",
+            show_default=False,
+        ),
     ] = None,
     setting: Setting = None,
     starts: Starts = 3,

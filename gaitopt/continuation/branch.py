@@ -13,7 +13,7 @@ class SpecialPoint:
     Attributes
     ----------
     kind : str
-        ``"word"``, ``"stability"`` or ``"end"``.
+        ``"sequence"``, ``"stability"`` or ``"end"``.
     value : float
         Of the parameter there, in the middle of what is known.
     width : float
@@ -70,5 +70,5 @@ class Branch:
     special: tuple[SpecialPoint, ...] = ()
 
     def changes(self, kind: str) -> tuple[SpecialPoint, ...]:
-        """Return the special points of a kind: ``"word"``, ``"stability"`` or ``"end"``."""
+        """Return the special points of a kind: ``"sequence"``, ``"stability"`` or ``"end"``."""
         return tuple(point for point in self.special if point.kind == kind)

@@ -36,7 +36,8 @@ def trace_branch(
     """Follow a periodic gait over increasing or decreasing values of a parameter.
 
     Each gait starts Newton's method from the line through the two before it.  Where that fails, the step is halved
-    until the end of the branch is located; changes of the gait's sequence and of its stability are located by bisection.
+    until the end of the branch is located; changes of the gait's sequence and of its stability are located by
+    bisection.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def trace_branch(
     >>> len(branch.cycles), branch.ended
     (4, 'all values reached')
     >>> [(point.kind, round(point.value, 3), point.after) for point in branch.special]
-    [('word', 0.914, 'stick slip+ | stick')]
+    [('sequence', 0.914, 'stick slip+ | stick')]
     """
     known = [p.name for p in robot.parameters]
     if parameter not in known:

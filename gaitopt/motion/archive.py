@@ -1,4 +1,4 @@
-"""Gaits in open files: HDF5, version 2 of the layout documented in ``docs/file_format.md``.
+"""Gaits in open files: HDF5, version 3 of the layout documented in ``docs/file_format.md``.
 
 Numbers are plain datasets with a ``unit`` attribute; names and text are attributes; the resolved problem is JSON.
 Nothing of Python is needed to read a file.
@@ -23,8 +23,13 @@ from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status
 
 KIND = "gait"
-VERSION = 2
-"""Version 1 had a bare vector of unknowns instead of ``solution``; its files are read without it."""
+VERSION = 3
+"""Version 1 had a bare vector of unknowns instead of ``solution``; its files are read without it.
+
+Versions 1 and 2 wrote ``word`` where version 3 writes ``sequence``.
+"""
+
+_FORMER_KEYS = {"word": "sequence", "words": "sequences"}
 
 _SOLUTION_PARTS = ("unknowns", "constraints")
 
@@ -121,7 +126,13 @@ def _write_record(group: h5py.Group, record: SolverReport | Verification | Propo
 
 
 def _read_record(group: h5py.Group) -> dict[str, Any]:
-    return {name: value.item() if hasattr(value, "item") else value for name, value in group.attrs.items()}
+    record = {name: value.item() if hasattr(value, "item") else value for name, value in group.attrs.items()}
+    return _rename_keys(record)
+
+
+def _rename_keys(record: dict[str, Any]) -> dict[str, Any]:
+    """Return a record with the keys of versions 1 and 2 renamed to those of version 3."""
+    return {_FORMER_KEYS.get(name, name): value for name, value in record.items()}
 
 
 def read_gait(file: h5py.Group) -> Gait:
@@ -135,10 +146,10 @@ def read_gait(file: h5py.Group) -> Gait:
         verification = Verification(**{**fields, "reasons": tuple(json.loads(fields["reasons"]))})
     return Gait(
         robot=str(file.attrs["robot"]),
-        sequence=ContactSequence.parse(str(file.attrs["sequence"])),
+        sequence=ContactSequence.parse(str(_rename_keys(dict(file.attrs))["sequence"])),
         status=Status[str(file.attrs["status"]).upper()],
         motion=read_motion(file["motion"]),
-        problem=_numbers(json.loads(file.attrs["problem"])),
+        problem=_rename_keys(_numbers(json.loads(file.attrs["problem"]))),
         solver=SolverReport(**solver),
         versions={name: str(value) for name, value in file["versions"].attrs.items()},
         solution=_read_solution(file["solution"]) if "solution" in file else None,

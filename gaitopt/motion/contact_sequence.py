@@ -48,7 +48,7 @@ class ContactSequence:
             raise SequenceError(f"The contact sequence {str(self)!r} has no phases before its impact. {_EXAMPLE}")
         if Mode.FREE in (*self.phases, self.impact):
             raise SequenceError(
-                f"The sequence {str(self)!r} contains 'free': a walker with one foot on the ground ends its step there. "
+                f"The sequence {str(self)!r} contains 'free': with one foot on the ground a step ends there. "
                 f"Use {', '.join(_PHASES)}."
             )
         for first, second in zip(self.phases, self.phases[1:], strict=False):
@@ -85,12 +85,12 @@ class ContactSequence:
         >>> ContactSequence.parse("any | stick").require_closed("A walk")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: A walk needs a closed sequence, but 'any | stick' leaves something open; solve() closes \
-it: use the contact sequence of the gait it returns.
+        gaitopt.errors.SequenceError: A walk needs a closed sequence, but 'any | stick' is open; solve() closes it: use the \
+contact sequence of the gait it returns.
         """
         if self.is_open:
             raise SequenceError(
-                f"{purpose} needs a closed sequence, but {str(self)!r} leaves something open; solve() closes it: use the "
+                f"{purpose} needs a closed sequence, but {str(self)!r} is open; solve() closes it: use the "
                 "contact sequence of the gait it returns."
             )
         return self
@@ -124,7 +124,8 @@ it: use the contact sequence of the gait it returns.
         >>> ContactSequence.parse("stick | slip+").check_periodic()
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: The sequence 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the foot \
+        gaitopt.errors.SequenceError: The sequence 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the
+        foot \
 sliding, so the step must begin with 'slip+', not 'stick'.
         """
         if self.impact.slips and self.phases[0] not in (self.impact, Mode.ANY):
@@ -148,7 +149,8 @@ sliding, so the step must begin with 'slip+', not 'stick'.
         >>> ContactSequence.parse("slip | stick")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: The sequence 'slip | stick' has an unknown mode 'slip'. Did you mean 'slip-'? Known: \
+        gaitopt.errors.SequenceError: The sequence 'slip | stick' has an unknown mode 'slip'. Did you mean 'slip-'?
+        Known: \
 stick, slip+, slip-, any.
         """
         if isinstance(text, ContactSequence):

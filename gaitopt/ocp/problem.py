@@ -205,10 +205,11 @@ class GaitProblem:
                 f"step_length {step.lower:g} m is longer than the {reach:.3g} m the robot can reach within "
                 f"Limits.angle; shorten the step or lengthen the legs."
             )
-        shortest = self.limits.shortest_phase * len(self.sequence.phases)
+        count = len(self.sequence.phases)
+        shortest = self.limits.shortest_phase * count
         if shortest > self.limits.longest_step:
             raise InputError(
-                f"{len(self.sequence.phases)} phases of at least Limits.shortest_phase = {self.limits.shortest_phase:g} s "
+                f"{count} phases of at least Limits.shortest_phase = {self.limits.shortest_phase:g} s "
                 f"take longer than Limits.longest_step = {self.limits.longest_step:g} s."
             )
         longest_period = min(step.upper, reach) / speed.lower if speed.lower > 0 else math.inf

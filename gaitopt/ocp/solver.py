@@ -43,8 +43,8 @@ def solve(
     accurate between its nodes.  Where a start leads nowhere, up to three others are tried.
 
     A sequence with an open place, such as ``"slip+ stick | any"``, is closed first: the contact laws of the open place
-    enter as complementarity pairs, relaxed and tightened step by step, and propose closed sequences, which are then solved.
-    The gait returned has the cheapest of them; ``gait.proposal`` says how it was found.
+    enter as complementarity pairs, relaxed and tightened step by step, and propose closed sequences, which are then
+    solved. The gait returned has the cheapest of them; ``gait.proposal`` says how it was found.
 
     Parameters
     ----------
@@ -57,7 +57,8 @@ def solve(
     homotopy : Homotopy, optional
         How open places of the contact sequence are closed.
     observer : SolveObserver
-        Receives an :class:`gaitopt.Iteration` per iteration, and a :class:`gaitopt.HomotopyIteration` per relaxed problem.
+        Receives an :class:`gaitopt.Iteration` per iteration, and a :class:`gaitopt.HomotopyIteration` per relaxed
+        problem.
 
     Returns
     -------

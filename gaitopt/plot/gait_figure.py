@@ -98,7 +98,7 @@ def _describe(gait: Gait, title: str | None) -> str:
     verified = "" if not gait.status.ok else ", verified by replay" if gait.verification else ", not replayed"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot.replace("_", " ") if name == "gait" else name)
-    return f"{first}\nword {gait.sequence}{where}{verified}\n{', '.join(facts)}"
+    return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(facts)}"
 
 
 def _number(gait: Gait, name: str, form: str) -> str:

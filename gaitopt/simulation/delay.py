@@ -26,7 +26,7 @@ SIMULTANEOUS = 1e-12
 
 
 def delay_readings(law: Law) -> Law:
-    """Return a law that takes its state from the first values it holds over a step, to be set by :class:`DelayedReadings`.
+    """Return a law that takes its state from its first latched values, which :class:`DelayedReadings` sets.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ COARSE_SOLVER = Newton(fallback=Ipopt(tolerance=1e-5, max_iterations=100))
 FINE_SOLVER = Newton(fallback=Ipopt(max_iterations=300))
 
 LARGE_VIOLATION, MAX_FAILED_STARTS = 1e-3, 2
-"""A start that still violates the constraints by so much after `COARSE_SOLVER` has led nowhere; so many of them are enough."""
+"""A start that violates the constraints by more than this has failed; at most this many failures."""
 
 GENTLE = math.radians(1)
 """Slope whose passive cycle serves as a start on level ground."""

@@ -75,7 +75,8 @@ class ControllerFamily:
     Examples
     --------
     >>> from gaitopt import compass_biped, controller_family_named, load
-    >>> design = controller_family_named("pd", compass_biped(), load("docs/examples/compass_slip.h5").motion, torque_limit=8)
+    >>> motion = load("docs/examples/compass_slip.h5").motion
+    >>> design = controller_family_named("pd", compass_biped(), motion, torque_limit=8)
     >>> [gain.name for gain in design.gains]
     ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']
     """
@@ -134,7 +135,8 @@ def controller_family_named(
     Examples
     --------
     >>> from gaitopt import compass_biped, load
-    >>> design = controller_family_named("lqr", compass_biped(), load("docs/examples/compass_slip.h5").motion, torque_limit=8)
+    >>> motion = load("docs/examples/compass_slip.h5").motion
+    >>> design = controller_family_named("lqr", compass_biped(), motion, torque_limit=8)
     >>> [gain.name for gain in design.gains]
     ['torque', 'rate']
     """

@@ -70,7 +70,8 @@ def tune_feedback(
     >>> from gaitopt import PushTest, GainSearchOptions, compass_biped, controller_family_named, load, tune_feedback
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> design = controller_family_named("computed-torque", compass_biped(), gait.motion, torque_limit=8)
-    >>> tuned = tune_feedback(gait, design, search=GainSearchOptions(samples=2, starts=1, evaluations=8), test=PushTest(starts=1))
+    >>> options = GainSearchOptions(samples=2, starts=1, evaluations=8)
+    >>> tuned = tune_feedback(gait, design, search=options, test=PushTest(starts=1))
     >>> tuned.radius_after < 0.2 < tuned.radius_before
     True
     """

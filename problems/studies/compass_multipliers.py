@@ -31,7 +31,8 @@ def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # po
 def _lines(cycles, upward, downward):
     """Return frictions and largest moduli of each gait, and what is seen where branches end."""
     critical = cycles["A"].critical_friction.friction
-    # Between its two critical frictions Gait A's successor slips after the touchdown only; followed whatever its sequence.
+    # Between its two critical frictions Gait A's successor slips after the touchdown only; followed whatever its
+    # sequence.
     above = _followed(cycles["B"], np.linspace(upward[0], critical, len(upward)), same_sequence=False)
     below = _followed(cycles["B"], downward)
     c_above, c_below = (_followed(cycles["C"], values) for values in (upward, downward))

@@ -87,7 +87,7 @@ def _numbers(rows):
 def _remarks(rows):
     for name, held in rows.items():
         cost = plan(name).cost_of_transport
-        yield f"{TITLES[name]}, {spelled(plan(name).sequence)}: cost of transport {cost:.5f}, held with {HELD_WITH:g} N m."
+        yield f"{TITLES[name]}, {spelled(plan(name).sequence)}: cost of transport {cost:.5f}, up to {HELD_WITH:g} N m."
         for law, row in held.items():
             gains = ", ".join(f"{gain} {value:.3g}" for gain, value in row.gains.items())
             yield (

@@ -1,7 +1,7 @@
 """Cost of transport over friction for four contact sequences, and where the cheapest of them changes.
 
-Each sequence is swept over friction in both directions, and every gait is replayed. The less friction, the more it pays to
-let the foot slip: forward at touchdown, and backward at the end of the step. The band on top has the colour of the
+Each sequence is swept over friction in both directions, and every gait is replayed. The less friction, the more it pays
+to let the foot slip: forward at touchdown, and backward at the end of the step. The band on top has the colour of the
 cheapest sequence. Marks are hollow where a slide lasts as short as it may: the sequence would rather do without it.
 """
 

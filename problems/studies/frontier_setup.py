@@ -1,4 +1,4 @@
-"""What the studies of frontiers share: the compass biped with motors on level ground, and the style of each sequence."""
+"""Setup of the frontier studies: the actuated compass biped on level ground, and the style of each sequence."""
 
 from gaitopt import GaitProblem, Limits, PublishedValue, compass_biped
 

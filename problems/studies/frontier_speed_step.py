@@ -1,8 +1,8 @@
 """Cost of transport over speed and step length at one friction, and what slipping at touchdown saves there.
 
-On the left the cost of the cheaper of two sequences; on the right by how many percent the gait that slips at touchdown is
-cheaper than the one that always sticks, in brackets where its slide lasts as short as it may. The frame marks the gait
-of the other studies.
+On the left the cost of the cheaper of two sequences; on the right by how many percent the gait that slips at touchdown
+is cheaper than the one that always sticks, in brackets where its slide lasts as short as it may. The frame marks the
+gait of the other studies.
 """
 
 import numpy as np

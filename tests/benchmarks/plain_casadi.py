@@ -1,8 +1,8 @@
 """The sticking torque-squared gait as a plain CasADi script, the way one writes it by hand for this one robot.
 
-Compass biped on level ground, sequence "stick | stick": multiple shooting with two RK4 steps per interval, torques linear
-between nodes, friction cone at nodes and mid-interval, rigid impact with leg swap, fixed speed and step.  Nothing of
-gaitopt is used, so it is also an independent check of the optimum.
+Compass biped on level ground, sequence "stick | stick": multiple shooting with two RK4 steps per interval, torques
+linear between nodes, friction cone at nodes and mid-interval, rigid impact with leg swap, fixed speed and step.
+Nothing of gaitopt is used, so it is also an independent check of the optimum.
 """
 
 import math

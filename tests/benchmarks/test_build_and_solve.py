@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve
-from gaitopt.ocp import ipopt, trajectory
+from gaitopt.ocp.nlp import ipopt
+from gaitopt.ocp.solve import trajectory
 from gaitopt.ocp.transcription.transcription import transcribe
 from tests.benchmarks import plain_casadi
 

@@ -1,8 +1,8 @@
 """Studies: speed as ratios measured in one run, and sweeps killed again and again.
 
-``pytest tests/benchmarks/test_study_speed.py --benchmark-only -s``.  Targets: a 26-point friction sweep of two sequences
-below 40 cold solves, two workers at least 1.7 times one, a search in about a minute.  The machine must have two idle
-cores.
+``pytest tests/benchmarks/test_study_speed.py --benchmark-only -s``.  Targets: a 26-point friction sweep of two
+sequences below 40 cold solves, two workers at least 1.7 times one, a search in about a minute.  The machine must have
+two idle cores.
 """
 
 import random

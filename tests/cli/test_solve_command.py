@@ -181,8 +181,9 @@ def problem(friction=0.3, weight=10.0):
     import sibling
 
     return GaitProblem(
-        name="walk [bold] [/b]", robot=compass_biped(), sequence="stick | stick", friction=friction, speed=sibling.SPEED,
-        step_length=0.45, objective=AnkleFirst(weight), transcription=MultipleShooting(intervals=8),
+        name="walk [bold] [/b]", robot=compass_biped(), sequence="stick | stick", friction=friction,
+        speed=sibling.SPEED, step_length=0.45, objective=AnkleFirst(weight),
+        transcription=MultipleShooting(intervals=8),
     )
 '''
 

@@ -94,7 +94,7 @@ def test_a_remedy_that_runs_out_of_iterations_on_a_finer_grid_is_none(problem, e
     own = SingleStart(problem, LinearGuess(), Ipopt(), silent)
     step = mesh_refinement.refined(own, mesh_refinement.approached(own))
     ran_out = replace(step, outcome=replace(step.outcome, status=Status.ITERATION_LIMIT), kept=True)
-    monkeypatch.setattr(mesh_refinement, "refined", lambda own, step: ran_out)
+    monkeypatch.setattr(mesh_refinement, "refine_mesh", lambda own, step: ran_out)
     kept = mesh_refinement.landed(own, step)
     assert kept.outcome.status is Status.SOLVED
     assert kept.outcome.objective == pytest.approx(early.solver.objective, rel=1e-6)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve, summarise
+from gaitopt.ocp.nlp import ipopt
 from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
-from gaitopt.ocp.nlp.nlp import ipopt
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import pytest
 
 from gaitopt import FromMotion, LinearGuess, Status, solve
-from gaitopt.ocp.nlp.nlp import ipopt
+from gaitopt.ocp.nlp import ipopt
 from gaitopt.ocp.transcription.transcription import transcribe
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gaitopt import DaskCluster, GaitoptError, InputError, SettlingCriterion, __version__, basin, rimless_wheel, sweep
+from gaitopt.parallel import dask_executor as module
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.study import cluster as module
 from tests import dask
 from tests.study import works
 from tests.study.conftest import quick_problem

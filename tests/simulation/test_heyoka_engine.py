@@ -15,7 +15,7 @@ from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.taylor.compiled_programs import program_with_events
 from gaitopt.simulation.taylor.expression_conversion import convert, heyoka_module
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
-from tests.model.test_lean import pulled
+from tests.simulation.test_trigonometric_form import pulled
 
 heyoka = pytest.importorskip("heyoka")
 

@@ -23,7 +23,7 @@ def wheel_at(friction):
 
 @pytest.fixture(scope="module")
 def edge():
-    """Friction at which Type B's impact just begins to slip (0.2450 in Gamus & Or 2015), by bisection on the sequence."""
+    """Friction at which Type B's impact begins to slip (0.2450 in Gamus & Or 2015), by bisection on the sequence."""
     stick, slip = 0.246, 0.244
     while stick - slip > 1e-9:
         middle = (stick + slip) / 2

@@ -18,9 +18,9 @@ def two_points(sequence, frictions):
     """Return a grid, and the forward gaits of its two points, the second continued from the first."""
     problem = quick_problem(sequence=sequence, objective="cost_of_transport", transcription=Collocation(intervals=20))
     grid = SweepGrid(problem, (problem.sequence,), {"friction": np.array(frictions)}, 1)
-    first, second = (module.halved(grid.problem_at(point)) for point in (BEFORE, BEHIND))
-    gait = module.attempt(first, LinearGuess())
-    return grid, gait, module.attempt(second, gait)
+    first, second = (module.halve_intervals(grid.problem_at(point)) for point in (BEFORE, BEHIND))
+    gait = module.solve_start(first, LinearGuess())
+    return grid, gait, module.solve_start(second, gait)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def test_the_way_back_from_another_branch_is_gone(jump):
 
 def test_the_way_back_along_the_same_branch_is_spared(smooth, monkeypatch):
     grid, first, second = smooth
-    gone = module.attempt(module.halved(grid.problem_at(BEFORE)), second)
+    gone = module.solve_start(module.halve_intervals(grid.problem_at(BEFORE)), second)
     assert objective(gone) == pytest.approx(objective(first), rel=1e-6)
     monkeypatch.setattr(module, "attempt", lambda *given: pytest.fail("solved"))
     assert backward(grid, first, second) is first

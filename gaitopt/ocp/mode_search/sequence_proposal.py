@@ -129,7 +129,7 @@ def _stationarity(found: Candidates, checks: list[CandidateCheck]) -> str:
             "the closed contact sequence is optimal by itself"
         )
     if not found.biactive:
-        return "strong: no pair is biactive, so the closed word's optimality is the open one's"
+        return "strong: no pair is biactive, so the closed sequence's optimality is the open one's"
     sequences = ", ".join(f"'{sequence}'" for sequence, _ in endings)
     return (
         f"B: a pair is biactive; of the periodic sequences that meet there none is cheaper than the first: {sequences}"

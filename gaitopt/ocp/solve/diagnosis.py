@@ -87,6 +87,6 @@ def warnings(
     for phase in transcription.phases:
         if x[transcription.variables["duration"][0, phase.number]] < 1.01 * shortest:
             found.append(
-                f"{phase.label} lasts {shortest:g} s, its shortest allowed: the sequence without this phase may be better."
+                f"{phase.label} lasts {shortest:g} s, the minimum: the sequence without this phase may be better."
             )
     return tuple(found)

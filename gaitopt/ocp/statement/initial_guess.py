@@ -62,7 +62,7 @@ class Guess(ABC):
         """Return the guess in words, for the record of the problem."""
 
     def solution_for(self, sequence: ContactSequence) -> Solution | None:
-        """Return a solution to go on from with a word's unknowns and multipliers; None, as here, for a mere motion."""
+        """Return a solution with the sequence's unknowns and multipliers, or None for a mere motion."""
         return None
 
 

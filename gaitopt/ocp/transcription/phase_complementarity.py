@@ -3,7 +3,8 @@
 Time stepping on a fixed grid: one acceleration, torque and contact force in each interval, the equations of motion at
 its middle, Coulomb's law as complementarity pairs with the foot speed at its end (J. J. Moreau, Unilateral contact and
 dry friction in finite freedom dynamics, 1988).  It is of low order where the contact mode changes, and only proposes
-phases: the closed sequence is solved by an accurate transcription.  Torque-rate limits and friction margins are left to it.
+phases: the closed sequence is solved by an accurate transcription.  Torque-rate limits and friction margins are left to
+it.
 """
 
 import functools
@@ -37,7 +38,7 @@ _PAIRS = ("slip speed beside forward friction", "slip speed beside backward fric
 def transcribe_open(structure: Structure) -> Transcription:
     """Transcribe a structure whose sequence has open phases; equal structures return the programme built before.
 
-    The transcription's one phase is the whole step; `structure.counts` are the intervals of the word's phases.
+    The transcription's one phase is the whole step; `structure.counts` are the intervals of the sequence's phases.
     """
     robot, count = structure.robot, sum(structure.counts)
     whole = Phase(
@@ -108,7 +109,7 @@ def _variables(structure: Structure, count: int) -> Layout:
 
 
 def _interval_block(frame: NlpBuilder, stance: PhaseDynamics, number: int, first: int, count: int) -> Block:
-    """Return the block of the intervals of one of the word's phases."""
+    """Return the block of the intervals of one of the sequence's phases."""
     variables, robot = frame.variables, frame.robot
     left = list(range(first, first + count))
     right = [k + 1 for k in left]

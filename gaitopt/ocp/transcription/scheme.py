@@ -41,9 +41,9 @@ class Point:
 class Scheme(ABC):
     """How an interval between two nodes is integrated.
 
-    To add one, derive from this class and offer it through a :class:`gaitopt.ocp.transcription.method.Method`.  States and torques at
-    the nodes are unknowns of every scheme, torques are linear between nodes, and the friction cone, the slip direction
-    and the joint powers are held at the nodes and at the scheme's inner points.
+    To add one, derive from this class and offer it through a :class:`gaitopt.ocp.transcription.method.Method`.  States
+    and torques at the nodes are unknowns of every scheme, torques are linear between nodes, and the friction cone, the
+    slip direction and the joint powers are held at the nodes and at the scheme's inner points.
 
     Attributes
     ----------

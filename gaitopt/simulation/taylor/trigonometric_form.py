@@ -56,7 +56,8 @@ def to_trigonometric_form(robot: Robot) -> Robot:
     >>> from gaitopt import Mode, compass_biped
     >>> robot = compass_biped()
     >>> q, v, u, p = [0, 0, 0.1, 0.2], [0, 0, 1, -1], [0, 0], robot.vector(robot.resolve({}))
-    >>> [round(float(one.acceleration[Mode.STICK](q, v, u, p)[0][2]), 9) for one in (robot, to_trigonometric_form(robot))]
+    >>> pair = robot, to_trigonometric_form(robot)
+    >>> [round(float(one.acceleration[Mode.STICK](q, v, u, p)[0][2]), 9) for one in pair]
     [2.688179332, 2.688179332]
     """
     waves = _fit_harmonics(robot)

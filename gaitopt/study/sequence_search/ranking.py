@@ -26,8 +26,8 @@ class RankedGait:
     ----------
     sequence : ContactSequence
     status : str
-        That of its gait; ``"merged"`` for a gait that is a shorter sequence in disguise, and no cheaper than what was found
-        with fewer phases; ``"impossible"``, ``"lost"`` when its process died, ``"pending"`` when the search was
+        That of its gait; ``"merged"`` for a gait that is a shorter sequence in disguise, and no cheaper than what was
+        found with fewer phases; ``"impossible"``, ``"lost"`` when its process died, ``"pending"`` when the search was
         interrupted before.
     reason : str
         Why it is not ranked; empty when it is.

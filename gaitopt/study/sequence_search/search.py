@@ -43,9 +43,9 @@ def search(
 ) -> Ranking:
     """Find the optimal gait of every contact sequence, replay each, and rank them.
 
-    Each sequence is tried on a coarse grid from gaits of shorter sequences and from starts of its own; what is found there is
-    finished on the problem's grid.  Then each is tried once more from its cheapest neighbour, longer ones included.
-    The answer does not depend on the number of workers.
+    Each sequence is tried on a coarse grid from gaits of shorter sequences and from starts of its own; what is found
+    there is finished on the problem's grid.  Then each is tried once more from its cheapest neighbour, longer ones
+    included. The answer does not depend on the number of workers.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ def search(
     max_phases : int
         Longest contact sequences tried, 1 to 6 phases.
     starts : int
-        Starts of its own each sequence has: the problem's guess or a straight line, a passive cycle if one exists, lines
-        with random waves from fixed seeds.
+        Starts of its own each sequence has: the problem's guess or a straight line, a passive cycle if one exists,
+        lines with random waves from fixed seeds.
     sequences : iterable of ContactSequence or str, optional
         Only these, each of them closed.
     workers : int
@@ -72,8 +72,8 @@ def search(
     Returns
     -------
     Ranking
-        Solved and replayed gaits first, cheapest first; then sequences in disguise, failures and impossible sequences, each
-        with the reason.  Interrupted, it ranks what was finished.
+        Solved and replayed gaits first, cheapest first; then sequences in disguise, failures and impossible sequences,
+        each with the reason.  Interrupted, it ranks what was finished.
 
     Raises
     ------

@@ -3,8 +3,8 @@
 from gaitopt.motion.gait import Gait
 
 IMPOSSIBLE, LOST, PENDING, MERGED = "impossible", "lost", "pending", "merged"
-"""What became of a problem that cannot be, whose process died, that waits, or whose gait is another sequence in disguise;
-all others have the status of their gait."""
+"""What became of a problem that cannot be, whose process died, that waits, or whose gait is another sequence in
+disguise; all others have the status of their gait."""
 
 UNFINISHED = "the study was interrupted before"
 

@@ -85,8 +85,8 @@ def sweep(
     Raises
     ------
     InputError
-        If an axis, a number or a sequence cannot be, a sequence leaves something open, no point can be posed, or the file holds
-        another study.
+        If an axis, a number or a sequence cannot be, a sequence leaves something open, no point can be posed, or the
+        file holds another study.
     ArchiveError
         If the disk is full, for example; what was finished is kept.
 
@@ -99,7 +99,7 @@ def sweep(
     ... )
     >>> found = sweep(problem, friction=[0.19, 0.2], starts=1)
     >>> found.status.values.tolist(), found.cost_of_transport.dims
-    ([['solved', 'solved']], ('word', 'friction'))
+    ([['solved', 'solved']], ('sequence', 'friction'))
     """
     check_count("starts", starts, 1, 1000)
     named = {"friction": friction, "speed": speed, "step_length": step_length, "slope": slope}

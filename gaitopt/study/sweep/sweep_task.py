@@ -77,9 +77,9 @@ def _continued(grid: SweepGrid, duty: SweepTask, own: Mapping[str, Gait], beside
 def on_one_branch(one: GaitProblem, gait: Gait, other: GaitProblem, neighbour: Gait) -> bool:
     """Whether a neighbour, continued to a problem, would only lead to the gait that is known there, or to a dearer one.
 
-    What a neighbour promises to first order (:func:`gaitopt.ocp.initial.cost_prediction.foreseen`) undercuts what is known by what
-    the branch is curved between the two, and by what could be gained from another branch.  A curved branch promises
-    just as much the other way round, two branches do not.
+    What a neighbour promises to first order (:func:`gaitopt.ocp.initial.cost_prediction.foreseen`) undercuts what is
+    known by what the branch is curved between the two, and by what could be gained from another branch.  A curved
+    branch promises just as much the other way round, two branches do not.
     """
     if not gait.status.ok:
         return False
