@@ -10,7 +10,18 @@ import functools
 
 import casadi as ca
 
-from gaitopt import Collocation, Coordinates, GaitProblem, Limits, Parameter, RigidLink, Robot, assemble
+from gaitopt import (
+    Collocation,
+    Coordinates,
+    Drawing,
+    GaitProblem,
+    Limits,
+    Parameter,
+    RigidLink,
+    Robot,
+    StepEnd,
+    assemble,
+)
 
 PARAMETERS = tuple(
     Parameter(name, default, unit, meaning, lower=0, lower_open=True)
@@ -58,32 +69,36 @@ def five_link() -> Robot:
             rod(thigh_mass, hip, swing_knee, thigh, thigh2),
             rod(shank_mass, swing_knee, swing_foot, shank, thigh2 + knee2),
         ],
-        landing_foot=swing_foot,
-        touchdown=swing_foot[1] - c.foot[1],  # the step ends when the foot comes down ...
-        armed=swing_foot[0] - c.foot[0] - 0.1,  # ... well ahead of the other
-        relabel=[thigh2, knee2, torso, thigh1, knee1],
-        upright=ca.cos(thigh1),
+        step=StepEnd(
+            landing=swing_foot,
+            touchdown=swing_foot[1] - c.foot[1],  # the step ends when the foot comes down ...
+            armed=swing_foot[0] - c.foot[0] - 0.1,  # ... well ahead of the other
+            exchange=[thigh2, knee2, torso, thigh1, knee1],
+            upright=ca.cos(thigh1),
+        ),
         actuators={
             "stance knee": knee1,
             "stance hip": torso - thigh1,
             "swing hip": torso - thigh2,
             "swing knee": knee2,
         },
-        points={
-            "stance foot": c.foot,
-            "stance knee": stance_knee,
-            "hip": hip,
-            "head": head,
-            "swing knee": swing_knee,
-            "swing foot": swing_foot,
-        },
-        links=[
-            ("stance foot", "stance knee"),
-            ("stance knee", "hip"),
-            ("hip", "head"),
-            ("hip", "swing knee"),
-            ("swing knee", "swing foot"),
-        ],
+        drawing=Drawing(
+            {
+                "stance foot": c.foot,
+                "stance knee": stance_knee,
+                "hip": hip,
+                "head": head,
+                "swing knee": swing_knee,
+                "swing foot": swing_foot,
+            },
+            [
+                ("stance foot", "stance knee"),
+                ("stance knee", "hip"),
+                ("hip", "head"),
+                ("hip", "swing knee"),
+                ("swing knee", "swing foot"),
+            ],
+        ),
     )
 
 

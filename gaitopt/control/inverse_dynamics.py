@@ -84,4 +84,4 @@ def nominal_parameters(robot: Robot, parameters: Mapping[str, float]) -> Array:
 
 
 def _place_of_friction(robot: Robot) -> int:
-    return [parameter.name for parameter in robot.parameters].index("friction")
+    return robot.index("friction")

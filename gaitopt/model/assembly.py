@@ -2,55 +2,110 @@
 
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import casadi as ca
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts import accelerations
+from gaitopt.model.contacts.contact import Contact, PointContact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
+from gaitopt.model.forces import Force
 from gaitopt.model.mechanics import Body, Mechanics, derive
 from gaitopt.model.robot import Coordinates, Robot
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StepEnd:
+    """How a step ends: the contact that lands, its guard, and the map that closes the step.
+
+    Attributes
+    ----------
+    landing : Contact or SX of shape (2, 1)
+        The contact that lands; a position stands for a point contact.
+    touchdown, armed : SX
+        The step ends when `touchdown` falls through zero while `armed` > 0, which alone may depend on the rates `c.v`.
+    exchange : sequence of SX, optional
+        The angles of the next step as functions of the angles at touchdown (linear, invertible): the exchange of the
+        legs.  Without it the angles keep their names (the identity).
+    upright : SX
+        Positive while the walker stands.
+
+    Examples
+    --------
+    >>> angle = ca.SX.sym("angle")
+    >>> StepEnd(landing=ca.vertcat(angle, 0), touchdown=1 - angle, armed=angle, upright=ca.cos(angle)).exchange is None
+    True
+    """
+
+    landing: Contact | ca.SX
+    touchdown: ca.SX
+    armed: ca.SX
+    upright: ca.SX
+    exchange: Sequence[ca.SX] | None = None
+
+    @property
+    def contact(self) -> Contact:
+        """The contact that lands."""
+        return self.landing if isinstance(self.landing, Contact) else PointContact(ca.SX(self.landing))
+
+    def relabel(self, coordinates: Coordinates) -> list[ca.SX]:
+        """Return the angles of the next step."""
+        return [*coordinates.q.elements()[2:]] if self.exchange is None else list(self.exchange)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What is drawn of a robot.
+
+    Attributes
+    ----------
+    points : mapping of str to SX of shape (2, 1)
+        Points [m]; by default the stance contact and the landing contact.
+    links : sequence of pairs of point names
+        Lines between points.
+    stance : Contact, optional
+        The stance contact, where it is not a point.
+
+    Examples
+    --------
+    >>> Drawing({"foot": ca.SX.zeros(2), "hip": ca.SX.ones(2)}, [("foot", "hip")]).links
+    [('foot', 'hip')]
+    """
+
+    points: Mapping[str, ca.SX] = field(default_factory=dict)
+    links: Sequence[tuple[str, str]] = ()
+    stance: Contact | None = None
 
 
 def assemble(
     name: str,
     coordinates: Coordinates,
     *,
-    description: str,
     bodies: Sequence[Body],
-    landing_foot: ca.SX,
-    touchdown: ca.SX,
-    armed: ca.SX,
-    relabel: Sequence[ca.SX],
-    upright: ca.SX,
+    step: StepEnd,
     actuators: Mapping[str, ca.SX],
-    points: Mapping[str, ca.SX],
-    links: Sequence[tuple[str, str]],
+    drawing: Drawing | None = None,
+    forces: Sequence[Force] = (),
+    description: str = "",
 ) -> Robot:
     """Assemble a robot from its symbolic description.
 
     Parameters
     ----------
-    name, description : str
+    name : str
     coordinates : Coordinates
         The symbols all expressions are written in.
     bodies : sequence of PointMass or RigidLink
-    landing_foot : SX, shape (2, 1)
-        Position of the foot that will land [m].
-    touchdown, armed : SX
-        The step ends when `touchdown` falls through zero while `armed` > 0, which alone may depend on the rates `c.v`.
-    relabel : sequence of SX
-        The angles of the next step as functions of the angles at touchdown (linear, invertible).
-    upright : SX
-        Positive while the walker stands.
+    step : StepEnd
+        The contact that lands, its guard, and the exchange of the legs.
     actuators : mapping of str to SX
         The angle each actuator's torque works on [rad].
-    points : mapping of str to SX of shape (2, 1)
-        Points to draw.
-    links : sequence of pairs of point names
+    drawing : Drawing, optional
+    forces : sequence of Spring, Damper, Potential or RotorInertia
+    description : str
 
     Returns
     -------
@@ -59,54 +114,83 @@ def assemble(
     Raises
     ------
     InputError
-        If the relabelling is not a linear, invertible map of the angles, or an expression is in other symbols.
+        If the exchange is not a linear, invertible map of the angles, or an expression is in other symbols.
 
     Examples
     --------
     A pendulum that never walks (see ``gaitopt/model/robots/compass.py`` for a robot that does):
 
-    >>> from gaitopt import Coordinates, Parameter, PointMass, assemble
+    >>> from gaitopt import Coordinates, Parameter, PointMass, StepEnd, assemble
     >>> c = Coordinates(["theta"], [Parameter("gravity", 9.8, "m/s^2", "gravity")])
     >>> theta = c.angle("theta")
     >>> tip = c.foot + ca.vertcat(ca.sin(theta), ca.cos(theta))
     >>> pendulum = assemble(
-    ...     "pendulum", c, description="inverted pendulum", bodies=[PointMass(1.0, tip)], landing_foot=tip,
-    ...     touchdown=1 - theta, armed=theta, relabel=[-theta], upright=ca.cos(theta), actuators={"ankle": theta},
-    ...     points={"foot": c.foot, "tip": tip}, links=[("foot", "tip")],
+    ...     "pendulum", c, bodies=[PointMass(1.0, tip)], actuators={"ankle": theta},
+    ...     step=StepEnd(landing=tip, touchdown=1 - theta, armed=theta, exchange=[-theta], upright=ca.cos(theta)),
     ... )
     >>> pendulum.n_q
     3
     """
+    _check_parts(name, coordinates, step, drawing)
     q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
-    written = {"landing_foot": landing_foot, "touchdown": touchdown, "armed": armed, "upright": upright}
-    for kind, group in (("actuator", actuators), ("point", points)):
+    contact, relabel = step.contact, step.relabel(coordinates)
+    drawing = drawing or Drawing({"stance foot": coordinates.foot, "landing foot": contact.point})
+    written = {"landing_foot": contact.coordinates, "touchdown": step.touchdown, "armed": step.armed}
+    written |= {"upright": step.upright, "rim of the landing foot": contact.rim}
+    for kind, group in (("actuator", actuators), ("point", drawing.points)):
         written |= {f"{kind} {label!r}": expression for label, expression in group.items()}
-    for number, body in enumerate(bodies, start=1):
-        written |= {f"{entry.name} of body {number}": getattr(body, entry.name) for entry in fields(body)}
-    written |= {f"relabelled angle {number}": expression for number, expression in enumerate(relabel, start=1)}
+    for kind, parts in (("body", bodies), ("force", forces)):
+        for number, part in enumerate(parts, start=1):
+            written |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
+    written |= {f"exchanged angle {number}": expression for number, expression in enumerate(relabel, start=1)}
     _check_symbols(name, coordinates, written)
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
-    parts = derive(bodies, q, v, coordinates.gravity)
-    index = {point: i for i, point in enumerate(points)}
+    mechanics = derive(bodies, q, v, coordinates.gravity, forces)
+    index = {point: i for i, point in enumerate(drawing.points)}
+    stance = drawing.stance or PointContact(coordinates.foot)
     return Robot(
         name=name,
         description=description,
         angles=coordinates.angles,
         actuators=tuple(actuators),
         parameters=coordinates.parameters,
-        points=tuple(points),
-        links=tuple((index[a], index[b]) for a, b in links),
-        **_motion(coordinates, parts, joint),
-        **_landing(coordinates, parts.mass_matrix, landing_foot),
-        **_step(coordinates, landing_foot, _relabelling(relabel, q, name), relabel),
+        points=tuple(drawing.points),
+        links=tuple((index[a], index[b]) for a, b in drawing.links),
+        **_motion(coordinates, mechanics, joint),
+        **_landing(coordinates, mechanics.mass_matrix, contact.coordinates),
+        **_step(coordinates, contact.coordinates, _exchange_matrix(relabel, q, name), relabel),
         touchdown=_later(
-            "touchdown", qvp, lambda: {"guard": touchdown, "rate": ca.jacobian(touchdown, q) @ v, "armed": armed}
+            "touchdown",
+            qvp,
+            lambda: {"guard": step.touchdown, "rate": ca.jacobian(step.touchdown, q) @ v, "armed": step.armed},
         ),
-        upright=_later("upright", qp, lambda: {"upright": upright}),
+        upright=_later("upright", qp, lambda: {"upright": step.upright}),
         joint_rates=_later("joint_rates", qvp, lambda: {"rates": joint @ v}),
-        figure=_later("figure", qp, lambda: {"points": ca.horzcat(*points.values())}),
+        figure=_later("figure", qp, lambda: {"points": ca.horzcat(*drawing.points.values())}),
+        rims=_later("rims", qp, lambda: {"rims": ca.horzcat(stance.rim, contact.rim)}),
+        force_powers=_later(
+            "force_powers", qvp, lambda: {"elastic": mechanics.elastic, "dissipation": mechanics.dissipation}
+        ),
     )
+
+
+def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Drawing | None) -> None:
+    if not isinstance(coordinates, Coordinates):
+        raise InputError(f"Robot {name!r}: coordinates must be Coordinates(angles, parameters), got {coordinates!r}.")
+    if not isinstance(step, StepEnd):
+        raise InputError(
+            f"Robot {name!r}: step must be a StepEnd(landing=..., touchdown=..., armed=..., upright=...), got {step!r}."
+        )
+    if drawing is not None and not isinstance(drawing, Drawing):
+        raise InputError(f"Robot {name!r}: drawing must be a Drawing(points, links), got {drawing!r}.")
+    points, links = (drawing.points, drawing.links) if drawing else ({}, ())
+    for pair in links:
+        for point in pair:
+            if point not in points:
+                raise InputError(
+                    f"Robot {name!r}: a link ends at {point!r}, which is not among the points. {suggest(point, points)}"
+                )
 
 
 def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
@@ -250,12 +334,12 @@ def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -
     return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
 
 
-def _relabelling(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:
-    """Return the constant matrix of the leg swap on the angles' rates."""
+def _exchange_matrix(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:
+    """Return the constant matrix of the leg exchange on the angles' rates."""
     matrix = ca.jacobian(ca.vertcat(*relabel), q[2:])
     if not matrix.is_constant() or matrix.shape[0] != matrix.shape[1]:
-        raise InputError(f"Robot {name!r}: the relabelled angles must be linear in the angles, one for each.")
+        raise InputError(f"Robot {name!r}: the exchanged angles must be linear in the angles, one for each.")
     constant = ca.DM(matrix)
     if abs(float(ca.det(constant))) < 1e-12:
-        raise InputError(f"Robot {name!r}: the relabelling of the angles cannot be inverted.")
+        raise InputError(f"Robot {name!r}: the exchange of the angles is not invertible.")
     return constant

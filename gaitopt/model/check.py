@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.contacts.impact import Impact, complementarity_pairs, solve_impact
+from gaitopt.model.contacts.impact import Impact, solve_impact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.robot import Robot
 
@@ -168,12 +168,11 @@ def _momenta(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray, about: n
 
 
 def _complementarity_error(robot: Robot, q: np.ndarray, impact: Impact, p: np.ndarray) -> float:
-    friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
+    friction = p[robot.index("friction")]
     velocity = np.asarray(robot.landing(q, impact.v_plus, p)[1]).ravel()
     tangential, normal = impact.impulse
-    left, right = complementarity_pairs(
-        normal, max(tangential, 0.0), max(-tangential, 0.0), abs(velocity[0]), velocity[1], velocity[0], friction
-    )
+    parts = (normal, max(tangential, 0.0), max(-tangential, 0.0))
+    left, right = robot.contact_model.impact.pairs(parts, abs(velocity[0]), (velocity[1], velocity[0]), friction)
     scale = np.max(np.abs(impact.impulse)) + 1
     products = np.abs(np.array(left) * np.array(right))
     return float(np.max([*products, *(-np.array(left)), *(-np.array(right))]) / scale)

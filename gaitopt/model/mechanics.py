@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.model.forces import Force, Potential, RotorInertia, Spring
+
 
 @dataclass(frozen=True, eq=False)
 class PointMass:
@@ -82,6 +84,10 @@ class Mechanics:
         Angular momentum about the origin of the frame [kg m^2/s], positive for increasing angle (clockwise).
     total_mass : SX
         [kg].
+    elastic : SX
+        Energy of springs and potentials, part of `potential` [J].
+    dissipation : SX
+        Power dissipated by dampers [W].
     """
 
     mass_matrix: ca.SX
@@ -91,9 +97,11 @@ class Mechanics:
     momentum: ca.SX
     angular_momentum: ca.SX
     total_mass: ca.SX
+    elastic: ca.SX
+    dissipation: ca.SX
 
 
-def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX) -> Mechanics:
+def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()) -> Mechanics:
     """Derive the mechanics of `bodies` by projecting Newton's and Euler's laws, body by body (Kane's method).
 
     Parameters
@@ -103,6 +111,7 @@ def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX) -> Mechan
         Coordinates and their rates.
     gravity : SX, shape (2, 1)
         Gravitational acceleration in the slope-fixed frame [m/s^2].
+    forces : sequence of Spring, Damper, Potential or RotorInertia
     """
     kinetic, potential, total, angular = ca.SX(0), ca.SX(0), ca.SX(0), ca.SX(0)
     momentum, mass_matrix = ca.SX.zeros(2), ca.SX.zeros(q.numel(), q.numel())
@@ -124,5 +133,22 @@ def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX) -> Mechan
             mass_matrix += body.inertia * turning.T @ turning
             bias += turning.T @ (body.inertia * ca.jtimes(turning @ v, q, v))
             angular += body.inertia * (turning @ v)
+    elastic, dissipation = ca.SX(0), ca.SX(0)
+    for force in forces:
+        if isinstance(force, Spring | Potential):
+            elastic += force.energy
+            continue
+        along = ca.jacobian(force.coordinate, q)
+        rate = along @ v
+        if isinstance(force, RotorInertia):
+            kinetic += force.reflected * rate**2 / 2
+            mass_matrix += force.reflected * along.T @ along
+            bias += along.T @ (force.reflected * ca.jtimes(rate, q, v))
+        else:
+            dissipation += force.damping * rate**2
+            bias += along.T @ (force.damping * rate)
+    if forces:
+        bias += ca.gradient(elastic, q)
+        potential += elastic
     mass_matrix = ca.simplify(mass_matrix)
-    return Mechanics(mass_matrix, bias, kinetic, potential, momentum, angular, total)
+    return Mechanics(mass_matrix, bias, kinetic, potential, momentum, angular, total, elastic, dissipation)

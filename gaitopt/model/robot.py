@@ -1,21 +1,18 @@
 """A robot: a frozen bundle of named CasADi Functions, and the symbols it is written in."""
 
-import math
+import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.ground import GROUND
 from gaitopt.parameters import Parameter, as_vector, resolve
-
-GROUND = (
-    Parameter("slope", 0.0, "rad", "downhill slope", lower=-math.pi / 2, upper=math.pi / 2),
-    Parameter("friction", math.inf, "1", "Coulomb friction coefficient", lower=0.0, infinite=True),
-)
 
 
 class Coordinates:
@@ -26,7 +23,7 @@ class Coordinates:
     angles : sequence of str
         Names of the joint or leg angles [rad].
     parameters : sequence of Parameter
-        The robot's own parameters; ``gravity`` must be one of them.  Slope and friction are added.
+        Parameters of the robot; ``gravity`` must be one of them.  Those of the ground are added.
 
     Examples
     --------
@@ -40,7 +37,8 @@ class Coordinates:
         self.parameters = (*parameters, *GROUND)
         names = [p.name for p in self.parameters]
         if len(set(names)) != len(names):
-            raise InputError("Two parameters share a name; 'slope' and 'friction' belong to the ground.")
+            ground = ", ".join(repr(p.name) for p in GROUND)
+            raise InputError(f"Two parameters share a name; {ground} belong to the ground.")
         if "gravity" not in names:
             raise InputError("A robot needs a parameter named 'gravity'.")
         for p in parameters:
@@ -54,7 +52,7 @@ class Coordinates:
 
     @property
     def foot(self) -> ca.SX:
-        """Position of the stance foot, SX of shape (2, 1) [m]."""
+        """Slide coordinate and gap of the stance foot, SX of shape (2, 1) [m]; of a point, its position."""
         return self.q[:2]
 
     @property
@@ -85,9 +83,11 @@ class Robot(LazyRecord):
     angles, actuators : tuple of str
         Names of the angles (q without the foot) and of the actuators.
     parameters : tuple of Parameter
-        Own parameters, then slope and friction; the order of p.
+        Parameters of the robot, then those of the ground; the order of p.
     points, links : tuple
         Names of the points drawn, and pairs of their indices joined by a line.
+    contact_model : ContactModel
+        Transitions between contact modes and the impact law.
     dynamics : (q, v, p) -> mass_matrix (n_q, n_q), bias (n_q), actuation (n_q, n_u)
     acceleration : mode -> ((q, v, u, p) -> acceleration (n_q), force (2))
     mass : p -> total mass [kg]
@@ -103,6 +103,8 @@ class Robot(LazyRecord):
     upright : (q, p) -> positive while the walker has not fallen
     joint_rates : (q, v, p) -> (n_u) rates the actuators work on [rad/s]
     figure : (q, p) -> (2, n_points) positions drawn [m]
+    rims : (q, p) -> (4, 2) centre [m], radius [m] and clockwise angle [rad] of the stance and the landing foot's rim
+    force_powers : (q, v, p) -> elastic energy of springs [J], power dissipated by dampers [W]
 
     Examples
     --------
@@ -119,6 +121,7 @@ class Robot(LazyRecord):
     parameters: tuple[Parameter, ...]
     points: tuple[str, ...]
     links: tuple[tuple[int, int], ...]
+    contact_model: ContactModel = field(default_factory=ContactModel, repr=False)
     dynamics: LazyField[ca.Function] = LazyField()
     acceleration: Mapping[Mode, ca.Function] = field(repr=False)
     mass: LazyField[ca.Function] = LazyField()
@@ -134,6 +137,8 @@ class Robot(LazyRecord):
     upright: LazyField[ca.Function] = LazyField()
     joint_rates: LazyField[ca.Function] = LazyField()
     figure: LazyField[ca.Function] = LazyField()
+    rims: LazyField[ca.Function] = LazyField()
+    force_powers: LazyField[ca.Function] = LazyField()
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"
@@ -147,6 +152,45 @@ class Robot(LazyRecord):
     def n_u(self) -> int:
         """Number of actuators."""
         return len(self.actuators)
+
+    @functools.cached_property
+    def _places(self) -> dict[str, int]:
+        return {parameter.name: i for i, parameter in enumerate(self.parameters)}
+
+    def index(self, name: str) -> int:
+        """Return the place of a parameter in p.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped
+        >>> compass_biped().index("leg_mass")
+        2
+        """
+        return self._places[name]
+
+    def static_friction(self, p: ca.SX) -> ca.SX:
+        """Return the coefficient of static friction from the vector p, of symbols or numbers."""
+        return p[self.index("static_friction_ratio")] * p[self.index("friction")]
+
+    def weight(self, p: ca.SX) -> ca.SX:
+        """Return the total weight m g from the vector p, of symbols or numbers [N]."""
+        return self.mass(p) * p[self.index("gravity")]
+
+    def with_contact_model(self, model: ContactModel) -> "Robot":
+        """Return the robot with another contact model, such as a custom impact law or further transitions.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped
+        >>> from gaitopt.model.contacts.contact_model import ContactModel
+        >>> compass_biped().with_contact_model(ContactModel()).name
+        'compass_biped'
+        """
+        if not isinstance(model, ContactModel):
+            raise InputError(f"The contact model of a robot must be a ContactModel, got {model!r}.")
+        # Not getattr: fields that were never read stay unread.
+        copied = {entry.name: vars(self)[entry.name] for entry in fields(self)}
+        return Robot(**{**copied, "contact_model": model})
 
     def resolve(self, values: Mapping[str, object]) -> dict[str, float]:
         """Return every parameter by name, defaults filled in; raise InputError for a name or value that cannot be.

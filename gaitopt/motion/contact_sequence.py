@@ -85,8 +85,8 @@ class ContactSequence:
         >>> ContactSequence.parse("any | stick").require_closed("A walk")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: A walk needs a closed sequence, but 'any | stick' is open; solve() closes it: use the \
-contact sequence of the gait it returns.
+        gaitopt.errors.SequenceError: A walk needs a closed sequence, but 'any | stick' is open; solve() closes it: \
+use the contact sequence of the gait it returns.
         """
         if self.is_open:
             raise SequenceError(

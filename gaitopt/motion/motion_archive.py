@@ -69,7 +69,9 @@ def read_motion(group: h5py.Group) -> Motion:
         points=tuple(json.loads(group.attrs["points"])),
         links=tuple((int(a), int(b)) for a, b in json.loads(group.attrs["links"])),
         total_mass=float(group.attrs["total_mass"]),
-        parameters={name: float(value) for name, value in group["parameters"].attrs.items()},
+        # Files of versions 1 and 2 have one coefficient of friction.
+        parameters={"static_friction_ratio": 1.0}
+        | {name: float(value) for name, value in group["parameters"].attrs.items()},
         segments=tuple(_read_segment(part) for _, part in sorted(group["segments"].items())),
         jumps=tuple(_read_jump(part) for _, part in sorted(group["jumps"].items())),
     )

@@ -79,7 +79,7 @@ def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
     acceleration, force = robot.acceleration[mode](q, v, u, p)
     loss = -force[0] * v[0] if mode.slips else 0
     guard, _, armed = robot.touchdown(q, v, p)
-    friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
+    friction = p[robot.index("friction")]
     if mode.slips:
         own = [paradox_guard(robot.wellposed(q, p), mode), mode.sign * v[0], force[1]]
     else:

@@ -34,7 +34,7 @@ class ContactChoice:
     """
 
     def __init__(self, robot: Robot, law: Law, p: Array) -> None:
-        self.friction = float(p[[parameter.name for parameter in robot.parameters].index("friction")])
+        self.friction = float(p[robot.index("friction")])
         self._robot, self._law, self._p, self._speed = robot, law, p, 1 + robot.n_q
         self._breaks, self._index = law.breakpoints.tolist(), law.index
         self._forces: dict[int, FastCall] = {}

@@ -170,12 +170,7 @@ def reset_slope(robot: Robot, outcome: Mode) -> ca.Function:
     y, p = ca.SX.sym("y", 2 * n), ca.SX.sym("p", len(robot.parameters))
     q, v = ca.SX.sym("q", n), ca.SX.sym("v", n)
     velocity, mobility, spread = robot.collision(y[:n], y[n:], p)
-    if outcome is Mode.STICK:
-        impulse = -ca.solve(mobility, velocity)
-    else:
-        friction = p[[parameter.name for parameter in robot.parameters].index("friction")]
-        direction = ca.vertcat(-outcome.sign * friction, 1)
-        impulse = direction * (-velocity[1] / (mobility[1, :] @ direction))
+    impulse = robot.contact_model.impact.impulse(outcome, velocity, mobility, p[robot.index("friction")])
     following = ca.vertcat(*robot.swap(y[:n], y[n:] + spread @ impulse, p))
     jacobian = ca.Function("jacobian", [y, p], [ca.densify(ca.jacobian(following, y))])
     return ca.Function("reset_slope", [q, v, p], [jacobian(ca.vertcat(q, v), p)])

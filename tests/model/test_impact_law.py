@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
-from gaitopt import Mode, compass_biped, complementarity_pairs, rimless_wheel, solve_impact
+from gaitopt import Mode, PlasticFrictional, compass_biped, rimless_wheel, solve_impact
 
 COMPASS, WHEEL = compass_biped(), rimless_wheel()
 RATE = st.floats(-5, 5, allow_subnormal=False)
@@ -27,7 +27,7 @@ def residuals(robot, q, v, p, impact, friction):
         left, right = [normal, abs(foot[0])], [foot[1], 1.0]
     else:
         a, b = max(tangential, 0.0), max(-tangential, 0.0)
-        left, right = complementarity_pairs(normal, a, b, abs(foot[0]), foot[1], foot[0], friction)
+        left, right = PlasticFrictional().pairs((normal, a, b), abs(foot[0]), (foot[1], foot[0]), friction)
     scale = 1.0 + np.max(np.abs(impact.impulse)) + np.max(np.abs(v))
     worst = max(*(abs(x * y) for x, y in zip(left, right, strict=True)), *(-x for x in left), *(-y for y in right))
     return np.max(np.abs(momentum)) / scale, worst / scale**2

@@ -8,7 +8,19 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Coordinates, InputError, Mode, Parameter, PointMass, RigidLink, assemble, check_robot, robot_named
+from gaitopt import (
+    Coordinates,
+    Drawing,
+    InputError,
+    Mode,
+    Parameter,
+    PointMass,
+    RigidLink,
+    StepEnd,
+    assemble,
+    check_robot,
+    robot_named,
+)
 from gaitopt.model.contacts.mode import PHYSICAL
 
 GRAVITY = Parameter("gravity", 9.8, "m/s^2", "gravity", lower=0.0)
@@ -19,17 +31,20 @@ def rod(bodies=None, relabel=None, **changes):
     c = Coordinates(["th"], [GRAVITY])
     th = c.angle("th")
     end = c.foot + ca.vertcat(ca.sin(th), ca.cos(th))
+    step = {
+        "landing": c.foot + 2 * ca.vertcat(ca.sin(th), 0),
+        "touchdown": 0.3 - th,
+        "armed": th,
+        "exchange": [relabel(th)] if relabel else [-th],
+        "upright": ca.cos(th),
+    }
+    step |= {name: changes.pop(name) for name in list(changes) if name in step}
     parts = {
         "description": "a rod",
         "bodies": bodies(c, th) if bodies else [PointMass(2.0, end)],
-        "landing_foot": c.foot + 2 * ca.vertcat(ca.sin(th), 0),
-        "touchdown": 0.3 - th,
-        "armed": th,
-        "relabel": [relabel(th)] if relabel else [-th],
-        "upright": ca.cos(th),
+        "step": StepEnd(**step),
         "actuators": {"ankle": th},
-        "points": {"foot": c.foot, "end": end},
-        "links": [("foot", "end")],
+        "drawing": Drawing({"foot": c.foot, "end": end}, [("foot", "end")]),
     }
     return assemble("rod", c, **{**parts, **changes})
 
@@ -74,8 +89,14 @@ def test_torque_balances_gravity_where_statics_says():
 def test_a_robot_knows_its_sizes_and_names():
     robot = rod()
     assert (robot.n_q, robot.n_u, robot.links) == (3, 1, ((0, 1),))
-    assert [parameter.name for parameter in robot.parameters] == ["gravity", "slope", "friction"]
-    assert robot.resolve({"slope": 0.1}) == {"gravity": 9.8, "slope": 0.1, "friction": np.inf}
+    assert [parameter.name for parameter in robot.parameters] == [
+        "gravity",
+        "slope",
+        "friction",
+        "static_friction_ratio",
+    ]
+    ground = {"slope": 0.1, "friction": np.inf, "static_friction_ratio": 1.0}
+    assert robot.resolve({"slope": 0.1}) == {"gravity": 9.8, **ground}
     assert "rod" in repr(robot)
 
 
@@ -85,7 +106,7 @@ def test_relabelling_must_be_linear():
 
 
 def test_relabelling_must_be_invertible():
-    with pytest.raises(InputError, match=r"'rod'.*cannot be inverted"):
+    with pytest.raises(InputError, match=r"'rod'.*not invertible"):
         rod(relabel=lambda th: 0 * th)
 
 
@@ -95,7 +116,7 @@ def test_relabelling_needs_every_angle():
 
 
 def test_slope_and_friction_belong_to_the_ground():
-    with pytest.raises(InputError, match="'slope' and 'friction' belong to the ground"):
+    with pytest.raises(InputError, match="'slope', 'friction', 'static_friction_ratio' belong to the ground"):
         Coordinates(["th"], [GRAVITY, Parameter("slope", 0.0, "rad", "mine")])
 
 
@@ -122,10 +143,10 @@ def test_the_catalogue_returns_one_object_for_each_robot(compass):
     ("what", "changes"),
     [
         ("touchdown", {"touchdown": ca.SX.sym("theta")}),
-        ("point 'end'", {"points": {"end": ca.vertcat(ca.SX.sym("theta"), 0)}, "links": []}),
+        ("point 'end'", {"drawing": Drawing({"end": ca.vertcat(ca.SX.sym("theta"), 0)})}),
         ("actuator 'ankle'", {"actuators": {"ankle": 2 * ca.SX.sym("theta")}}),
         ("mass of body 1", {"bodies": lambda c, th: [PointMass(ca.SX.sym("theta"), c.foot)]}),
-        ("relabelled angle 1", {"relabel": lambda th: ca.SX.sym("theta") - th}),
+        ("exchanged angle 1", {"relabel": lambda th: ca.SX.sym("theta") - th}),
     ],
 )
 def test_a_symbol_from_elsewhere_is_named_at_once(what, changes):
@@ -136,11 +157,12 @@ def test_a_symbol_from_elsewhere_is_named_at_once(what, changes):
 def test_rates_are_named_where_only_the_place_counts():
     c = Coordinates(["th"], [GRAVITY])
     th, tip = c.angle("th"), c.foot + ca.vertcat(ca.sin(c.angle("th")), ca.cos(c.angle("th")))
-    parts = {"description": "", "bodies": [PointMass(1.0, tip)], "landing_foot": tip, "touchdown": 1 - th}
-    parts |= {"armed": c.v[2], "relabel": [-th], "actuators": {}, "points": {"tip": tip}, "links": []}
-    assert float(assemble("rod", c, upright=ca.cos(th), **parts).touchdown([0, 0, 0], [0, 0, 2], [9.8, 0, 1])[2]) == 2
+    end = {"landing": tip, "touchdown": 1 - th, "armed": c.v[2], "exchange": [-th]}
+    parts = {"bodies": [PointMass(1.0, tip)], "actuators": {}}
+    rates = assemble("rod", c, step=StepEnd(upright=ca.cos(th), **end), **parts)
+    assert float(rates.touchdown([0, 0, 0], [0, 0, 2], [9.8, 0, 1, 1])[2]) == 2
     with pytest.raises(InputError, match="upright depends on a symbol 'v_2' that is none of its coordinates"):
-        assemble("rod", c, upright=ca.cos(th) + c.v[2], **parts)
+        assemble("rod", c, step=StepEnd(upright=ca.cos(th) + c.v[2], **end), **parts)
 
 
 def test_a_robot_that_was_used_in_part_can_be_pickled():

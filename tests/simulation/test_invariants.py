@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitopt import Mode, ScipyEngine, Stop, compass_biped, complementarity_pairs, rimless_wheel, simulate
+from gaitopt import Mode, PlasticFrictional, ScipyEngine, Stop, compass_biped, rimless_wheel, simulate
 from gaitopt.simulation.engine_choice import default_engine
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
@@ -128,7 +128,7 @@ def check_impact(robot, jump, hand, parameters):
     if math.isinf(hand.mu):
         assert jump.mode is Mode.STICK
         return
-    pairs = complementarity_pairs(normal, max(tangential, 0), max(-tangential, 0), abs(v_t), v_n, v_t, hand.mu)
+    pairs = PlasticFrictional().pairs((normal, max(tangential, 0), max(-tangential, 0)), abs(v_t), (v_n, v_t), hand.mu)
     assert min(min(side) for side in pairs) >= -ROUNDING * max(scale, 1)
     assert max(abs(a * b) for a, b in zip(*pairs, strict=True)) <= ROUNDING * max(scale, 1)
 

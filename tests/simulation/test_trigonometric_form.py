@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Coordinates, Mode, Parameter, RigidLink, assemble, compass_biped, rimless_wheel
+from gaitopt import Coordinates, Drawing, Mode, Parameter, RigidLink, StepEnd, assemble, compass_biped, rimless_wheel
 from gaitopt.simulation.taylor.trigonometric_form import to_trigonometric_form
 
 MODES = [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD]
@@ -20,16 +20,17 @@ def robot_of(angles, bodies, tip, c):
     return assemble(
         "own",
         c,
-        description="a test",
         bodies=bodies,
-        landing_foot=tip,
-        touchdown=angles[-1],
-        armed=angles[0],
-        relabel=[-angle for angle in angles],
-        upright=ca.cos(angles[0]),
+        step=StepEnd(
+            landing=tip,
+            touchdown=angles[-1],
+            armed=angles[0],
+            exchange=[-angle for angle in angles],
+            upright=ca.cos(angles[0]),
+        ),
         actuators={"first": angles[0]},
-        points={"foot": c.foot, "tip": tip},
-        links=[("foot", "tip")],
+        drawing=Drawing({"foot": c.foot, "tip": tip}, [("foot", "tip")]),
+        description="a test",
     )
 
 

@@ -7,11 +7,13 @@ import pytest
 from gaitopt import (
     Collocation,
     Coordinates,
+    Drawing,
     GaitProblem,
     Limits,
     Parameter,
     PointMass,
     RigidLink,
+    StepEnd,
     assemble,
     assess_stability,
     passive,
@@ -35,21 +37,25 @@ def torso_biped(order):
     return assemble(
         "torso_biped",
         c,
-        description="compass biped with a torso",
         bodies=[
             RigidLink(4.0, c.foot + leg / 2, 0.2, stance),
             PointMass(4.0, hip),
             PointMass(20.0, head),
             RigidLink(4.0, hip + other / 2, 0.2, -swing),
         ],
-        landing_foot=hip + other,
-        touchdown=swing - stance,
-        armed=stance,
-        relabel=[after[name] for name in order],
-        upright=ca.cos(stance),
+        step=StepEnd(
+            landing=hip + other,
+            touchdown=swing - stance,
+            armed=stance,
+            exchange=[after[name] for name in order],
+            upright=ca.cos(stance),
+        ),
         actuators={"stance hip": stance - torso, "swing hip": swing + torso},
-        points={"stance foot": c.foot, "hip": hip, "swing foot": hip + other, "head": head},
-        links=[("stance foot", "hip"), ("hip", "swing foot"), ("hip", "head")],
+        drawing=Drawing(
+            {"stance foot": c.foot, "hip": hip, "swing foot": hip + other, "head": head},
+            [("stance foot", "hip"), ("hip", "swing foot"), ("hip", "head")],
+        ),
+        description="compass biped with a torso",
     )
 
 

@@ -1,20 +1,8 @@
-"""Rigid, plastic, frictional impact of the landing foot.
-
-M (v+ - v-) = W^T (L_t, L_n) with
-
-    0 <= L_n  _|_  v_n+ >= 0
-    L_t = a - b
-    0 <= a  _|_  c + v_t+ >= 0
-    0 <= b  _|_  c - v_t+ >= 0
-    0 <= c  _|_  mu L_n - a - b >= 0
-
-(c is the slip speed).  In the plane the outcome is stick, slip+ or slip-, found exactly by checking the three.
-"""
+"""The impact of the landing foot and the map to the coordinates of the next step, solved with numbers."""
 
 import functools
-import math
 import threading
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -23,57 +11,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 
-_ROUNDING = 1e-12
-_STICK, _SLIPS = Mode.STICK, ((Mode.SLIP_FORWARD, 1), (Mode.SLIP_BACKWARD, -1))
-
-
-def complementarity_pairs(
-    normal: Any, forward: Any, backward: Any, excess: Any, v_normal: Any, v_tangent: Any, friction: Any
-) -> tuple[list[Any], list[Any]]:
-    """Return the two sides of the impact law's complementarity pairs; works on symbols and on numbers.
-
-    Parameters
-    ----------
-    normal, forward, backward : scalar
-        L_n, a and b, with L_t = a - b [N s].
-    excess : scalar
-        c, the slip speed [m/s].
-    v_normal, v_tangent : scalar
-        Landing-foot velocity after the impact [m/s].
-    friction : scalar
-
-    Returns
-    -------
-    left, right : list of 4
-        All >= 0 and ``left[i] * right[i] == 0`` at a solution.
-
-    Examples
-    --------
-    >>> left, right = complementarity_pairs(2.0, 0.0, 0.2, 0.5, 0.0, 0.5, 0.1)
-    >>> [a * b for a, b in zip(left, right)]
-    [0.0, 0.0, 0.0, 0.0]
-    """
-    left = [normal, forward, backward, excess]
-    right = [v_normal, excess + v_tangent, excess - v_tangent, friction * normal - forward - backward]
-    return left, right
-
-
-def impulse_excess(impulse: Any, friction: Any, mode: Mode, margin: Any) -> Any:
-    """Return what an outcome asks of the impulse: = 0 for a slip, >= 0 (two entries) for a stick.
-
-    This is the last pair of :func:`complementarity_pairs` with the outcome known, divided by mu so that an unlimited
-    friction is allowed; `margin` keeps a sticking impulse inside the cone.
-
-    Parameters
-    ----------
-    impulse : SX or array, shape (2,)
-        (L_t, L_n) [N s].
-    """
-    tangential, normal = impulse[0], impulse[1]
-    if mode.slips:
-        return mode.sign * tangential / friction + normal
-    scaled = tangential / ((1 - margin) * friction)
-    return ca.vertcat(normal - scaled, normal + scaled)
+_STICK = Mode.STICK
 
 
 class Impact(NamedTuple):
@@ -112,7 +50,7 @@ class Impact(NamedTuple):
 
 
 def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> Impact:
-    """Solve the impact law exactly by checking its three outcomes.
+    """Solve the impact of a robot exactly, by checking the outcomes of its impact law.
 
     Parameters
     ----------
@@ -150,7 +88,8 @@ class TouchdownMap:
 
     def __init__(self, robot: Robot, p: np.ndarray) -> None:
         n, self._given = robot.n_q, np.zeros(2 * robot.n_q + 2)
-        self._n, self._friction = n, float(p[[parameter.name for parameter in robot.parameters].index("friction")])
+        self._n, self._friction = n, float(p[robot.index("friction")])
+        self._law = robot.contact_model.impact
         self._collision = FastCall(robot.collision, p, shared=self._given[: 2 * n])
         self._struck = FastCall(_state_after_impulse(robot), p, shared=self._given)
 
@@ -163,7 +102,7 @@ class TouchdownMap:
         given[: 2 * n] = y
         # Floats: ten times faster here than arrays.
         v_t, v_n, tt, nt, tn, nn, *_ = self._collision.here().tolist()
-        found = outcomes((v_t, v_n), ((tt, tn), (nt, nn)), self._friction)
+        found = self._law.outcomes((v_t, v_n), ((tt, tn), (nt, nn)), self._friction)
         if not found:
             return Impact(None, np.full(2, np.nan), np.full(n, np.nan), np.nan, np.nan, False), None
         mode, impulse = found[0]
@@ -195,40 +134,3 @@ def _state_after_impulse(robot: Robot) -> ca.Function:
     p = ca.SX.sym("p", len(robot.parameters))
     v_plus = v + robot.collision(q, v, p)[2] @ impulse
     return ca.Function("struck", [q, v, impulse, p], ca.cse([v_plus, *robot.swap(q, v_plus, p)]))
-
-
-def outcomes(
-    velocity: tuple[float, float], mobility: tuple[tuple[float, float], tuple[float, float]], friction: float
-) -> list[tuple[Mode, tuple[float, float]]]:
-    """Return every consistent outcome of an impact with its impulse (L_t, L_n) [N s].
-
-    Parameters
-    ----------
-    velocity : (v_t, v_n) [m/s]
-        Of the landing foot before the impact.
-    mobility : ((tt, tn), (tn, nn)) [1/kg]
-        Foot velocity per unit impulse.
-    friction : float
-    """
-    ((tt, tn), (_, nn)), (v_t, v_n) = mobility, velocity
-    found: list[tuple[Mode, tuple[float, float]]] = []
-    determinant = tt * nn - tn * tn
-    l_t, l_n = (tn * v_n - nn * v_t) / determinant, (tn * v_t - tt * v_n) / determinant
-    if l_n >= 0 and abs(l_t) <= friction * l_n:
-        found.append((_STICK, (l_t, l_n)))
-        if nn > friction * abs(tn):  # then at most one outcome is consistent
-            return found
-    if math.isinf(friction):
-        return found
-    for mode, sign in _SLIPS:
-        slide = -sign * friction
-        response = nn + tn * slide
-        if response <= 0:
-            continue
-        normal = -v_n / response
-        if normal >= 0 and sign * (v_t + (tt * slide + tn) * normal) > 0:
-            found.append((mode, (slide * normal, normal)))
-    # Exactly on the edge of the cone rounding may refuse the stick and the slip that coincide there.
-    if not found and v_n < 0 and abs(l_t) - friction * l_n <= _ROUNDING * math.hypot(l_t, l_n):
-        found.append((_STICK, (l_t, l_n)))
-    return found

@@ -4,7 +4,8 @@ import functools
 
 import casadi as ca
 
-from gaitopt.model.assembly import assemble
+from gaitopt.model.assembly import Drawing, StepEnd, assemble
+from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import PointMass
 from gaitopt.model.robot import Coordinates, Robot
 from gaitopt.parameters import Parameter
@@ -57,12 +58,16 @@ def compass_biped() -> Robot:
             PointMass(hip_mass, hip),
             PointMass(leg_mass, hip + (length - com) * swing),
         ],
-        landing_foot=swing_foot,
-        touchdown=th2 - th1,
-        armed=th1,
-        relabel=[-th2, -th1],
-        upright=ca.cos(th1),
+        step=StepEnd(
+            landing=PointContact(swing_foot),
+            touchdown=th2 - th1,
+            armed=th1,
+            exchange=[-th2, -th1],
+            upright=ca.cos(th1),
+        ),
         actuators={"ankle": th1, "hip": th1 + th2},
-        points={"stance foot": c.foot, "hip": hip, "swing foot": swing_foot},
-        links=[("stance foot", "hip"), ("hip", "swing foot")],
+        drawing=Drawing(
+            {"stance foot": c.foot, "hip": hip, "swing foot": swing_foot},
+            [("stance foot", "hip"), ("hip", "swing foot")],
+        ),
     )

@@ -5,7 +5,8 @@ import math
 
 import casadi as ca
 
-from gaitopt.model.assembly import assemble
+from gaitopt.model.assembly import Drawing, StepEnd, assemble
+from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import RigidLink
 from gaitopt.model.robot import Coordinates, Robot
 from gaitopt.parameters import Parameter
@@ -50,12 +51,16 @@ def rimless_wheel() -> Robot:
         c,
         description="rimless wheel: a rigid body rolling on spokes",
         bodies=[RigidLink(mass, centre, inertia, theta)],
-        landing_foot=landing,
-        touchdown=half - theta,
-        armed=theta,
-        relabel=[following],
-        upright=theta + half + 1e-9,  # the step starts at -half exactly: below it, the wheel rolls back
+        step=StepEnd(
+            landing=PointContact(landing),
+            touchdown=half - theta,
+            armed=theta,
+            exchange=[following],
+            upright=theta + half + 1e-9,  # the step starts at -half exactly: below it, the wheel rolls back
+        ),
         actuators={},
-        points={"stance foot": c.foot, "centre": centre, "next foot": landing},
-        links=[("stance foot", "centre"), ("centre", "next foot")],
+        drawing=Drawing(
+            {"stance foot": c.foot, "centre": centre, "next foot": landing},
+            [("stance foot", "centre"), ("centre", "next foot")],
+        ),
     )

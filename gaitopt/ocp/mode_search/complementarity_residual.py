@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.model.contacts.impact import complementarity_pairs
+from gaitopt.model.contacts.impact_law import PlasticFrictional
 
 
 def complementarity_residual(tangential: Any, normal: Any, speed: Any, friction: float) -> float:
@@ -29,7 +29,7 @@ def complementarity_residual(tangential: Any, normal: Any, speed: Any, friction:
     0.05
     """
     forward, backward, slip = np.maximum(tangential, 0), np.maximum(-np.asarray(tangential), 0), np.abs(speed)
-    left, right = complementarity_pairs(normal, forward, backward, slip, 0.0 * slip, speed, friction)
+    left, right = PlasticFrictional().pairs((normal, forward, backward), slip, (0.0 * slip, speed), friction)
     products = [np.abs(np.ravel(a * b)) for a, b in zip(left, right, strict=True)]
     negative = [-np.ravel(side) for side in (*left, *right)]
     return float(np.max(np.concatenate([*products, *negative]), initial=0.0))

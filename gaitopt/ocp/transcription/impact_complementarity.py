@@ -2,7 +2,6 @@
 
 import casadi as ca
 
-from gaitopt.model.contacts.impact import complementarity_pairs
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.phase_dynamics import Row
 from gaitopt.ocp.transcription.relaxation import Pair
@@ -35,7 +34,8 @@ def open_impact(
     tangential, normal = ca.vertsplit(impulse / mass)
     # The first pair, of normal impulse and normal velocity, holds as it is: the foot does not bounce.
     forward, backward, slip = ca.vertsplit(unknowns)
-    left, right = complementarity_pairs(normal, forward, backward, slip, ca.SX(1, 1), speed, friction)
+    law = frame.robot.contact_model.impact
+    left, right = law.pairs((normal, forward, backward), slip, (ca.SX(1, 1), speed), friction)
     pairs = [Pair(*pair) for pair in zip(_NAMES, left[1:], right[1:], strict=True)]
     table, values, cost = frame.relax(pairs)
     return (

@@ -4,7 +4,6 @@ import math
 
 import casadi as ca
 
-from gaitopt.model.contacts.impact import impulse_excess
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -54,7 +53,7 @@ def touchdown_block(frame: NlpBuilder, sequence: ContactSequence, phases: tuple[
     else:
         # An open impact before a sticking phase can only stick.
         mode = Mode.STICK if sequence.impact is Mode.ANY else sequence.impact
-        law, excess, cost = _cone(mode), impulse_excess(impulse, friction, mode, margin), None
+        law, excess, cost = _cone(mode), robot.contact_model.impact.excess(impulse, friction, mode, margin), None
     period = ca.sum1(durations)
     constraints = ca.vertcat(
         after - relabelled,

@@ -13,7 +13,7 @@ import itertools
 import casadi as ca
 import numpy as np
 
-from gaitopt.model.contacts.impact import complementarity_pairs
+from gaitopt.model.contacts.impact_law import PlasticFrictional
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
@@ -131,7 +131,8 @@ def _interval_block(frame: NlpBuilder, stance: PhaseDynamics, number: int, first
     excess = (mass_matrix @ full + bias - actuation @ torque) / stance.weight(p)
     balance = excess - ca.vertcat(forward - backward, normal, ca.SX.zeros(robot.n_q - 2))
     friction = p[frame.names().index("friction")]
-    sides = complementarity_pairs(normal, forward, backward, slip, ca.SX(1, 1), speed_after[-1], friction)
+    parts = (normal, forward, backward)
+    sides = PlasticFrictional().pairs(parts, slip, (ca.SX(1, 1), speed_after[-1]), friction)
     pairs = [Pair(*pair) for pair in zip(_PAIRS, sides[0][1:], sides[1][1:], strict=True)]
     law, laws, cost = frame.relax(pairs)
 

@@ -121,7 +121,7 @@ class PhaseDynamics:
 
     def weight(self, p: ca.SX) -> ca.SX:
         """Return total weight m g [N]."""
-        gravity = [parameter.name for parameter in self.robot.parameters].index("gravity")
+        gravity = self.robot.index("gravity")
         return self.robot.mass(p) * p[gravity]
 
     def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[str], ca.SX]:
@@ -142,7 +142,7 @@ class PhaseDynamics:
         return [("slip onset on the cone", 0.0, 0.0), ("normal force", 0.0, float("inf"))], ca.vertcat(excess, normal)
 
     def _friction(self, p: ca.SX) -> ca.SX:
-        return p[[parameter.name for parameter in self.robot.parameters].index("friction")]
+        return p[self.robot.index("friction")]
 
 
 def rk4(flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ...], step: ca.SX) -> ca.SX:

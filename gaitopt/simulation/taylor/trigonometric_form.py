@@ -64,7 +64,7 @@ def to_trigonometric_form(robot: Robot) -> Robot:
     if waves is None:
         return robot
     q, v, p = robot.dynamics.sx_in()
-    u, friction = ca.SX.sym("u", robot.n_u), p[[parameter.name for parameter in robot.parameters].index("friction")]
+    u, friction = ca.SX.sym("u", robot.n_u), p[robot.index("friction")]
     mass_matrix, bias = waves(q, v, p)
     drive = robot.dynamics(q, v, p)[2] @ u - bias
     acceleration, wellposed = contact_functions(q, v, u, p, mass_matrix, drive, friction)

@@ -1,0 +1,132 @@
+"""Contacts: where a robot can touch the ground, as two scalar functions of its coordinates.
+
+The *gap* n(q) is the height above the ground and the *slide coordinate* t(q) moves with the material point in contact,
+so rest of t is sticking and its rate is the slip velocity.  A point has n = y, t = x; a circular arc that has turned
+clockwise by phi about its centre c has n = c_y - r and t = c_x - r phi, so rolling without slip is sticking.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import casadi as ca
+
+
+class Contact(ABC):
+    """A place of the robot that can touch the ground."""
+
+    @property
+    @abstractmethod
+    def slide(self) -> ca.SX:
+        """Slide coordinate t(q) [m]."""
+
+    @property
+    @abstractmethod
+    def gap(self) -> ca.SX:
+        """Height above the ground n(q) [m]."""
+
+    @property
+    @abstractmethod
+    def point(self) -> ca.SX:
+        """Point of the robot nearest to the ground, shape (2, 1) [m]."""
+
+    @property
+    @abstractmethod
+    def rim(self) -> ca.SX:
+        """Centre, radius and clockwise angle of the foot's rim, shape (4, 1) [m, m, m, rad]; radius 0 for a point."""
+
+    @property
+    def coordinates(self) -> ca.SX:
+        """Slide coordinate and gap, shape (2, 1) [m]."""
+        return ca.vertcat(self.slide, self.gap)
+
+
+@dataclass(frozen=True, eq=False)
+class PointContact(Contact):
+    """A point of the robot.
+
+    Attributes
+    ----------
+    position : SX, shape (2, 1)
+        In the slope-fixed frame [m].
+
+    Examples
+    --------
+    >>> angle = ca.SX.sym("angle")
+    >>> PointContact(ca.vertcat(ca.sin(angle), ca.cos(angle))).gap
+    SX(cos(angle))
+    """
+
+    position: ca.SX
+
+    @property
+    def slide(self) -> ca.SX:
+        """Horizontal position [m]."""
+        return self.position[0]
+
+    @property
+    def gap(self) -> ca.SX:
+        """Height [m]."""
+        return self.position[1]
+
+    @property
+    def point(self) -> ca.SX:
+        """The point itself, shape (2, 1) [m]."""
+        return self.position
+
+    @property
+    def rim(self) -> ca.SX:
+        """The point with radius and angle 0, shape (4, 1)."""
+        return ca.vertcat(self.position, 0, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class ArcContact(Contact):
+    """A circular arc that rolls on the ground.
+
+    Attributes
+    ----------
+    centre : SX, shape (2, 1)
+        Centre of the arc in the slope-fixed frame [m].
+    radius : SX or float
+        [m].
+    angle : SX
+        Clockwise angle of the body the arc belongs to [rad].
+
+    Examples
+    --------
+    A wheel of radius 0.3 m whose centre has moved by the unrolled arc has not slid:
+
+    >>> angle = ca.SX.sym("angle")
+    >>> wheel = ArcContact(ca.vertcat(0.3 * angle, 0.3), 0.3, angle)
+    >>> ca.simplify(wheel.slide), wheel.gap
+    (SX(0), SX(0))
+    """
+
+    centre: ca.SX
+    radius: ca.SX
+    angle: ca.SX
+
+    @staticmethod
+    def on(foot: ca.SX, radius: ca.SX, angle: ca.SX) -> "ArcContact":
+        """Return the arc whose slide coordinate and gap are `foot`, shape (2, 1), such as ``Coordinates.foot``."""
+        return ArcContact(foot + ca.vertcat(radius * angle, radius), radius, angle)
+
+    @property
+    def slide(self) -> ca.SX:
+        """Position of the centre less the unrolled arc [m]."""
+        return self.centre[0] - self.radius * self.angle
+
+    @property
+    def gap(self) -> ca.SX:
+        """Height of the lowest point of the arc [m]."""
+        return self.centre[1] - self.radius
+
+    @property
+    def point(self) -> ca.SX:
+        """Lowest point of the arc, shape (2, 1) [m]."""
+        return self.centre - ca.vertcat(0, self.radius)
+
+    @property
+    def rim(self) -> ca.SX:
+        """Centre, radius and angle, shape (4, 1)."""
+        return ca.vertcat(self.centre, self.radius, self.angle)

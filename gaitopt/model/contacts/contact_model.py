@@ -1,0 +1,46 @@
+"""The contact model of a robot: its transitions and its impact law."""
+
+from dataclasses import dataclass, field
+
+from gaitopt.model.contacts.event import ContactEvent
+from gaitopt.model.contacts.impact_law import ImpactLaw, PlasticFrictional
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.transition import TRANSITIONS, Transition
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """How contacts change their modes and how they land.
+
+    Attributes
+    ----------
+    impact : ImpactLaw
+    transitions : tuple of Transition
+        In the order in which they count where several happen at once.
+
+    Examples
+    --------
+    >>> [transition.event.label for transition in ContactModel().leaving(Mode.STICK)]
+    ['lift-off', 'slip+', 'slip-']
+    """
+
+    impact: ImpactLaw = field(default_factory=PlasticFrictional)
+    transitions: tuple[Transition, ...] = TRANSITIONS
+
+    def leaving(self, mode: Mode) -> tuple[Transition, ...]:
+        """Return the transitions by which a contact can leave a mode, in order."""
+        return tuple(transition for transition in self.transitions if transition.leaves(mode))
+
+    def at(self, mode: Mode, event: ContactEvent) -> Transition | None:
+        """Return the transition of an event that leaves a mode; None for an event of another kind."""
+        for transition in self.leaving(mode):
+            if transition.event == event:
+                return transition
+        return None
+
+    def onset(self, slip: Mode) -> Transition:
+        """Return the transition from stick to a slip mode."""
+        for transition in self.leaving(Mode.STICK):
+            if transition.following(Mode.STICK) is slip:
+                return transition
+        raise LookupError(f"the contact model has no transition from stick to {slip.value}")

@@ -1,0 +1,246 @@
+"""Transitions between the modes of a contact.
+
+Each transition states in one place its event, its guard, the mode that follows, its reset, and the rows by which an
+optimisation places it at a node.  The simulator, the linearisation and the transcription ask it.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.model.contacts.event import LIFT_OFF, PAINLEVE, REST, ContactEvent, EventKind
+from gaitopt.model.contacts.mode import Mode
+
+PARADOX_MARGIN = 1e-6
+"""Share of the mass that resists the slide at which slip counts as ill-posed.
+
+Near Painleve's paradox the contact force grows without bound, so the guard falls through zero slightly before.
+"""
+
+
+class ContactQuantities(NamedTuple):
+    """Expressions a transition is stated in.
+
+    Attributes
+    ----------
+    force : SX, shape (2, 1)
+        (f_t, f_n) in the present mode [N].
+    speed : SX
+        Slip velocity v_t [m/s].
+    static_friction : SX
+        Coefficient that limits the force at rest.
+    sliding_inertia : SX, shape (2, 1)
+        Share of the mass that resists slip+ and slip-, see :attr:`gaitopt.Robot.wellposed`.
+    """
+
+    force: ca.SX
+    speed: ca.SX
+    static_friction: ca.SX
+    sliding_inertia: ca.SX
+
+
+class Transition(ABC):
+    """A change of a contact's mode, or the end of the motion."""
+
+    @property
+    @abstractmethod
+    def event(self) -> ContactEvent:
+        """The event at which it happens."""
+
+    @abstractmethod
+    def leaves(self, mode: Mode) -> bool:
+        """Return whether a contact can leave this mode by the transition."""
+
+    @abstractmethod
+    def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
+        """Return what is positive while the mode lasts and falls through zero at the transition."""
+
+    @abstractmethod
+    def following(self, mode: Mode) -> Mode | None:
+        """Return the mode that follows; None if the rules of friction decide, or the motion ends."""
+
+    @abstractmethod
+    def reset(self, slip_rate: int, size: int) -> np.ndarray:
+        """Return the derivative of the state after by the state before, shape (size, size).
+
+        Parameters
+        ----------
+        slip_rate : int
+            Entry of the state that is the slip velocity.
+        size : int
+            Entries of the state.
+        """
+
+    @abstractmethod
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
+        """Return what must hold at a node where an optimisation places the transition.
+
+        Each condition is an expression and whether it must be 0 (True) or at least 0 (False); forces in units of
+        `contact.force`.
+        """
+
+
+class _Smooth(Transition):
+    """A transition at which the state is continuous."""
+
+    def reset(self, slip_rate: int, size: int) -> np.ndarray:
+        """Return the identity."""
+        return np.eye(size)
+
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
+        """Return that the guard is zero."""
+        return [(self.guard(mode, contact), True)]
+
+
+@dataclass(frozen=True)
+class SlipOnset(_Smooth):
+    """The force at rest reaches an edge of the static friction cone.
+
+    Attributes
+    ----------
+    slip : Mode
+        The slip mode that follows.
+
+    Examples
+    --------
+    >>> SlipOnset(Mode.SLIP_FORWARD).following(Mode.STICK).value
+    'slip+'
+    """
+
+    slip: Mode
+
+    @property
+    def event(self) -> ContactEvent:
+        """Onset of the slip."""
+        return ContactEvent(EventKind.SLIP_ONSET, self.slip)
+
+    def leaves(self, mode: Mode) -> bool:
+        """Return whether the contact sticks."""
+        return mode is Mode.STICK
+
+    def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
+        """Return mu f_n + s f_t over 1 + mu, so that mu may be 0 or unlimited: f_t falls to -mu f_n before slip+."""
+        share = 1 / (1 + contact.static_friction)
+        tangential, normal = share * contact.force[0], (1 - share) * contact.force[1]
+        return normal + self.slip.sign * tangential if self.slip.sign > 0 else normal - tangential
+
+    def following(self, mode: Mode) -> Mode:
+        """Return the slip mode."""
+        return self.slip
+
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
+        """Return that the force is on the edge of the cone, over mu, and that the normal force is not negative."""
+        tangential, normal = contact.force[0], contact.force[1]
+        return [(normal + self.slip.sign * tangential / contact.static_friction, True), (normal, False)]
+
+
+@dataclass(frozen=True)
+class ComingToRest(Transition):
+    """The slip velocity reaches zero: the contact sticks, or slips on in the other direction."""
+
+    @property
+    def event(self) -> ContactEvent:
+        """Rest."""
+        return REST
+
+    def leaves(self, mode: Mode) -> bool:
+        """Return whether the contact slips."""
+        return mode.slips
+
+    def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
+        """Return the slip speed."""
+        return mode.sign * contact.speed
+
+    def following(self, mode: Mode) -> None:
+        """Return None: the friction cone decides between stick and reversal."""
+        return
+
+    def reset(self, slip_rate: int, size: int) -> np.ndarray:
+        """Return the identity without the slip velocity, which is exactly zero from here."""
+        matrix = np.eye(size)
+        matrix[slip_rate, slip_rate] = 0.0
+        return matrix
+
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
+        """Return that the slip velocity is zero."""
+        return [(contact.speed, True)]
+
+
+@dataclass(frozen=True)
+class LiftOff(_Smooth):
+    """The normal force falls through zero."""
+
+    @property
+    def event(self) -> ContactEvent:
+        """Lift-off."""
+        return LIFT_OFF
+
+    def leaves(self, mode: Mode) -> bool:
+        """Return whether the contact is closed."""
+        return mode is not Mode.FREE
+
+    def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
+        """Return the normal force [N]."""
+        return contact.force[1]
+
+    def following(self, mode: Mode) -> None:
+        """Return None: a model in single support stops here."""
+        return
+
+
+@dataclass(frozen=True)
+class PainleveParadox(_Smooth):
+    """Slip stops being well posed; the motion cannot be continued."""
+
+    @property
+    def event(self) -> ContactEvent:
+        """Painleve's paradox."""
+        return PAINLEVE
+
+    def leaves(self, mode: Mode) -> bool:
+        """Return whether the contact slips."""
+        return mode.slips
+
+    def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
+        """Return the share of the mass that resists the slide, less a margin."""
+        return contact.sliding_inertia[0 if mode.sign > 0 else 1] - PARADOX_MARGIN
+
+    def following(self, mode: Mode) -> None:
+        """Return None: the motion ends."""
+        return
+
+
+TRANSITIONS: tuple[Transition, ...] = (
+    PainleveParadox(),
+    ComingToRest(),
+    LiftOff(),
+    SlipOnset(Mode.SLIP_FORWARD),
+    SlipOnset(Mode.SLIP_BACKWARD),
+)
+"""Transitions of Coulomb friction in the order in which they count where several guards fall through zero at once.
+
+In the paradox forces have no meaning, so it comes first.
+"""
+
+
+def saltation(reset: np.ndarray, before: np.ndarray, after: np.ndarray, time_shift: np.ndarray) -> np.ndarray:
+    """Return the saltation matrix R + (R f- - f+) dt/dy of a transition, shape (n, n_y).
+
+    Parameters
+    ----------
+    reset : (n, n_y) array
+        Derivative R of the reset.
+    before, after : (n_y,), (n,) arrays
+        Flow f- before and f+ after the transition; zeros for f+ at the section itself, whose clock is reset.
+    time_shift : (n_y,) array
+        Derivative of the instant of the transition by the state.
+
+    Examples
+    --------
+    >>> saltation(np.eye(1), np.array([2.0]), np.array([1.0]), np.array([-0.5]))
+    array([[0.5]])
+    """
+    return reset + np.outer(reset @ before - after, time_shift)

@@ -1,0 +1,77 @@
+"""The ground: a slope with Coulomb friction, kept apart from the robot."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from gaitopt.errors import InputError
+from gaitopt.parameters import Parameter
+
+GROUND = (
+    Parameter("slope", 0.0, "rad", "downhill slope", lower=-math.pi / 2, upper=math.pi / 2),
+    Parameter("friction", math.inf, "1", "coefficient of kinetic friction", lower=0.0, infinite=True),
+    Parameter("static_friction_ratio", 1.0, "1", "static over kinetic friction", lower=1.0),
+)
+"""Parameters of the ground; every robot's parameter vector ends with them."""
+
+
+@dataclass(frozen=True)
+class Ground(Mapping[str, float]):
+    """A plane with Coulomb friction, as a mapping from the names of the ground's parameters to their values.
+
+    A contact at rest sticks while abs(f_t) <= static_friction f_n; a sliding contact and a slipping impact have
+    abs(f_t) = friction f_n.
+
+    Parameters
+    ----------
+    slope : float
+        Downhill slope [rad].
+    friction : float
+        Coefficient of kinetic friction; ``inf`` for a foot that never slips.
+    static_friction : float, optional
+        Coefficient of static friction, at least `friction`, which it equals by default.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> ground = Ground(slope=0.02, friction=0.5, static_friction=0.6)
+    >>> compass_biped().resolve({"leg_mass": 5, **ground})["static_friction_ratio"]
+    1.2
+    """
+
+    slope: float = 0.0
+    friction: float = math.inf
+    static_friction: float | None = None
+
+    def __post_init__(self) -> None:
+        for parameter in GROUND[:2]:
+            parameter.check(getattr(self, parameter.name))
+        if self.static_friction is not None and not self.static_friction >= self.friction:
+            raise InputError(
+                f"static_friction must be at least friction = {self.friction:g}, got {self.static_friction!r}."
+            )
+
+    @property
+    def static_friction_ratio(self) -> float:
+        """Static over kinetic friction."""
+        if self.static_friction is None or self.static_friction == self.friction:
+            return 1.0
+        if self.friction == 0:
+            raise InputError("static_friction needs a friction greater than 0, got 0: their ratio is a parameter.")
+        return self.static_friction / self.friction
+
+    def __getitem__(self, name: str) -> float:
+        if name not in {parameter.name for parameter in GROUND}:
+            raise KeyError(name)
+        return float(getattr(self, name))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([parameter.name for parameter in GROUND])
+
+    def __len__(self) -> int:
+        return len(GROUND)
