@@ -17,6 +17,12 @@ from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 ROOT = Path(__file__).parent
 
 
+def pytest_addoption(parser):
+    """Add ``--frozen=all``; options belong into the conftest of the root, the only one read before the command line."""
+    help_text = "frozen results to compute again: those of the default run, or all (tests/frozen)"
+    parser.addoption("--frozen", choices=("default", "all"), default="default", help=help_text)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config):
     """Let two processes share the whole of the tests; parts of it run in this one unless ``-n`` says otherwise."""
