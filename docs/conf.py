@@ -1,4 +1,4 @@
-"""How the documentation site is built: ``sphinx-build -W docs build/docs``."""
+"""Sphinx configuration of the documentation site: ``sphinx-build -W docs build/docs``."""
 
 import sys
 from pathlib import Path
@@ -15,18 +15,18 @@ release = version = gaitopt.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
 exclude_patterns = ["jupyter_execute", "examples", "images", "*_head.md"]
-# ref.python: classes may share the name of an attribute, and a docstring that lists it then has two targets.
+# ref.python: if classes share the name of an attribute, a docstring that lists it has two targets.
 suppress_warnings = ["mystnb.unknown_mime_type", "ref.python"]
 
 myst_enable_extensions = ["colon_fence", "deflist", "fieldlist"]
 myst_heading_anchors = 3
-nb_execution_mode = "force"  # every cell of every page runs, so none can be out of date
+nb_execution_mode = "force"  # execute every cell of every page, so that no output is out of date
 nb_execution_raise_on_error = True
 nb_execution_timeout = 180
 nb_merge_streams = True
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # the docstrings say types, with shapes and units
+autodoc_typehints = "none"  # the docstrings state types, with shapes and units
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
@@ -49,5 +49,5 @@ copybutton_prompt_is_regexp = True
 
 
 def setup(app):
-    """Write the pages that are made from the code, before Sphinx looks for pages."""
+    """Generate pages from the code before Sphinx collects the pages."""
     app.connect("builder-inited", lambda app: generated_pages.write(Path(app.srcdir) / "generated"))

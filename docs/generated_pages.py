@@ -1,4 +1,4 @@
-"""Pages made from the code itself: the reference of all public names, the commands, the errors, and the gallery."""
+"""Pages generated from the code: the reference of all public names, the commands, the errors, and the gallery."""
 
 import ast
 import inspect
@@ -20,22 +20,22 @@ LAYERS = {
     "simulation": "Simulation and replay",
     "stability": "Periodic gaits and stability",
     "continuation": "Branches over a parameter",
-    "tuning": "Gains",
+    "tuning": "Tuning of feedback laws",
     "study": "Studies",
     "parallel": "Parallel execution",
     "plot": "Figures and animations",
     "report": "Reports and notebooks",
-    "export": "Other programs",
+    "export": "Export",
     "parameters": "Parameters",
     "progress": "Progress",
-    "status": "How computations end",
+    "status": "Status of computations",
     "errors": "Exceptions",
 }
-"""Title of the page on each layer, in reading order."""
+"""Title of the page on each layer, in the order of the reference."""
 
 
 def write(folder):
-    """Write all pages into a folder that holds nothing else."""
+    """Write all pages into a folder, whose previous content is deleted."""
     shutil.rmtree(folder, ignore_errors=True)
     for name, text in {**reference(), **commands(), **errors(), **gallery()}.items():
         path = folder / name
@@ -48,19 +48,19 @@ def write(folder):
 
 
 def reference():
-    """Return a page on each layer with its public names, and the index of these pages."""
-    pages, found = {}, {}
+    """Return a page on each layer with its public names, and an index of these pages."""
+    pages, names_by_layer = {}, {}
     for module, names in gaitopt._PUBLIC.items():
-        found.setdefault(module.split(".")[1], []).extend(names)
-    if missing := set(found) - set(LAYERS):
+        names_by_layer.setdefault(module.split(".")[1], []).extend(names)
+    if missing := set(names_by_layer) - set(LAYERS):
         raise ValueError(f"docs/generated_pages.py has no title for the layers {missing}.")
-    ordered = [layer for layer in LAYERS if layer in found]
+    ordered = [layer for layer in LAYERS if layer in names_by_layer]
     for layer in ordered:
         title = LAYERS[layer]
-        entries = [_entry(name) for name in found[layer]]
+        entries = [_entry(name) for name in names_by_layer[layer]]
         pages[f"api/{layer}.rst"] = "\n".join([title, "=" * len(title), "", *entries])
     listing = "\n".join(f"   {layer}" for layer in ordered)
-    head = "Python reference\n================\n\nEverything public can be imported from ``gaitopt``.\n\n"
+    head = "Python reference\n================\n\nAll public names can be imported from ``gaitopt``.\n\n"
     pages["api/index.rst"] = f"{head}.. toctree::\n   :maxdepth: 2\n\n{listing}\n"
     return pages
 
@@ -72,10 +72,10 @@ def _entry(name):
 
 
 def commands():
-    """Return the page on the command line, from what ``--help`` says."""
+    """Return the page on the command line, from the help texts."""
     group = typer.main.get_command(app)
     parts = ["# Command line", "", group.help, "", group.epilog, ""]
-    parts += ["`gaitopt --install-completion` lets the shell complete commands and options with the Tab key.", ""]
+    parts += ["`gaitopt --install-completion` installs shell completion of commands and options.", ""]
     for name, command in group.commands.items():
         text, _, example = command.help.partition("Example:")
         parts += [f"## gaitopt {name}", "", text.strip(), ""]
@@ -96,16 +96,16 @@ def _option(parameter):
     default = parameter.default
     shown = isinstance(default, int | float | str) and not isinstance(default, bool) and default != ""
     value = "" if is_argument else parameter.metavar or ("NUMBER" if shown and not isinstance(default, str) else "")
-    sequences = (parameter.help or "") + (f" [{default}]" if shown else "")
-    cells = (f"`{spelling}`", f"`{value}`" if value else "", sequences)
+    description = (parameter.help or "") + (f" [{default}]" if shown else "")
+    cells = (f"`{spelling}`", f"`{value}`" if value else "", description)
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def errors():
-    """Return the index of how things end and what to do then."""
+    """Return the error index: states, messages and remedies."""
     parts = [(ROOT / "docs" / "errors_head.md").read_text(encoding="utf-8")]
     for title, kinds in (("Status of a solve", gaitopt.Status), ("Stop of a simulation", gaitopt.Stop)):
-        parts += [f"## {title}", "", "| `--json` and files | what happened, and what to do |", "|---|---|"]
+        parts += [f"## {title}", "", "| `--json` and files | meaning and remedy |", "|---|---|"]
         parts += [f"| `{kind.key}` | {kind.hint} |" for kind in kinds]
         parts.append("")
     parts += ["## Exceptions", "", "| | |", "|---|---|"]
@@ -115,7 +115,7 @@ def errors():
 
 
 def gallery():
-    """Return a page on each problem script and study, and the index of these pages."""
+    """Return a page on each problem script and study, and an index of these pages."""
     folder = ROOT / "problems"
     problems = sorted(folder.glob("*.py"))
     studies = [path for path in sorted(folder.glob("studies/*.py")) if b"def study(" in path.read_bytes()]
@@ -128,7 +128,7 @@ def gallery():
 
 
 def _exhibit(path):
-    """Return the page on a script: what it is, its figure, how to run it, and its source."""
+    """Return the page on a script: description, figure, command and source."""
     title, _, text = ast.get_docstring(ast.parse(path.read_bytes())).partition("\n")
     name = path.relative_to(ROOT).as_posix()
     image = next(

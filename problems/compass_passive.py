@@ -1,4 +1,4 @@
-"""Passive compass biped walking down a slope, with slipping feet: its periodic gaits and their stability.
+"""Passive compass biped walking down a slope, with slipping feet: periodic gaits and their stability.
 
 Run it with ``gaitopt stability problems/compass_passive.py``, ``gaitopt simulate ...`` or ``gaitopt basin ...``.
 """
@@ -16,7 +16,7 @@ def problem(
     gravity=9.8,  # [m/s^2]
     slope=1.0,  # downhill [deg]
     friction=math.inf,  # Coulomb coefficient
-    sequence=None,  # such as "stick | stick"; None for all gaits that are found
+    sequence=None,  # contact sequence such as "stick | stick"; None for all gaits that are found
 ):
     """Return the walker of Gamus & Or (2015)."""
     return WalkProblem(

@@ -17,14 +17,14 @@ def problem(
     gravity=9.8,  # [m/s^2]
     slope=0.0,  # downhill [deg]
     friction=0.14,  # Coulomb coefficient
-    speed=0.633,  # [m/s]: a number, a pair (lower, upper), or None for free
-    step_length=0.4713,  # travel per step, foot slide included [m]: the same choices
+    speed=0.633,  # [m/s]; a number, a pair (lower, upper), or None if free
+    step_length=0.4713,  # travel per step, foot slip included [m]; as for speed
     torque_limit=6.0,  # of ankle and hip each [N m]
     objective="cost_of_transport",  # or torque_squared, positive_work
-    intervals=40,  # grid intervals of a sticking phase (a slip phase gets a quarter)
-    sequence="slip+ stick | slip+",  # phases | impact
+    intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter)
+    sequence="slip+ stick | slip+",  # contact sequence: phases | impact
 ):
-    """Return the problem: walk at the given speed and step with the least energy."""
+    """Return the problem: minimise the cost at a given speed and step length."""
     return GaitProblem(
         name="compass biped, slipping impact",
         robot=compass_biped(),

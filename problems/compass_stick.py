@@ -1,6 +1,6 @@
-"""Energy-optimal compass-biped gait that never slips, to compare with compass_slip.py.
+"""Energy-optimal compass-biped gait that never slips, for comparison with compass_slip.py.
 
-The same problem and parameters with another sequence.  Run it with ``gaitopt solve problems/compass_stick.py``.
+The same problem and parameters with another contact sequence.  Run it with ``gaitopt solve problems/compass_stick.py``.
 """
 
 import functools

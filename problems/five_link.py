@@ -1,7 +1,8 @@
-"""A five-link walker, with knees and a torso, whose touchdown slips: a robot of one's own, used like the built-in ones.
+"""A five-link walker, with knees and a torso, whose touchdown slips: an example of a custom robot.
 
-Two legs of shank and thigh, a torso, point feet, torques at knees and hips and none at the ankle; about the size of the
-robot RABBIT (Chevallereau et al., IEEE Control Systems Magazine 23(5), 2003), with uniform rods as links.
+The walker has two legs with shank and thigh, a torso, point feet, torques at knees and hips, and no ankle torque.  Its
+size is about that of the robot RABBIT (Chevallereau et al., IEEE Control Systems Magazine 23(5), 2003); the links are
+uniform rods.
 
 Run it with ``gaitopt solve problems/five_link.py``; change any keyword below with ``--set NAME=VALUE``.
 """
@@ -44,7 +45,7 @@ def rod(mass, start, end, length, angle):
 
 @functools.cache
 def five_link() -> Robot:
-    """Return the walker; thighs and torso lean forward from the vertical, knees count from the straight leg."""
+    """Return the walker; thigh and torso angles are forward from the vertical, knee angles from the straight leg."""
     c = Coordinates(("stance thigh", "stance knee", "torso", "swing thigh", "swing knee"), PARAMETERS)
     thigh1, knee1, torso, thigh2, knee2 = (c.angle(name) for name in c.angles)
     shank, thigh, trunk = (c.parameter(f"{name}_length") for name in ("shank", "thigh", "torso"))
@@ -107,13 +108,13 @@ def problem(
     speed=0.6,  # [m/s]
     step_length=0.4,  # travel per step [m]
     torque_limit=30.0,  # of each actuator [N m]
-    clearance=0.02,  # least height of the swing foot where it passes the other [m]
+    clearance=0.02,  # minimum height of the swing foot where it passes the stance foot [m]
     objective="torque_squared",
-    intervals=80,  # grid intervals of a sticking phase (a slip phase gets a quarter)
-    points=6,  # collocation points of an interval: many, as this walker magnifies errors 50 000 times within a step
-    sequence="slip+ stick | slip+",  # phases | impact
+    intervals=80,  # grid intervals of a sticking phase (a slip phase has a quarter)
+    points=6,  # collocation points per interval: many, because errors grow by a factor of 50 000 within a step
+    sequence="slip+ stick | slip+",  # contact sequence: phases | impact
 ):
-    """Return the problem: walk at the given speed and step with the least torque."""
+    """Return the problem: minimise the objective at a given speed and step length."""
     knee = (0.02, 1.5)  # knees do not bend backwards
     return GaitProblem(
         name="five-link walker, slipping impact",

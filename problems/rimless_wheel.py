@@ -1,4 +1,4 @@
-"""Rimless wheel rolling down a slope, with slipping spokes: its periodic gaits and their stability.
+"""Rimless wheel rolling down a slope, with slipping spokes: periodic gaits and their stability.
 
 Run it with ``gaitopt stability problems/rimless_wheel.py``, ``gaitopt simulate ...`` or ``gaitopt basin ...``.
 """
@@ -13,9 +13,9 @@ def problem(
     inertia_ratio=1 / 3,  # I_c / (m l^2)
     slope=13.0,  # downhill [deg]
     friction=0.3,  # Coulomb coefficient; inf for no slip
-    sequence=None,  # such as "stick slip+ | stick"; None for all gaits that are found
+    sequence=None,  # contact sequence such as "stick slip+ | stick"; None for all gaits that are found
 ):
-    """Return the rimless wheel of Gamus & Or (2015), with spokes of 1 m."""
+    """Return the rimless wheel of Gamus & Or (2015) with spokes of length 1 m."""
     return WalkProblem(
         name="rimless wheel",
         robot=rimless_wheel(),

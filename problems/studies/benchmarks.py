@@ -1,7 +1,7 @@
 """Independent benchmarks: multipliers of a rimless wheel, the simplest walker and Goswami's compass, without slip.
 
-The simplest walker is the limit of light legs: a leg of no mass makes the mass matrix singular, so compass bipeds with
-ever lighter feet are extrapolated to it.
+The simplest walker is the limit of vanishing leg mass. A leg of zero mass makes the mass matrix singular, so compass
+bipeds with decreasing leg masses are extrapolated to the limit.
 """
 
 import math
@@ -10,7 +10,7 @@ import numpy as np
 from drawing import STYLE
 from numpy.polynomial import Polynomial
 from published import CLOSED_FORM, OWN, published
-from rimless_closed_forms import gait_speed, kept_share
+from rimless_closed_forms import gait_speed, velocity_ratio
 
 from gaitopt import PublishedValue, Reproduction, compass_biped, find_cycles, rimless_wheel, trace_branch
 
@@ -23,7 +23,7 @@ SIMPLEST = {
 UNIT = "rad/sqrt(l/g)"
 
 
-def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=60):  # leg masses over hip mass: geometric
+def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=60):  # leg mass / hip mass, a geometric series
     """Return the study."""
     wheel = find_cycles(rimless_wheel(), _wheel(), starts=10)[0]
     goswami = find_cycles(compass_biped(), _goswami(), starts=starts)[0]
@@ -49,11 +49,11 @@ def _goswami():
 def _light_legs(masses, starts):
     """Return state, and sum and product of the pair of multipliers, for each leg mass.
 
-    Sum and product, unlike the multipliers themselves, stay smooth where a pair becomes complex.
+    Unlike the multipliers, their sum and product remain smooth where the pair becomes complex.
     """
-    given = {"leg_length": 1, "leg_com": 0, "hip_mass": 1, "slope": 0.009, "gravity": 1}
-    start = find_cycles(compass_biped(), {**given, "leg_mass": masses[0]}, starts=starts)[0]
-    branch = trace_branch(compass_biped(), given, start, "leg_mass", masses)
+    parameters = {"leg_length": 1, "leg_com": 0, "hip_mass": 1, "slope": 0.009, "gravity": 1}
+    start = find_cycles(compass_biped(), {**parameters, "leg_mass": masses[0]}, starts=starts)[0]
+    branch = trace_branch(compass_biped(), parameters, start, "leg_mass", masses)
     cycles = [branch.cycles[branch.values.tolist().index(mass)] for mass in masses]
     multipliers = np.array([cycle.multipliers for cycle in cycles])
     return {
@@ -76,7 +76,7 @@ def _wheel_numbers(cycle):
     return (
         PublishedValue(f"{name}: thd*", value, 0.460341126609, 1e-12, OWN, UNIT),
         PublishedValue(f"{name}: thd*, closed form", value, exact, 1e-12, CLOSED_FORM, UNIT),
-        PublishedValue(f"{name}: multiplier 4/9", multiplier, kept_share(6, 0.5) ** 2, 1e-12, CLOSED_FORM),
+        PublishedValue(f"{name}: multiplier 4/9", multiplier, velocity_ratio(6, 0.5) ** 2, 1e-12, CLOSED_FORM),
     )
 
 
@@ -84,11 +84,11 @@ def _simplest_numbers(limit):
     name, values = "simplest walker", dict(limit)
     values["real"], values["imaginary"] = _pair(limit)
     units = {"th1": "rad", "th1_rate": UNIT}
-    found = [
+    numbers = [
         PublishedValue(f"{name}: {key}", float(values[key]), reference, 1e-9, OWN, units.get(key, "1"))
         for key, reference in SIMPLEST.items()
     ]
-    return (*found, PublishedValue(f"{name}: third multiplier", float(limit["third"]), 0.0, 1e-9, OWN))
+    return (*numbers, PublishedValue(f"{name}: third multiplier", float(limit["third"]), 0.0, 1e-9, OWN))
 
 
 def _goswami_numbers(cycle):
@@ -99,19 +99,19 @@ def _goswami_numbers(cycle):
 
 
 def _draw_limit(axes, masses, light, limit):
-    """Draw how far the walkers with light legs are from the extrapolated limit."""
+    """Plot the distance of the walkers with light legs from the extrapolated limit."""
     names = {"th1": (r"$\theta_1$ [rad]", "o"), "th1_rate": (r"$\dot\theta_1$ [rad$/\sqrt{l/g}$]", "s")}
     names |= {"sum": ("sum of pair", "^"), "product": ("product of pair", "v")}
     for (key, (label, marker)), color in zip(names.items(), ("#0072B2", "#D55E00", "#009E73", "#AA4499"), strict=True):
         distance = np.abs(light[key] - limit[key])
         axes.loglog(masses, distance, marker, linestyle="-", linewidth=0.8, markersize=4.5, color=color, label=label)
-    axes.set(xlabel="leg mass / hip mass", ylabel="distance to the limit of light legs", title="simplest walker")
+    axes.set(xlabel="leg mass / hip mass", ylabel="distance to the extrapolated limit", title="simplest walker")
     axes.set_ylim(None, 300 * axes.get_ylim()[1])
     axes.legend(loc="upper left", borderaxespad=0.2)
 
 
 def _draw_multipliers(axes, wheel, limit, goswami):
-    """Draw the multipliers of all benchmarks in the unit circle, with the references as crosses."""
+    """Plot the multipliers of all benchmarks in the unit circle, with the references as crosses."""
     turn = np.linspace(0, 2 * np.pi, 181)
     axes.plot(np.cos(turn), np.sin(turn), **STYLE.limit_line)
     real, imaginary = _pair(limit)

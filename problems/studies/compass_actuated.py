@@ -1,6 +1,6 @@
-"""Compass biped with motors on level ground: the cheapest sticking and slipping gait at one speed and step length.
+"""Compass biped with motors on level ground: optimal sticking and slipping gaits at one speed and step length.
 
-Both are planned by optimal control and replayed, open loop, by the event-driven simulator.
+Both are computed by optimal control and replayed in open loop by the event-driven simulator.
 """
 
 from drawing import STYLE, draw_by_mode, key_of_modes
@@ -29,8 +29,8 @@ def study(speed=0.633, step_length=0.4713, friction=0.14, torque_limit=6.0, inte
         gait = verify(solve(_problem(sequence, speed, step_length, friction, torque_limit, intervals)).require())
         gaits.append(gait)
         numbers.append(published(f"{sequence}: cost of transport", gait.cost_of_transport, printed, source=OWN))
-        miss, source = gait.verification.state_error, f"{OWN}: within 3e-7"
-        numbers.append(PublishedValue(f"{sequence}: miss of the replayed state", miss, 0.0, 3e-7, source))
+        error, source = gait.verification.state_error, f"{OWN}: within 3e-7"
+        numbers.append(PublishedValue(f"{sequence}: error of the replayed state", error, 0.0, 3e-7, source))
     with STYLE.figure(4.8) as figure:
         rows = figure.subplots(3, len(gaits), sharex=True, sharey="row")
         for column, gait in zip(rows.T, gaits, strict=True):
@@ -60,7 +60,7 @@ def _problem(sequence, speed, step_length, friction, torque_limit, intervals):
 
 
 def _draw(column, gait, friction):
-    """Draw torques and force ratio of a gait over time, by contact mode."""
+    """Plot torques and force ratio of a gait over time, by contact mode."""
     parts = gait.motion.segments
     time, modes = [part.time for part in parts], [part.mode for part in parts]
     for axes, actuator in zip(column, range(2), strict=False):

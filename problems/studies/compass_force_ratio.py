@@ -1,6 +1,7 @@
 """Compass biped: ratio of tangential to normal contact force over a step of Gaits A, B and C.
 
-Gait A needs most friction just after the touchdown; with less than that the foot slips and the walk becomes Gait B.
+The friction demand of Gait A is largest immediately after touchdown; at lower friction the foot slips and the gait
+becomes Gait B.
 """
 
 import math
@@ -13,7 +14,7 @@ from gaitopt import Mode, PublishedValue, Reproduction
 
 
 def study(friction=FRICTION, starts=100):
-    """Return the study; `friction` is that of Gaits B and C, and Gait A never slips."""
+    """Return the study; `friction` applies to Gaits B and C; Gait A never slips."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in SEQUENCES}
     need = cycles["A"].critical_friction
     with STYLE.figure(3.3) as figure:
@@ -26,9 +27,9 @@ def study(friction=FRICTION, starts=100):
     numbers = (
         published("Gait A: critical friction", need.friction, "0.17492"),
         PublishedValue(
-            "Gait A: when it is needed", need.time, 0.0, 1e-9, "Gamus & Or 2015: just after the impact", "s"
+            "Gait A: time of the critical friction", need.time, 0.0, 1e-9, "Gamus & Or 2015: just after the impact", "s"
         ),
-        published("Gait A: impulse ratio of the touchdown", cycles["A"].impact_ratio, "-0.14467"),
+        published("Gait A: impulse ratio at touchdown", cycles["A"].impact_ratio, "-0.14467"),
     )
     return Reproduction(figure, numbers)
 
@@ -43,7 +44,7 @@ IMPULSE = {
 
 
 def _draw(axes, motion, cone):
-    """Draw the force ratio over time, the impulse ratio of the touchdown, and the friction cone."""
+    """Draw the force ratio over time, the impulse ratio at touchdown, and the friction cone."""
     time = [segment.time for segment in motion.segments]
     ratio = [segment.force[0] / segment.force[1] for segment in motion.segments]
     draw_by_mode(axes, time, ratio, [segment.mode for segment in motion.segments])

@@ -1,4 +1,4 @@
-"""Compass biped: largest multiplier of Gaits A, B and C over friction, with the limit of stability."""
+"""Compass biped: largest multiplier of Gaits A, B and C as a function of friction, with the stability limit."""
 
 import math
 
@@ -11,15 +11,15 @@ from published import published
 from gaitopt import PublishedValue, Reproduction, compass_biped, trace_branch
 
 
-def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # points per stretch of a branch
-    """Return the study; Gaits B and C are looked for at `friction` and followed from there."""
+def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # points per part of a branch
+    """Return the study; Gaits B and C are found at `friction` and followed from there."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in "ABC"}
     lines, remarks = _lines(cycles, np.linspace(friction, most, points), np.linspace(friction, least, points))
     with STYLE.figure(3.6) as figure:
         axes = figure.subplots()
         for name, (frictions, radii) in lines.items():
             axes.plot(frictions, radii, label=f"Gait {name}", **GAIT_STYLE[name])
-        axes.axhline(1, label="limit of stability", **STYLE.limit_line)
+        axes.axhline(1, label="stability limit", **STYLE.limit_line)
         axes.set(xlabel=r"friction $\mu$", ylabel="largest modulus of a multiplier", xlim=(least, most))
         axes.set(yscale="log", ylim=(0.6, 8), yticks=[0.6, 0.8, 1, 1.5, 2, 3, 4, 6, 8])
         axes.yaxis.set_major_formatter(ScalarFormatter())
@@ -29,42 +29,42 @@ def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # po
 
 
 def _lines(cycles, upward, downward):
-    """Return frictions and largest moduli of each gait, and what is seen where branches end."""
+    """Return frictions and largest moduli of each gait, and remarks on the ends of the branches."""
     critical = cycles["A"].critical_friction.friction
-    # Between its two critical frictions Gait A's successor slips after the touchdown only; followed whatever its
-    # sequence.
-    above = _followed(cycles["B"], np.linspace(upward[0], critical, len(upward)), same_sequence=False)
-    below = _followed(cycles["B"], downward)
-    c_above, c_below = (_followed(cycles["C"], values) for values in (upward, downward))
+    # Just below the critical friction Gait B slips after touchdown only, so its contact sequence may change here.
+    above = _follow(cycles["B"], np.linspace(upward[0], critical, len(upward)), same_sequence=False)
+    below = _follow(cycles["B"], downward)
+    c_above, c_below = (_follow(cycles["C"], values) for values in (upward, downward))
     lines = {
         "A": (np.array([critical, upward[-1]]), np.full(2, cycles["A"].radius)),
-        "B": _joined(above, below),
-        "C": _joined(c_above, c_below),
+        "B": _join(above, below),
+        "C": _join(c_above, c_below),
     }
-    once = above.changes("sequence")[0]
+    change = above.changes("sequence")[0]
     remarks = [
-        f"Between mu = {once.value:.4f} and {critical:.4f} Gait B slips only just after the touchdown ({once.after}).",
+        f"Between mu = {change.value:.4f} and {critical:.4f} Gait B slips only immediately after touchdown "
+        f"({change.after}).",
     ]
     remarks += [f"Gait B is stable above mu = {point.value:.4f}." for point in below.changes("stability")]
     if below.values[-1] > downward[-1]:
-        remarks.append(f"Gait B ends at mu = {below.values[-1]:.4f}, where its impact begins to slip.")
+        remarks.append(f"Gait B ends at mu = {below.values[-1]:.4f}, where its impact starts to slip.")
     if c_above.values[-1] < upward[-1]:
         remarks.append(f"Gait C joins the second, unstable sticking gait at mu = {c_above.values[-1]:.4f}.")
     return lines, tuple(remarks)
 
 
-def _followed(start, frictions, same_sequence=True):
+def _follow(start, frictions, same_sequence=True):
     return trace_branch(compass_biped(), start.parameters, start, "friction", frictions, same_sequence=same_sequence)
 
 
-def _joined(*branches):
+def _join(*branches):
     """Return frictions and largest moduli along parts of a branch, in order of friction."""
     rows = [(mu, cycle.radius) for part in branches for mu, cycle in zip(part.values, part.cycles, strict=True)]
     return np.array(sorted(rows)).T
 
 
 def _numbers(cycles):
-    """Return the multipliers of each gait beside the study's."""
+    """Return the multipliers of each gait with the published values."""
     a, b, c = (cycles[name].multipliers for name in "ABC")
     numbers = [
         published("Gait A: real part of multipliers 1, 2", a[0].real, "0.48361"),

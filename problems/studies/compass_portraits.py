@@ -1,7 +1,7 @@
 """Compass biped: phase portraits of a leg in Gaits A, B and C, and the speed of the stance foot.
 
-A leg leans forward at positive angles.  It stands while the angle rises and swings while it falls back; at touchdown
-its rate jumps.
+At positive angles the leg leans forward.  It is the stance leg while the angle increases and the swing leg while it
+decreases; at touchdown its rate jumps.
 """
 
 import math
@@ -35,7 +35,7 @@ SWING = {"color": "0.6", "linewidth": 1.0, "label": "swing"}
 
 
 def study(friction=FRICTION, starts=100):
-    """Return the study; `friction` is that of Gaits B and C, and Gait A never slips."""
+    """Return the study; `friction` applies to Gaits B and C; Gait A never slips."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in SEQUENCES}
     with STYLE.figure(4.8) as figure:
         rows = figure.subplots(2, len(cycles), sharex="row")
@@ -55,7 +55,7 @@ def study(friction=FRICTION, starts=100):
 
 
 def _draw_leg(axes, motion):
-    """Draw the loop of a leg: stance by contact mode, then swing, with the jumps at touchdown between them."""
+    """Plot the orbit of a leg: stance by contact mode, then swing, with the jumps at touchdown between them."""
     modes = [segment.mode for segment in motion.segments]
     stance = [(np.rad2deg(segment.q[2]), segment.v[2]) for segment in motion.segments]
     angle, rate = -np.rad2deg(motion.channel("q")[3]), -motion.channel("v")[3]
@@ -72,7 +72,7 @@ def _draw_foot_speed(axes, motion):
 
 
 def _numbers(cycles):
-    """Return state, period and step length of each gait beside the study's, and its energy balance."""
+    """Return state, period and step length of each gait with the published values, and its energy balance."""
     numbers = []
     for name, printed in PRINTED.items():
         cycle = cycles[name]

@@ -1,4 +1,4 @@
-"""The study's passive compass biped and its Gaits A, B and C."""
+"""The passive compass biped of the study and its Gaits A, B and C."""
 
 import functools
 import math
@@ -6,13 +6,13 @@ import math
 from gaitopt import compass_biped, find_cycles, simulate
 
 SLOPE, FRICTION = 1.0, 0.14
-"""The study's slope [deg], and the friction at which Gaits B and C are shown."""
+"""Slope of the study [deg], and the friction at which Gaits B and C are shown."""
 
 SEQUENCES = {"A": "stick | stick", "B": "slip+ stick slip- | stick", "C": "slip+ stick | slip+"}
 
 
 def biped(friction=math.inf, slope=SLOPE):
-    """Return the parameters of the study's biped on a slope [deg]."""
+    """Return the parameters of the biped on a slope [deg]."""
     return {
         "leg_length": 1.6,
         "leg_com": 0.8,
@@ -26,17 +26,17 @@ def biped(friction=math.inf, slope=SLOPE):
 
 @functools.cache
 def gait(name, friction, starts=100):
-    """Return Gait A, B or C at a friction; the stable one where two have its contact sequence.
+    """Return Gait A, B or C at a friction coefficient; if two gaits share the contact sequence, the stable one.
 
     Raises
     ------
     LookupError
-        If none is found.
+        If no such gait is found.
     """
-    found = [cycle for cycle in _gaits(friction, starts) if cycle.sequence == SEQUENCES[name]]
-    if not found:
-        raise LookupError(f"Gait {name} was not found at friction {friction:g}; give more starts.")
-    return found[0]
+    matches = [cycle for cycle in _gaits(friction, starts) if cycle.sequence == SEQUENCES[name]]
+    if not matches:
+        raise LookupError(f"Gait {name} was not found at friction {friction:g}; increase `starts`.")
+    return matches[0]
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""What the figures of several studies share: their style and a few marks."""
+"""Style, lines and legends shared by the figures of the studies."""
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -14,22 +14,22 @@ GAIT_STYLE = {
     "D+": {"color": "#AA4499", "linestyle": "-"},
     "D\N{MINUS SIGN}": {"color": "#AA4499", "linestyle": (0, (1.5, 1))},
 }
-"""Okabe and Ito's colours, which colour-blind readers can tell apart, with dashes for grey print."""
+"""Okabe and Ito's colours, which colour-blind readers can distinguish, with dashes for grey print."""
 
-JUMP_LINE = {"color": "0.55", "linewidth": 0.9, "linestyle": (0, (3, 2)), "label": "impact and swap of legs"}
+JUMP_LINE = {"color": "0.55", "linewidth": 0.9, "linestyle": (0, (3, 2)), "label": "impact and leg exchange"}
 STICK_LINE = {"color": "0.2", "linewidth": 1.3}
 SLIP_WIDTH = 2.6
 
 
 def draw_by_mode(axes, horizontal, vertical, modes):
-    """Draw the stretches of a path, sticking thin and dark, slipping wide and in the colour of its direction."""
+    """Plot the phases of a path: sticking phases thin and dark, slip phases wide and coloured by direction."""
     for x, y, mode in zip(horizontal, vertical, modes, strict=True):
         style = {"color": STYLE.mode_fill[mode], "linewidth": SLIP_WIDTH} if mode.slips else STICK_LINE
         axes.plot(x, y, solid_capstyle="butt", **style)
 
 
 def draw_jump(axes, start, end):
-    """Draw the jump of an impact as a thin dashed line with an arrow half-way."""
+    """Plot the jump of an impact as a thin dashed line with an arrow at its midpoint."""
     (x0, y0), (x1, y1) = start, end
     axes.plot([x0, x1], [y0, y1], zorder=1, **JUMP_LINE)
     middle, beyond = np.array([x0 + x1, y0 + y1]) / 2, 0.02 * np.array([x1 - x0, y1 - y0])
@@ -42,7 +42,7 @@ def draw_jump(axes, start, end):
 
 
 def key_of_modes(figure, modes=(Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), *others):
-    """Put a key of the contact modes, and of other lines, below a figure."""
+    """Add a legend of the contact modes, and of other lines, below a figure."""
     handles = [Line2D([], [], label="stick", **STICK_LINE)]
     handles += [Line2D([], [], color=STYLE.mode_fill[mode], linewidth=SLIP_WIDTH, label=mode.label) for mode in modes]
     handles += [Line2D([], [], **line) for line in others]

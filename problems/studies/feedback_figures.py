@@ -1,14 +1,14 @@
-"""Compass biped: feedback that holds a gait with slipping impact which is unstable in open loop.
+"""Compass biped: feedback that stabilises a gait with slipping impact that is unstable in open loop.
 
-Passive Gait C, imitated on level ground and walked with 5 N m at ankle and hip, friction 0.14; feedback may use 6 N m.
-Laws are tuned for the least spectral radius. A push changes the stance leg's rate after a touchdown, a negative one
-slows it down.
+Passive Gait C is imitated on level ground at friction 0.14 with at most 5 N m at ankle and hip; feedback may use 6 N m.
+The laws are tuned for the smallest spectral radius. A push changes the rate of the stance leg after a touchdown; a
+negative push slows the leg down.
 """
 
 import numpy as np
 from compass_setup import FRICTION, gait
 from drawing import STYLE
-from feedback_setup import IMITATED, LABEL, LAW_STYLE, LAWS, OPEN_LOOP, plan, played_back, tuned, walker
+from feedback_setup import IMITATED, LABEL, LAW_STYLE, LAWS, OPEN_LOOP, assess_open_loop, plan, tune_law, walker
 from matplotlib.ticker import MaxNLocator
 from published import published
 
@@ -16,21 +16,24 @@ from gaitopt import PublishedValue, Reproduction, absolute_work, compass_biped
 from gaitopt.simulation.simulator import record_walk
 
 PUSH, SLIPPERY, PATCH = 0.01, 0.11, (2, 5)
-"""A push [rad/s], the friction of a patch, and the steps it takes."""
+"""A push [rad/s], the friction of a slippery patch, and the steps on it."""
 
 
 def study(laws=LAWS, evaluations=60, starts=200, steps=16, pushes=9, largest=0.04):  # largest push [rad/s]
     """Return the study."""
-    held = {name: tuned(IMITATED, name, evaluations, starts) for name in laws}
-    walked = {OPEN_LOOP: played_back(IMITATED), **{name: (found.law, found.cycle) for name, found in held.items()}}
+    tunings = {name: tune_law(IMITATED, name, evaluations, starts) for name in laws}
+    closed_loops = {
+        OPEN_LOOP: assess_open_loop(IMITATED),
+        **{name: (tuning.law, tuning.cycle) for name, tuning in tunings.items()},
+    }
     with STYLE.figure(6.4) as figure:
         (circle, cost), (pushed, patch) = figure.subplots(2, 2)
-        _draw_multipliers(circle, walked)
+        _draw_multipliers(circle, closed_loops)
         sizes = np.linspace(-largest, largest, pushes)
-        work = {name: [_extra_work(*walked[name], size) for size in sizes] for name in held}
+        work = {name: [_extra_work(*closed_loops[name], size) for size in sizes] for name in tunings}
         _draw_cost(cost, sizes, work)
-        ends = [_draw_return(pushed, name, *pair, steps, push=PUSH) for name, pair in walked.items()]
-        ends += [_draw_return(patch, name, *pair, steps, patch=True) for name, pair in walked.items()]
+        ends = [_draw_return(pushed, name, *pair, steps, push=PUSH) for name, pair in closed_loops.items()]
+        ends += [_draw_return(patch, name, *pair, steps, patch=True) for name, pair in closed_loops.items()]
         pushed.set(title=f"pushed by {PUSH:g} rad/s", ylabel="largest deviation after touchdown")
         patch.set(title=f"friction {SLIPPERY:g} in the shaded steps")
         patch.axvspan(PATCH[0] + 0.5, PATCH[1] + 0.5, color="0.9", zorder=0)
@@ -39,25 +42,25 @@ def study(laws=LAWS, evaluations=60, starts=200, steps=16, pushes=9, largest=0.0
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         handles, labels = circle.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=5)
-    return Reproduction(figure, _numbers(walked), tuple(_remarks(walked, work, sizes, [end for end in ends if end])))
-
-
-def _numbers(walked):
-    before, *after = (cycle.radius for _, cycle in walked.values())
-    return (
-        published("passive Gait C on its slope: largest multiplier", gait("C", FRICTION).radius, "1.8235"),
-        PublishedValue(
-            "imitated in open loop: outside the unit circle (1 is yes)", float(before > 1), 1.0, 0.0, "the claim"
-        ),
-        PublishedValue("under every law: inside it (1 is yes)", float(max(after) < 1), 1.0, 0.0, "the claim"),
+    return Reproduction(
+        figure, _numbers(closed_loops), tuple(_remarks(closed_loops, work, sizes, [end for end in ends if end]))
     )
 
 
-def _draw_multipliers(axes, walked):
+def _numbers(closed_loops):
+    before, *after = (cycle.radius for _, cycle in closed_loops.values())
+    return (
+        published("passive Gait C on its slope: largest multiplier", gait("C", FRICTION).radius, "1.8235"),
+        PublishedValue("imitation in open loop: unstable (1 = yes)", float(before > 1), 1.0, 0.0, "claim"),
+        PublishedValue("under every law: stable (1 = yes)", float(max(after) < 1), 1.0, 0.0, "claim"),
+    )
+
+
+def _draw_multipliers(axes, closed_loops):
     turn = np.linspace(0, 2 * np.pi, 200)
     axes.fill(np.cos(turn), np.sin(turn), color="0.94", zorder=0)
     axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.9)
-    for name, (_, cycle) in walked.items():
+    for name, (_, cycle) in closed_loops.items():
         style = {"color": LAW_STYLE[name]["color"], "marker": LAW_STYLE[name]["marker"], "linestyle": "none"}
         values = cycle.multipliers
         axes.plot(values.real, values.imag, markerfacecolor="none", markersize=6, label=LABEL.get(name, name), **style)
@@ -68,31 +71,31 @@ def _draw_cost(axes, sizes, work):
     for name, extra in work.items():
         axes.plot(sizes, extra, markersize=4, **LAW_STYLE[name])
     axes.axhline(0, color="0.6", linewidth=0.8)
-    axes.set(xlabel="push [rad/s]", ylabel="extra joint work [J]", title="cost of the way back to the gait")
+    axes.set(xlabel="push [rad/s]", ylabel="extra joint work [J]", title="cost of recovery")
 
 
 def _extra_work(law, cycle, push, steps=10):
-    """Return the joint work of some steps after a push beyond that of the gait; nan if the walk ends before."""
+    """Return the joint work of some steps after a push minus that of the gait; nan if the walk ends before."""
     state, ground = cycle.section.embed(cycle.z), walker(IMITATED, law)
-    calm = absolute_work(record_walk(ground, state, steps).motion)
+    undisturbed = absolute_work(record_walk(ground, state, steps).motion)
     state[2 + compass_biped().n_q] += push
     walk = record_walk(ground, state, steps).motion
-    return absolute_work(walk) - calm if len(walk.jumps) == steps else np.nan
+    return absolute_work(walk) - undisturbed if len(walk.jumps) == steps else np.nan
 
 
 def _draw_return(axes, name, law, cycle, steps, push=0.0, patch=False):
-    """Draw the deviations of a disturbed walk; return where it ended, in words, or None."""
+    """Plot the deviations of a disturbed walk; return a description of its end, or None."""
     state, ended = cycle.section.embed(cycle.z), None
-    home, usual, slippery = state.copy(), walker(IMITATED, law), walker(IMITATED, law, friction=SLIPPERY)
+    reference, nominal, slippery = state.copy(), walker(IMITATED, law), walker(IMITATED, law, friction=SLIPPERY)
     state[2 + compass_biped().n_q] += push
-    values = [np.max(np.abs(state - home)[2:])]
+    values = [np.max(np.abs(state - reference)[2:])]
     for step in range(1, steps + 1):
-        following = (slippery if patch and PATCH[0] < step <= PATCH[1] else usual).stride(state).following
+        following = (slippery if patch and PATCH[0] < step <= PATCH[1] else nominal).stride(state).following
         if following is None:
             ended = f"{LABEL.get(name, name)} {'on the patch' if patch else 'after the push'} in step {step}"
             break
         state = following
-        values.append(np.max(np.abs(state - home)[2:]))
+        values.append(np.max(np.abs(state - reference)[2:]))
     values = np.maximum(values, 1e-12)
     axes.plot(np.arange(values.size), values, markersize=4, **LAW_STYLE[name])
     if ended is not None:
@@ -100,16 +103,16 @@ def _draw_return(axes, name, law, cycle, steps, push=0.0, patch=False):
     return ended
 
 
-def _remarks(walked, work, sizes, ends):
-    radii = ", ".join(f"{LABEL.get(name, name)} {cycle.radius:.3f}" for name, (_, cycle) in walked.items())
+def _remarks(closed_loops, work, sizes, ends):
+    radii = ", ".join(f"{LABEL.get(name, name)} {cycle.radius:.3f}" for name, (_, cycle) in closed_loops.items())
     yield f"Spectral radius: {radii}; cost of transport of the gait {plan(IMITATED).cost_of_transport:.5f}."
-    calm = absolute_work(plan(IMITATED).motion)
-    least, most = (choose(list(work.values())) / (10 * calm) for choose in (np.nanmin, np.nanmax))
+    undisturbed = absolute_work(plan(IMITATED).motion)
+    least, most = (choose(list(work.values())) / (10 * undisturbed) for choose in (np.nanmin, np.nanmax))
     yield (
-        f"On the gait itself feedback costs nothing. Ten steps after pushes up to {sizes[-1]:g} rad/s either way take "
-        f"{100 * least:+.1f} to {100 * most:+.1f} % more joint work than ten steps of the gait."
+        f"On the gait itself feedback has no cost. After pushes of up to {sizes[-1]:g} rad/s in either direction, ten "
+        f"steps require {100 * least:+.1f} to {100 * most:+.1f} % more joint work than ten steps of the gait."
     )
-    yield f"A cross marks where a walk ends: {'; '.join(ends)}." if ends else "No walk ends early."
+    yield f"A cross marks the end of a walk: {'; '.join(ends)}." if ends else "No walk ends early."
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""Compass biped: from what pushes three gaits return, in open loop and under four laws.
+"""Compass biped: recovery of three gaits from pushes, in open loop and under four laws.
 
-The gaits are planned with 5 N m at ankle and hip and, where optimised, margins on both friction cones; feedback may use
-6 N m. Laws are tuned for the least spectral radius. Pushes are drawn evenly from a ball; its radius is the root of the
-sum of squares of the changes of rates, angles (over the time constant of the leg) and foot speed (over leg length).
+The gaits are planned with 5 N m at ankle and hip and, if optimised, with margins on both friction cones; feedback may
+use 6 N m. The laws are tuned for the smallest spectral radius. Pushes are uniformly distributed in a ball, whose radius
+is the root of the sum of squares of the changes of rates, angles (divided by the time constant of the leg) and foot
+speed (divided by the leg length).
 """
 
 from typing import NamedTuple
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from drawing import STYLE, spelled
 from feedback_setup import (
-    HELD_WITH,
+    FEEDBACK_LIMIT,
     IMITATED,
     LABEL,
     LAW_STYLE,
@@ -18,22 +19,22 @@ from feedback_setup import (
     OPEN_LOOP,
     SLIP,
     STICK,
+    assess_open_loop,
     largest_ball,
     plan,
-    played_back,
-    share_returned,
-    tuned,
+    recovery_rate,
+    tune_law,
 )
 
 from gaitopt import Cycle, Law, PublishedValue, Recovery, Reproduction
 
 RADIUS, LARGER = 0.5, 3.0
-"""Spectral radius that at least two laws should reach, and by what factor their balls should be larger."""
+"""Spectral radius that at least two laws should reach, and the factor by which their balls should be larger."""
 TITLES = {SLIP: "slipping optimum", STICK: "sticking optimum", IMITATED: "Gait C imitated"}
 
 
 class Row(NamedTuple):
-    """A gait under a law: its cycle, the ball of pushes from which all starts return, and the gains."""
+    """A gait under a law: its cycle, the ball of pushes from which all walks return, and the gains."""
 
     law: Law
     cycle: Cycle
@@ -42,17 +43,15 @@ class Row(NamedTuple):
 
 
 def study(names=(SLIP, STICK, IMITATED), laws=LAWS, evaluations=60, starts=200, sizes=8, most=0.4):  # ball [rad/s]
-    """Return the study; each law is verified by so many starts, of which a quarter draw the shares."""
+    """Return the study; each law is verified with `starts` starts, and the recovery rates use a quarter of them."""
     rows = {name: _rows(name, laws, evaluations, starts) for name in names}
     radii = np.geomspace(most / 100, most, sizes)
     with STYLE.figure(3.4) as figure:
         panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
-        for axes, (name, held) in zip(panels, rows.items(), strict=True):
-            for law, row in held.items():
-                shares = [share_returned(name, row.law, row.cycle, radius, max(starts // 4, 1)) for radius in radii]
-                axes.semilogx(
-                    radii, np.multiply(shares, 100), label=LABEL.get(law, law), markersize=4, **LAW_STYLE[law]
-                )
+        for axes, (name, by_law) in zip(panels, rows.items(), strict=True):
+            for law, row in by_law.items():
+                rates = [recovery_rate(name, row.law, row.cycle, radius, max(starts // 4, 1)) for radius in radii]
+                axes.semilogx(radii, np.multiply(rates, 100), label=LABEL.get(law, law), markersize=4, **LAW_STYLE[law])
             axes.set(xlabel="pushes up to [rad/s]", title=TITLES[name], ylim=(-4, 104))
         panels[0].set_ylabel("starts that return [%]")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
@@ -60,48 +59,50 @@ def study(names=(SLIP, STICK, IMITATED), laws=LAWS, evaluations=60, starts=200, 
 
 
 def _rows(name, laws, evaluations, starts):
-    """Return a gait's rows by law, the open loop first; laws that do not hold it are left out."""
-    law, cycle = played_back(name)
+    """Return the rows of a gait by law, the open loop first; laws that do not stabilise it are omitted."""
+    law, cycle = assess_open_loop(name)
     rows = {OPEN_LOOP: Row(law, cycle, largest_ball(name, law, cycle, starts), {})}
     for each in laws:
-        found = tuned(name, each, evaluations, starts)
-        if found.stable:
-            rows[each] = Row(found.law, found.cycle, found.verified, found.gains)
+        tuning = tune_law(name, each, evaluations, starts)
+        if tuning.stable:
+            rows[each] = Row(tuning.law, tuning.cycle, tuning.verified, tuning.gains)
     return rows
 
 
 def _numbers(rows):
-    """Return whether the claims on feedback hold for each gait."""
-    for name, held in rows.items():
-        before, *laws = held.values()
+    """Return whether the claims on feedback are true for each gait."""
+    for name, by_law in rows.items():
+        before, *laws = by_law.values()
         fast = sum(row.cycle.radius < RADIUS for row in laws)
         wide = sum(row.ball.complete and row.ball.radius >= LARGER * before.ball.radius for row in laws)
-        wanted = min(2, len(laws))
+        required = min(2, len(laws))
         for count, claim in (
-            (fast, f"two laws or more with a spectral radius below {RADIUS:g}"),
-            (wide, f"two laws or more whose ball is {LARGER:g} times that of the open loop"),
+            (fast, f"at least two laws with a spectral radius below {RADIUS:g}"),
+            (wide, f"at least two laws with a ball at least {LARGER:g} times that of the open loop"),
         ):
-            yield PublishedValue(f"{TITLES[name]}: {claim} (1 is yes)", float(count >= wanted), 1.0, 0.0, "the claim")
+            yield PublishedValue(f"{TITLES[name]}: {claim} (1 = yes)", float(count >= required), 1.0, 0.0, "claim")
 
 
 def _remarks(rows):
-    for name, held in rows.items():
+    for name, by_law in rows.items():
         cost = plan(name).cost_of_transport
-        yield f"{TITLES[name]}, {spelled(plan(name).sequence)}: cost of transport {cost:.5f}, up to {HELD_WITH:g} N m."
-        for law, row in held.items():
+        sequence = spelled(plan(name).sequence)
+        limit = f"{FEEDBACK_LIMIT:g} N m"
+        yield f"{TITLES[name]}, {sequence}: cost of transport {cost:.5f}, stabilised with at most {limit}."
+        for law, row in by_law.items():
             gains = ", ".join(f"{gain} {value:.3g}" for gain, value in row.gains.items())
             yield (
                 f"{TITLES[name]}, {LABEL.get(law, law)}{f' ({gains})' if gains else ''}: spectral radius "
-                f"{row.cycle.radius:.4f}; {_told(row.ball)}."
+                f"{row.cycle.radius:.4f}; {_describe_recovery(row.ball)}."
             )
 
 
-def _told(ball):
+def _describe_recovery(ball):
     if not ball.returned:
-        return "returns from no ball of pushes"
+        return "no ball of pushes with full recovery"
     return (
-        f"{ball.returned} of {ball.starts} starts within {ball.radius:.4f} rad/s return, in "
-        f"{np.median(ball.settling):.0f} steps by the median and {max(ball.settling)} at most"
+        f"{ball.returned} of {ball.starts} starts within {ball.radius:.4f} rad/s return "
+        f"(median {np.median(ball.settling):.0f} steps, at most {max(ball.settling)})"
     )
 
 

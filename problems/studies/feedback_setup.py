@@ -1,4 +1,4 @@
-"""The gaits that feedback is to hold, planned with 5 N m and held with 6 N m, and the laws tuned for them."""
+"""The gaits to be stabilised, planned with 5 N m and stabilised with 6 N m, and the laws tuned for them."""
 
 import functools
 
@@ -28,8 +28,8 @@ from gaitopt import (
 from gaitopt.simulation.hybrid_automaton import Walker
 
 SLIP, STICK, IMITATED = "slip+ stick | slip+", "stick | stick", "Gait C imitated"
-PLANNED_WITH, HELD_WITH = 5.0, 6.0
-"""Torque limits [N m]: the difference is kept back for feedback."""
+PLAN_LIMIT, FEEDBACK_LIMIT = 5.0, 6.0
+"""Torque limits of the plan and under feedback [N m]; the difference is a reserve for feedback."""
 
 OPEN_LOOP = "open loop"
 LAW_STYLE = {
@@ -47,13 +47,13 @@ LAWS = tuple(LABEL)
 def plan(name):
     """Return a gait by name: one of SLIP, STICK and IMITATED.
 
-    The last walks the angles of the passive Gait C on level ground; where they ask for more torque than there is, the
-    walker under computed torque has a gait next to it, which is taken.
+    IMITATED imposes the joint angles of the passive Gait C on level ground. They require more torque than the limit, so
+    the plan is the neighbouring gait of the walker under computed torque with this limit.
     """
     robot = compass_biped()
     if name == IMITATED:
         model = imitate(robot, gait("C", FRICTION), {"slope": 0.0}).gait(samples=100)
-        law = computed_torque(robot, model.motion, stiffness=100, damping=20, torque_limit=PLANNED_WITH)
+        law = computed_torque(robot, model.motion, stiffness=100, damping=20, torque_limit=PLAN_LIMIT)
         return controlled_gait(robot, model, law)
     problem = GaitProblem(
         robot=robot,
@@ -61,7 +61,7 @@ def plan(name):
         friction=FRICTION,
         speed=0.633,
         step_length=0.4713,
-        limits=Limits(torque=PLANNED_WITH),
+        limits=Limits(torque=PLAN_LIMIT),
         margins=Margins(cone=0.05, impact_cone=0.1),
         transcription=Collocation(intervals=40),
     )
@@ -69,31 +69,33 @@ def plan(name):
 
 
 @functools.cache
-def tuned(name, law, evaluations=60, starts=200):
-    """Return a law tuned for a gait, both by name, for the least spectral radius."""
-    found = plan(name)
-    design = controller_family_named(law, compass_biped(), found.motion, torque_limit=HELD_WITH)
-    return tune_feedback(found, design, search=GainSearchOptions(evaluations=evaluations), test=PushTest(starts=starts))
+def tune_law(name, law, evaluations=60, starts=200):
+    """Return a law tuned for a gait, both by name, for the smallest spectral radius."""
+    gait_plan = plan(name)
+    design = controller_family_named(law, compass_biped(), gait_plan.motion, torque_limit=FEEDBACK_LIMIT)
+    return tune_feedback(
+        gait_plan, design, search=GainSearchOptions(evaluations=evaluations), test=PushTest(starts=starts)
+    )
 
 
 def walker(name, law, **parameters):
-    """Return the walker of a gait under a law, on ground with other parameters if named."""
-    robot, found = compass_biped(), plan(name)
-    p = robot.vector({**found.motion.parameters, **parameters})
-    return Walker(robot, law, p, default_engine(law), step_time_limit=3 * found.period)
+    """Return the walker of a gait under a law, optionally with changed parameters."""
+    robot, gait_plan = compass_biped(), plan(name)
+    p = robot.vector({**gait_plan.motion.parameters, **parameters})
+    return Walker(robot, law, p, default_engine(law), step_time_limit=3 * gait_plan.period)
 
 
-def played_back(name):
+def assess_open_loop(name):
     """Return the law of the open loop and the cycle of the walker under it."""
     law = feedforward(compass_biped(), plan(name).motion)
     return law, assess_stability(plan(name), law)
 
 
 def largest_ball(name, law, cycle, starts):
-    """Return the recovery from the largest ball of pushes from which all starts return."""
+    """Return the recovery from the largest ball of pushes from which all walks return."""
     return largest_recovery(walker(name, law), cycle, PushTest(starts=starts))
 
 
-def share_returned(name, law, cycle, radius, starts):
-    """Return the share of the starts in a ball of pushes from which the walker returns."""
+def recovery_rate(name, law, cycle, radius, starts):
+    """Return the fraction of pushes in a ball from which the walker returns."""
     return recovery(walker(name, law), cycle, radius, PushTest(starts=starts)).fraction

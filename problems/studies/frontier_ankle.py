@@ -1,8 +1,8 @@
-"""What ankle and hip are worth: cost of transport with a weaker and weaker ankle, and with one motor alone over speed.
+"""Benefit of ankle and hip motors: cost of transport over the torque limit of the ankle, and with one motor over speed.
 
-On the left each gait is the start of the next one with a weaker ankle, down to the weakest with which a gait of this
-speed and step length was found; the hip may have 30 N m. On the right the foot sticks throughout, and motors may have
-30 N m each. Costs are drawn on a logarithmic scale.
+Left: the torque limit of the ankle is reduced step by step, each gait warm-started from the previous one, down to the
+lowest limit for which a gait of this speed and step length was found; the limit of the hip is 30 N m. Right: the foot
+sticks throughout, and the limit of each motor is 30 N m. Costs are plotted on a logarithmic scale.
 """
 
 import numpy as np
@@ -12,34 +12,36 @@ from frontier_setup import SEQUENCE_STYLE, STANDARD, standard_numbers, walker
 from gaitopt import Ipopt, Reproduction, WarmStart, solve, sweep, verify
 
 STRONG = 30.0
-"""[N m]."""
+"""Torque limit of a strong motor [N m]."""
 
-STICK, GRIPPY = "stick | stick", 0.5
+STICK, HIGH_FRICTION = "stick | stick", 0.5
 
-WEAKENED = ((STICK, 0.14), ("slip+ stick | slip+", 0.14), (STICK, GRIPPY))
-"""Contact sequences and frictions; with much friction a slip at touchdown would have to be forced."""
+WEAKENED = ((STICK, 0.14), ("slip+ stick | slip+", 0.14), (STICK, HIGH_FRICTION))
+"""Contact sequences and frictions; at high friction, slip at touchdown would have to be forced."""
 
 MOTORS = {
     "hip and ankle": ({"ankle": STRONG, "hip": STRONG}, {"color": "#0072B2", "linestyle": "-", "marker": "o"}),
     "ankle alone": ({"ankle": STRONG, "hip": 0.0}, {"color": "#E69F00", "linestyle": (0, (5, 1.5)), "marker": "v"}),
     "hip alone": ({"ankle": 0.0, "hip": STRONG}, {"color": "#CC79A7", "linestyle": (0, (1.5, 1)), "marker": "P"}),
 }
-"""Torque limits [N m], and how they are drawn."""
+"""Torque limits [N m] and line styles."""
 
 
 def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), speeds=(0.4, 0.7, 7), workers=2):
-    """Return the study; limits of the ankle fall, in N m, speeds are (least, most, count) in m/s."""
+    """Return the study; `limits` of the ankle decrease [N m], `speeds` are (least, most, count) [m/s]."""
     weakened = {pair: list(_weakened(*pair, limits)) for pair in WEAKENED}
     speed = np.round(np.linspace(*speeds), 6)
     alone = {
-        name: sweep(walker(friction=GRIPPY, torque=torque), speed=speed, workers=workers).cost_of_transport[0].values
+        name: sweep(walker(friction=HIGH_FRICTION, torque=torque), speed=speed, workers=workers)
+        .cost_of_transport[0]
+        .values
         for name, (torque, _) in MOTORS.items()
     }
     with STYLE.figure(3.6) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         for (sequence, friction), gaits in weakened.items():
             style = SEQUENCE_STYLE[sequence] | {"markersize": 4, "linewidth": 1.2}
-            fill = {"markerfacecolor": "white"} if friction == GRIPPY else {}
+            fill = {"markerfacecolor": "white"} if friction == HIGH_FRICTION else {}
             if gaits:
                 points = [(limit, gait.cost_of_transport) for limit, gait in gaits]
                 left.plot(
@@ -48,7 +50,7 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
         for name, (_, style) in MOTORS.items():
             right.plot(speed, alone[name], label=name, markersize=4, linewidth=1.2, **style)
         left.set(xlabel="torque limit of the ankle [N m]", ylabel="cost of transport", yscale="log", xlim=(-0.1, None))
-        right.set(xlabel=rf"speed [m/s], {STICK}, $\mu$ = {GRIPPY:g}")
+        right.set(xlabel=rf"speed [m/s], {STICK}, $\mu$ = {HIGH_FRICTION:g}")
         for axes in (left, right):
             axes.set_yticks([0.01, 0.02, 0.05, 0.1, 0.2], ["0.01", "0.02", "0.05", "0.1", "0.2"])
             axes.minorticks_off()
@@ -61,7 +63,7 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
 
 
 def _weakened(sequence, friction, limits):
-    """Yield limits and gaits, each started from the one before, until one is not found or fails its replay."""
+    """Yield limits and gaits, each warm-started from the previous one, until one is not found or fails the replay."""
     gait = None
     for limit in limits:
         problem = walker(friction=friction, torque={"ankle": limit, "hip": STRONG}).replace(sequence=sequence)
@@ -74,26 +76,27 @@ def _weakened(sequence, friction, limits):
         yield limit, gait
 
 
-def _remarks(found):
-    """Say what a weaker ankle costs and where gaits end."""
-    for (sequence, friction), gaits in found.items():
+def _remarks(weakened):
+    """Yield the increase of cost with a weaker ankle and the lowest feasible limit."""
+    for (sequence, friction), gaits in weakened.items():
         if gaits:
             (most, strong), (limit, weak) = gaits[0], gaits[-1]
             yield (
-                f"`{sequence}` at friction {friction:g}: found down to {limit:g} N m at the ankle, where it costs "
-                f"{weak.cost_of_transport / strong.cost_of_transport:.1f} times as much as with {most:g} N m."
+                f"`{sequence}` at friction {friction:g}: found down to {limit:g} N m at the ankle, where the "
+                f"cost is {weak.cost_of_transport / strong.cost_of_transport:.1f} times that with {most:g} N m."
             )
 
 
 def _remarks_alone(speed, alone):
-    """Say where each motor alone is at its best, beside both."""
+    """Yield the speed at which each single motor compares best with both motors."""
     both = alone["hip and ankle"]
     for name, cost in alone.items():
         if cost is not both and np.any(np.isfinite(cost)):
             best = int(np.nanargmin(cost / both))
             yield (
-                f"{name.capitalize()} at friction {GRIPPY:g}: found at {np.isfinite(cost).sum()} of {speed.size} "
-                f"speeds; nearest to both at {speed[best]:g} m/s, at {cost[best] / both[best]:.2f} times their cost."
+                f"{name.capitalize()} at friction {HIGH_FRICTION:g}: found at {np.isfinite(cost).sum()} of "
+                f"{speed.size} speeds; the lowest relative cost is {cost[best] / both[best]:.2f} times that with both "
+                f"motors, at {speed[best]:g} m/s."
             )
 
 

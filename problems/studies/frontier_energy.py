@@ -1,9 +1,9 @@
-"""Why a foot that slips walks cheaper: where the energy of two contact sequences goes, over friction.
+"""Why slip reduces the cost: energy losses of two contact sequences as functions of friction.
 
-At equal speed and step length both sequences pay for what is lost at impact, by friction, and twice for what the motors
-brake. A touchdown that slips forward loses less at impact: the ground may push the landing foot back only as hard as
-friction lets it, so that part of the motion along the ground goes on, which a sticking impact destroys. That saving is
-larger than what sliding and braking cost, until friction is so high that a slip would have to be forced.
+At equal speed and step length, the work of the motors is the impact loss plus the friction loss plus twice the braking
+work, for both contact sequences. A touchdown that slips forward has a smaller impact loss: friction limits the
+tangential impulse, so that a part of the tangential motion, which a sticking impact stops, is retained. This saving
+exceeds the cost of slip and braking, until friction is so high that slip would have to be forced by the motors.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ TERMS = (
     ("friction_loss", 1, "friction", "#E69F00", "///"),
     ("braking_work", 2, "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
 )
-"""Terms of the absolute work: name, how often it counts, label, colour, hatch."""
+"""Terms of the absolute work: name, factor, label, colour, hatch."""
 
 
 def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
@@ -28,14 +28,14 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
     with STYLE.figure(3.8) as figure:
         left, right = figure.subplots(1, 2)
         for sequence, shift in ((STICK, -0.2), (SLIP, 0.2)):
-            _pile(left, shift, 0.36, [terms[name].sel(sequence=sequence).values for name, *_ in TERMS])
+            _stack(left, shift, 0.36, [terms[name].sel(sequence=sequence).values for name, *_ in TERMS])
         left.set(xlabel=f"friction $\\mu$ (left bar {spelled(STICK)}, right bar {spelled(SLIP)})")
         left.set(ylabel="work of the motors over distance [J/m]", ylim=(0, None))
-        _pile(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
-        right.plot(sum(map(_difference, terms.values())), "D", color="0.1", markeredgecolor="white", label="in all")
+        _stack(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
+        right.plot(sum(map(_difference, terms.values())), "D", color="0.1", markeredgecolor="white", label="total")
         right.axhline(0, color="0.3", linewidth=0.8)
         right.margins(y=0.08)
-        right.set(xlabel=r"friction $\mu$", ylabel="slipping less sticking [J/m]")
+        right.set(xlabel=r"friction $\mu$", ylabel="slipping minus sticking [J/m]")
         for axes in (left, right):
             axes.set_xticks(range(len(frictions)), [f"{friction:g}" for friction in frictions])
             axes.grid(visible=False, axis="x")
@@ -51,8 +51,8 @@ def _difference(term):
     return term.sel(sequence=SLIP).values - term.sel(sequence=STICK).values
 
 
-def _pile(axes, shift, width, heights):
-    """Draw a pile of the terms at each friction, what is negative below zero."""
+def _stack(axes, shift, width, heights):
+    """Plot stacked bars of the terms at each friction, with negative terms below zero."""
     places, tops = np.arange(len(heights[0])) + shift, {True: 0.0, False: 0.0}
     for (_, _, label, color, hatch), height in zip(TERMS, heights, strict=True):
         for up in (True, False):
@@ -65,7 +65,7 @@ def _pile(axes, shift, width, heights):
 
 
 def _numbers(table, terms):
-    """Return for each sequence how the terms add up to the cost of transport, at the friction where they do worst."""
+    """Yield for each sequence the sum of the terms over the cost of transport, at the friction of largest error."""
     robot, values = walker().robot, walker().values
     mass = float(robot.mass(robot.vector(values)))
     for sequence in (STICK, SLIP):
@@ -78,12 +78,12 @@ def _numbers(table, terms):
 
 
 def _remarks(frictions, terms):
-    """Say in numbers what slipping saves and what it costs."""
+    """Yield the saving and the cost of slip."""
     for number in range(0, len(frictions), 2):
-        saved, slid, braked = (_difference(terms[name])[number] for name, *_ in TERMS)
+        impact, slip, braking = (_difference(terms[name])[number] for name, *_ in TERMS)
         yield (
-            f"At friction {frictions[number]:g} the slipping touchdown loses {-saved:.3f} J/m less at impact; "
-            f"sliding costs {slid:.3f} J/m and braking {braked:+.3f} J/m: {saved + slid + braked:+.3f} J/m in all."
+            f"At friction {frictions[number]:g} the slipping touchdown reduces the impact loss by {-impact:.3f} J/m; "
+            f"slip costs {slip:.3f} J/m and braking {braking:+.3f} J/m; the sum is {impact + slip + braking:+.3f} J/m."
         )
 
 

@@ -1,4 +1,4 @@
-"""Setup of the frontier studies: the actuated compass biped on level ground, and the style of each sequence."""
+"""The compass biped with motors on level ground, and the line style of each contact sequence."""
 
 from gaitopt import GaitProblem, Limits, PublishedValue, compass_biped
 
@@ -11,27 +11,29 @@ SEQUENCE_STYLE = {
     "stick slip- | stick": {"color": "#009E73", "linestyle": (0, (5, 1.5, 1, 1.5)), "marker": "^"},
     "slip+ stick slip- | slip+": {"color": "#AA4499", "linestyle": (0, (1.5, 1)), "marker": "D"},
 }
-"""Okabe and Ito's colours; dashes and marks tell the contact sequences apart in grey print."""
+"""Okabe and Ito's colours; dashes and markers distinguish the sequences in grey print."""
 
 STANDARD = {"stick | stick": 0.01627, "slip+ stick | slip+": 0.01586}
-"""Cost of transport at the values above, found with another optimiser on a coarser grid."""
+"""Cost of transport at the values above, computed with another optimiser on a coarser grid."""
 
 
 def standard_numbers(costs):
-    """Yield costs of transport by contact sequence, at the values above, beside those found independently, to 0.1 %."""
+    """Yield costs of transport by contact sequence, at the values above, with independent reference values (0.1 %)."""
     for sequence, reference in STANDARD.items():
         if sequence in costs:
             name, tolerance = f"{sequence}: cost of transport of the standard gait", 1e-3 * reference
-            yield PublishedValue(name, float(costs[sequence]), reference, tolerance, "own computation, to 0.1 %")
+            yield PublishedValue(
+                name, float(costs[sequence]), reference, tolerance, "independent computation, to 0.1 %"
+            )
 
 
-def resting(table):
-    """Return at which points of a sweep a phase lasts as short as the limits of the problem let it."""
+def at_minimum_duration(table):
+    """Return the points of a sweep at which a phase has the minimum duration allowed by the limits."""
     return table.shortest_phase.values < 1.01 * Limits().shortest_phase
 
 
 def walker(speed=SPEED, step_length=STEP, friction=FRICTION, torque=TORQUE, **changes):
-    """Return the problem the studies vary."""
+    """Return the problem that the studies vary."""
     return GaitProblem(
         name="compass biped",
         robot=compass_biped(),

@@ -1,13 +1,13 @@
-"""Cost of transport over speed and step length at one friction, and what slipping at touchdown saves there.
+"""Cost of transport over speed and step length at one friction coefficient, and the saving by slip at touchdown.
 
-On the left the cost of the cheaper of two sequences; on the right by how many percent the gait that slips at touchdown
-is cheaper than the one that always sticks, in brackets where its slide lasts as short as it may. The frame marks the
-gait of the other studies.
+Left: cost of transport of the better of two contact sequences. Right: saving of the gait that slips at touchdown
+relative to the one that always sticks, in percent, in parentheses if the slip phase has the minimum duration. The frame
+marks the gait of the other studies.
 """
 
 import numpy as np
 from drawing import STYLE
-from frontier_setup import FRICTION, SPEED, STEP, resting, standard_numbers, walker
+from frontier_setup import FRICTION, SPEED, STEP, at_minimum_duration, standard_numbers, walker
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
@@ -17,7 +17,7 @@ SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 
 
 def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, workers=2, path=None):
-    """Return the study; axes are (least, most, count) in m/s and m, to which the standard gait is added."""
+    """Return the study; axes are (least, most, count) in m/s and m, to which those of the standard gait are added."""
     speed = np.union1d(np.round(np.linspace(*speeds), 6), [SPEED])
     step = np.union1d(np.round(np.linspace(*steps), 6), [STEP])
     problem = walker(friction=friction)
@@ -27,12 +27,12 @@ def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, worker
     with STYLE.figure(3.4) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         shading = left.pcolormesh(cost.min("sequence").values.T, cmap="viridis_r", norm=LogNorm())
-        bar = figure.colorbar(shading, location="top", label="cost of transport of the cheaper contact sequence")
+        bar = figure.colorbar(shading, location="top", label="lower cost of transport of the two sequences")
         bar.ax.minorticks_off()
         bar.set_ticks([0.01, 0.015, 0.02, 0.03], labels=["0.01", "0.015", "0.02", "0.03"])
         shading = right.pcolormesh(saving.values.T, cmap="RdBu", vmin=-15, vmax=15)
-        figure.colorbar(shading, location="top", extend="both", label="slipping at touchdown is cheaper by [%]")
-        _write(right, saving.values, resting(table.sel(sequence=SLIP)))
+        figure.colorbar(shading, location="top", extend="both", label="saving by slip at touchdown [%]")
+        _write(right, saving.values, at_minimum_duration(table.sel(sequence=SLIP)))
         for axes in (left, right):
             corner = int(np.searchsorted(speed, SPEED)), int(np.searchsorted(step, STEP))
             axes.add_patch(Rectangle(corner, 1, 1, fill=False, edgecolor="black", linewidth=1.5))
@@ -47,7 +47,7 @@ def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, worker
 
 
 def _write(axes, saving, hollow):
-    """Write numbers into cells, in brackets where `hollow`, in a colour that can be read there."""
+    """Write numbers into cells, in parentheses where `hollow`, in a legible colour."""
     for i, j in np.argwhere(np.isfinite(saving)):
         text = f"{saving[i, j]:.1f}".replace("-", "\N{MINUS SIGN}")
         color = "white" if abs(saving[i, j]) > 10 else "black"
@@ -55,15 +55,15 @@ def _write(axes, saving, hollow):
 
 
 def _remarks(table, saving):
-    """Say where slipping saves, how much, and how many gaits were found."""
-    best, worst = (saving.isel(found) for found in (saving.argmax(...), saving.argmin(...)))
+    """Yield the range of the saving and the number of gaits that were found and verified."""
+    best, worst = (saving.isel(index) for index in (saving.argmax(...), saving.argmin(...)))
     yield (
-        f"Slipping at touchdown is cheaper at {int((saving > 0).sum())} of {saving.size} points: most at "
-        f"{float(best.speed):g} m/s with steps of {float(best.step_length):g} m, by {float(best):.1f} %. Least it pays "
-        f"at {float(worst.speed):g} m/s and {float(worst.step_length):g} m: {float(worst):+.1f} %."
+        f"Slip at touchdown reduces the cost at {int((saving > 0).sum())} of {saving.size} points. The largest saving "
+        f"is {float(best):.1f} % ({float(best.speed):g} m/s, steps of {float(best.step_length):g} m), the smallest "
+        f"{float(worst):.1f} % ({float(worst.speed):g} m/s, steps of {float(worst.step_length):g} m)."
     )
     solved = int((table.status == "solved").sum())
-    yield f"{solved} of {table.status.size} gaits were found, and {int(table.verified.sum())} passed their replay."
+    yield f"{solved} of {table.status.size} gaits were found, and {int(table.verified.sum())} passed the replay."
 
 
 if __name__ == "__main__":

@@ -1,24 +1,24 @@
-"""Numbers beside published ones, with the tolerance their printed digits allow."""
+"""Comparison with published numbers, with the tolerance implied by their printed digits."""
 
 import math
 
 from gaitopt import PublishedValue
 
 STUDY = "Gamus & Or 2015"
-OWN = "own computation"
+OWN = "independent computation"
 CLOSED_FORM = "closed form"
 
 
 def published(name, value, printed, unit="1", source=STUDY):
-    """Return ours beside a printed number; they agree within half a unit of its last digit.
+    """Return a computed value with a published number; they agree within half a unit of its last digit.
 
     Parameters
     ----------
     name : str
     value : float
-        Ours.
+        Computed value.
     printed : str
-        The published number, digit by digit.
+        The published number as printed.
     unit, source : str
 
     Examples
@@ -32,17 +32,17 @@ def published(name, value, printed, unit="1", source=STUDY):
 
 
 def energy_balance(name, cycle, mass):
-    """Return the energy a passive gait loses over what gravity gives, m g L sin(alpha), which must be 1.
+    """Return the energy loss of a passive gait divided by the work of gravity, m g L sin(alpha), which must be 1.
 
     Parameters
     ----------
     name : str
     cycle : Cycle
     mass : float
-        Of the whole walker [kg].
+        Total mass of the walker [kg].
     """
-    given = mass * cycle.parameters["gravity"] * cycle.travel * math.sin(cycle.parameters["slope"])
-    lost = cycle.energy.impact_loss + cycle.energy.friction_loss
+    gravity_work = mass * cycle.parameters["gravity"] * cycle.travel * math.sin(cycle.parameters["slope"])
+    loss = cycle.energy.impact_loss + cycle.energy.friction_loss
     return PublishedValue(
-        f"{name}: (impact + friction loss) / (m g L sin alpha)", lost / given, 1.0, 1e-9, "energy balance"
+        f"{name}: (impact + friction loss) / (m g L sin alpha)", loss / gravity_work, 1.0, 1e-9, "energy balance"
     )

@@ -1,6 +1,6 @@
-"""Rimless wheel: where walks end that start with a rate and a resting foot, over friction.
+"""Rimless wheel: outcome of walks with the foot initially at rest, as a function of initial rate and friction.
 
-Slip delays lift-off: the basin reaches further up than the dashed line, where a foot that never slips would lift off.
+Slip delays lift-off: the basin extends beyond the dashed line, at which a foot that never slips would lift off.
 """
 
 import math
@@ -21,18 +21,18 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
     """Return the study."""
     across, speeds = np.linspace(least, most, frictions), np.linspace(0.01, fastest, rates)
     starts = {"friction": across, "theta_rate": speeds}
-    found = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, workers=workers)
+    outcome = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, workers=workers)
     slope = math.radians(SLOPE)
     with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
-        handles = draw_map(axes, found, across, speeds)
+        handles = draw_map(axes, outcome, across, speeds)
         limits = {
             "keeps contact below, without slip": (fastest_speed(SPOKES, INERTIA_RATIO, slope), (0, (5, 1.5))),
             "rolls over above, without slip": (slowest_speed(SPOKES, slope), (0, (1, 1))),
         }
         for name, (rate, dashes) in limits.items():
             handles.append(axes.axhline(rate, color="black", linestyle=dashes, label=name))
-        axes.set(xlabel=r"friction $\mu$", ylabel=rf"rate at the start of the walk $\dot\theta$ [{RATE}]")
+        axes.set(xlabel=r"friction $\mu$", ylabel=rf"initial rate $\dot\theta$ [{RATE}]")
         figure.legend(handles=handles, loc="outside right upper")
     numbers = tuple(
         published(f"basin of Type {kind}, mu = {friction:g}: upper end", _upper_end(friction), printed, "rad/tau_c")
@@ -42,7 +42,7 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
 
 
 def _upper_end(friction):
-    """Return the rate from which on walks lift off."""
+    """Return the initial rate above which the foot lifts off."""
     edges = basin_edges(
         rimless_wheel(), wheel(friction), "theta_rate", 0.8, 1.2, samples=3, tolerance=1e-6, patience=MAX_FAILED_STARTS
     )

@@ -1,6 +1,7 @@
-"""Rimless wheel: where walks end that start with a rate, over the slope, with unlimited friction.
+"""Rimless wheel: outcome of walks as a function of initial rate and slope, with unlimited friction.
 
-The lines are closed forms: a slower start does not roll over, a faster one lifts the foot off.
+The lines are closed-form limits: below the lower one the wheel does not roll over, above the upper one the foot lifts
+off.
 """
 
 import math
@@ -21,23 +22,23 @@ def study(slopes=100, rates=120, greatest_slope=18.0, fastest=1.3, workers=2):  
     """Return the study."""
     degrees, speeds = np.linspace(0.25, greatest_slope, slopes), np.linspace(0.01, fastest, rates)
     starts = {"slope": np.deg2rad(degrees), "theta_rate": speeds}
-    found = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, workers=workers)
+    outcome = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, workers=workers)
     with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
-        handles = draw_map(axes, found, degrees, speeds)
+        handles = draw_map(axes, outcome, degrees, speeds)
         handles += _draw_closed_forms(axes, greatest_slope)
-        axes.set(xlabel=r"slope $\alpha$ [deg]", ylabel=rf"rate at the start of the walk $\dot\theta$ [{RATE}]")
+        axes.set(xlabel=r"slope $\alpha$ [deg]", ylabel=rf"initial rate $\dot\theta$ [{RATE}]")
         figure.legend(handles=handles, loc="outside right upper")
     exact = slowest_speed(SPOKES, math.radians(SLOPE))
     remark = (
-        f"By the closed form the basin's lower end is {exact:.6f}; walks that start less than 1e-5 above it linger "
-        "upright for more than 10 tau_c and count as failed."
+        f"The closed-form lower end of the basin is {exact:.6f}; walks that start less than 1e-5 above it remain near "
+        "the upright position for more than 10 tau_c and are counted as failed."
     )
     return Reproduction(figure, _numbers(), (remark,))
 
 
 def _draw_closed_forms(axes, greatest_slope):
-    """Draw the edges of the basin and the gait itself; return their handles."""
+    """Plot the boundaries of the basin and the gait; return their handles."""
     least, most = slope_range(SPOKES, INERTIA_RATIO)
     inside, wide = np.linspace(least, most, 101), np.linspace(0, math.radians(greatest_slope), 101)
     slow = [slowest_speed(SPOKES, slope) for slope in wide]
@@ -52,7 +53,7 @@ def _draw_closed_forms(axes, greatest_slope):
 
 
 def _numbers():
-    """Return the ends of the basin on the study's slope."""
+    """Return the ends of the basin on the slope of the study."""
     edges = basin_edges(
         rimless_wheel(), wheel(), "theta_rate", 0.03, 1.2, samples=8, tolerance=1e-9, patience=MAX_FAILED_STARTS
     )

@@ -1,7 +1,7 @@
-"""Rimless wheel: from complete slip (Type D) to a gait that sticks and slips (Type B), step by step.
+"""Rimless wheel: transition from complete slip (Type D) to stick-slip (Type B), step by step.
 
-In complete slip thd converges at once, but the foot speed falls by the same amount each step; when the foot comes to
-rest the walk changes its type.
+In complete slip thd converges quickly, whereas the foot speed decreases by the same amount in each step; when the foot
+comes to rest, the type of the gait changes.
 """
 
 import numpy as np
@@ -14,10 +14,10 @@ from gaitopt import PublishedValue, Reproduction
 MARKS = (("o", "#AA4499"), ("X", "0.2"), ("s", "#D55E00"), ("^", "#009E73"))
 
 
-def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau_c], [l/tau_c]
+def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # initial: [rad/tau_c], [l/tau_c]
     """Return the study."""
     motion = walk(rate, friction, foot_speed, steps).motion
-    after = np.array([jump.v_next for jump in motion.jumps])  # of each step: foot speed, 0, rate
+    after = np.array([jump.v_next for jump in motion.jumps])  # per step: foot speed, 0, rate
     sequences = [spelled(motion.sequence(step)) for step in range(len(after))]
     before, final = gait("D", friction), gait("B", friction)
     with STYLE.figure(4.8) as figure:
@@ -33,7 +33,7 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau
         lower.set(ylabel=rf"foot speed after impact $\dot x$ [{SPEED}]", xlabel="step")
         figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=4, handlelength=1)
     rest = 1 + int(np.argmax(after[:, 0] <= 0))
-    source = "own computation: its periodic gait"
+    source = "its periodic gait, computed by gaitopt"
     numbers = (
         published("step in which xd reaches zero", rest, "15"),
         PublishedValue("thd after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"),
@@ -42,12 +42,14 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # start: [rad/tau
 
 
 def _draw(axes, values, sequences):
-    """Draw a value just after the touchdown of each step, marked by the contact sequence of the step."""
+    """Plot a value after the touchdown of each step, with markers for the contact sequence of the step."""
     number = np.arange(1, values.size + 1)
     axes.plot(number, values, color="0.75", linewidth=0.8, zorder=1)
     for (marker, color), sequence in zip(MARKS, dict.fromkeys(sequences), strict=False):
-        where = np.array([other == sequence for other in sequences])
-        axes.plot(number[where], values[where], marker, color=color, markersize=4.5, linestyle="none", label=sequence)
+        selected = np.array([other == sequence for other in sequences])
+        axes.plot(
+            number[selected], values[selected], marker, color=color, markersize=4.5, linestyle="none", label=sequence
+        )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Closed forms of the rimless wheel that never slips, in natural units (l = 1, m = 1, tau_c = 1).
 
-Energy is conserved over a step, thd^2 / 2 + cos(theta + alpha) = const, and the impact keeps the share beta of thd.
-Angles in rad here.
+Energy is conserved over a step, thd^2 / 2 + cos(theta + alpha) = const, and the impact multiplies thd by beta.
+Angles are in rad.
 """
 
 import math
@@ -10,14 +10,14 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 
-def kept_share(spokes, inertia_ratio):
-    """Return beta, the share of thd an impact keeps."""
+def velocity_ratio(spokes, inertia_ratio):
+    """Return beta, the ratio of thd after an impact to thd before it."""
     return (math.cos(2 * math.pi / spokes) + inertia_ratio) / (1 + inertia_ratio)
 
 
 def gait_speed(spokes, inertia_ratio, slope):
     """Return thd* just after the impact of the sticking gait."""
-    squared = kept_share(spokes, inertia_ratio) ** 2
+    squared = velocity_ratio(spokes, inertia_ratio) ** 2
     return math.sqrt(4 * math.sin(slope) * math.sin(math.pi / spokes) * squared / (1 - squared))
 
 
@@ -27,7 +27,7 @@ def slowest_speed(spokes, slope):
 
 
 def force(theta, rate, spokes, inertia_ratio, slope):
-    """Return (f_t, f_n) / (m g) at an angle of the step that began with a rate."""
+    """Return (f_t, f_n) / (m g) at an angle of a step with a given initial rate."""
     squared = rate**2 + 2 * (math.cos(slope - math.pi / spokes) - np.cos(theta + slope))
     bend, pull = np.sin(theta + slope) / (1 + inertia_ratio), squared / (1 + inertia_ratio)
     tangential = np.cos(theta) * bend - np.sin(theta) * pull - math.sin(slope)
@@ -36,18 +36,18 @@ def force(theta, rate, spokes, inertia_ratio, slope):
 
 
 def least_normal_force(rate, spokes, inertia_ratio, slope):
-    """Return the smallest f_n / (m g) of the step that began with a rate, and its angle."""
+    """Return the smallest f_n / (m g) of a step with a given initial rate, and its angle."""
     half = math.pi / spokes
     theta = np.linspace(-half, half, 201)
     k = int(np.argmin(force(theta, rate, spokes, inertia_ratio, slope)[1]))
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda angle: force(angle, rate, spokes, inertia_ratio, slope)[1],
         bounds=(theta[max(k - 1, 0)], theta[min(k + 1, 200)]),
         method="bounded",
         options={"xatol": 1e-10},
     )
     return min(
-        (float(force(angle, rate, spokes, inertia_ratio, slope)[1]), float(angle)) for angle in (theta[k], found.x)
+        (float(force(angle, rate, spokes, inertia_ratio, slope)[1]), float(angle)) for angle in (theta[k], minimum.x)
     )
 
 
@@ -57,17 +57,17 @@ def fastest_speed(spokes, inertia_ratio, slope):
 
 
 def slope_range(spokes, inertia_ratio):
-    """Return the slopes between which the sticking gait exists: it rolls over, and keeps contact.
+    """Return the slopes between which the sticking gait exists: lower limit (rolling over), upper limit (contact).
 
-    The two are equal, or in reverse order, where there is no gait.
+    They are equal or in reverse order if there is no gait.
     """
 
-    def spare(slope):
+    def rate_margin(slope):
         return gait_speed(spokes, inertia_ratio, slope) - slowest_speed(spokes, slope)
 
-    def contact(slope):
+    def normal_force_margin(slope):
         return least_normal_force(gait_speed(spokes, inertia_ratio, slope), spokes, inertia_ratio, slope)[0]
 
-    lower = brentq(spare, 1e-9, math.pi / spokes, xtol=1e-13)
-    upper = brentq(contact, 1e-9, math.pi / 2 - 1e-9, xtol=1e-13)
+    lower = brentq(rate_margin, 1e-9, math.pi / spokes, xtol=1e-13)
+    upper = brentq(normal_force_margin, 1e-9, math.pi / 2 - 1e-9, xtol=1e-13)
     return lower, upper

@@ -1,12 +1,12 @@
 """Rimless wheel: ratio of tangential to normal contact force over a step of the gait without slip (Type A).
 
-Its largest value is the friction the gait needs; the ratio of the touchdown's impulses is smaller.
+The maximum of its modulus is the critical friction of the gait; the impulse ratio at touchdown is smaller in modulus.
 """
 
 import numpy as np
 from drawing import STYLE
 from published import CLOSED_FORM, published
-from rimless_closed_forms import force, gait_speed, kept_share
+from rimless_closed_forms import force, gait_speed, velocity_ratio
 from rimless_setup import HALF, INERTIA_RATIO, SLOPE, SPOKES, gait, speed_of, walk
 
 from gaitopt import PublishedValue, Reproduction
@@ -20,10 +20,12 @@ def study():
         published("Type A: thd*", speed_of(cycle), "0.876031", "rad/tau_c"),
         published("Type A: multiplier", cycle.multipliers[0].real, "0.734042"),
         _exact("thd*", speed_of(cycle), gait_speed(SPOKES, INERTIA_RATIO, slope), "rad/tau_c"),
-        _exact("multiplier", cycle.multipliers[0].real, kept_share(SPOKES, INERTIA_RATIO) ** 2, "1"),
+        _exact("multiplier", cycle.multipliers[0].real, velocity_ratio(SPOKES, INERTIA_RATIO) ** 2, "1"),
         published("Type A: critical friction", need.friction, "0.914"),
-        PublishedValue("Type A: theta where it is needed", need.state[2], HALF, 1e-6, "Gamus & Or 2015: +pi/10", "rad"),
-        published("Type A: impulse ratio of the touchdown", cycle.impact_ratio, "-0.2374"),
+        PublishedValue(
+            "Type A: theta at the critical friction", need.state[2], HALF, 1e-6, "Gamus & Or 2015: +pi/10", "rad"
+        ),
+        published("Type A: impulse ratio at touchdown", cycle.impact_ratio, "-0.2374"),
     )
     return Reproduction(_draw(cycle, slope), numbers)
 
@@ -37,14 +39,16 @@ def _draw(cycle, slope):
     motion = walk(speed_of(cycle)).motion
     theta = np.linspace(-HALF, HALF, 181)
     f_t, f_n = force(theta, speed_of(cycle), SPOKES, INERTIA_RATIO, slope)
-    needed = cycle.critical_friction
+    critical = cycle.critical_friction
     with STYLE.figure(3.2) as figure:
         axes = figure.subplots()
         axes.plot(np.rad2deg(theta), f_t / f_n, color="#0072B2", label="closed form")
         simulated = motion.channel("force")[0] / motion.channel("force")[1]
         marks = {"fillstyle": "none", "markersize": 4.5, "color": "#0072B2", "label": "simulated"}
         axes.plot(np.rad2deg(motion.channel("q")[2]), simulated, "o", **marks)
-        axes.axhline(-needed.friction, label=rf"critical friction $\mu$ = {needed.friction:.3f}", **STYLE.limit_line)
+        axes.axhline(
+            -critical.friction, label=rf"critical friction $\mu$ = {critical.friction:.3f}", **STYLE.limit_line
+        )
         end = (float(np.rad2deg(HALF)), cycle.impact_ratio)
         axes.plot(*end, "D", color="black", markersize=5, label="touchdown impulse $L_t/L_n$", linestyle="none")
         axes.annotate(

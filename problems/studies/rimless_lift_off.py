@@ -1,7 +1,7 @@
-"""Rimless wheel: normal force over a step that starts just fast enough to lift the foot off.
+"""Rimless wheel: normal force over steps with initial rates up to the onset of lift-off.
 
-Without a limit of friction the foot lifts at the end of the step.  Where friction is limited the foot slips before,
-which relieves it: a faster start is needed, and the foot lifts when the spoke is upright.
+With unlimited friction the foot lifts off at the end of the step.  With limited friction the foot slips before, which
+delays lift-off: a larger initial rate is required, and the foot lifts off when the spoke is upright.
 """
 
 import math
@@ -16,31 +16,36 @@ from gaitopt import Mode, PublishedValue, Reproduction, SettlingCriterion, basin
 
 
 def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, tolerance=1e-9):
-    """Return the study; `slower` are shares of the onset's rate, drawn beside it."""
+    """Return the study; `slower` are fractions of the rate at the onset, for further curves."""
     onsets = [_onset(friction, samples, tolerance) for friction in frictions]
     slope = math.radians(SLOPE)
     exact = fastest_speed(SPOKES, INERTIA_RATIO, slope)
     numbers = (
         PublishedValue(
-            "thd that lifts off, unlimited friction, closed form", onsets[0], exact, 1e-8, CLOSED_FORM, "rad/tau_c"
+            "thd at the onset of lift-off, unlimited friction, closed form",
+            onsets[0],
+            exact,
+            1e-8,
+            CLOSED_FORM,
+            "rad/tau_c",
         ),
     )
     with STYLE.figure(3.3) as figure:
         panels = figure.subplots(1, len(frictions), sharex=True, sharey=True)
         for axes, friction, onset in zip(panels, frictions, onsets, strict=True):
-            for share in (*slower, 1 - 1e-6):
-                _draw(axes, walk(share * onset, friction).motion, rf"{share * onset:.3f}")
+            for fraction in (*slower, 1 - 1e-6):
+                _draw(axes, walk(fraction * onset, friction).motion, rf"{fraction * onset:.3f}")
             axes.axhline(0, **STYLE.limit_line)
             axes.set_title("unlimited friction" if math.isinf(friction) else rf"$\mu$ = {friction:g}")
             axes.set_xlabel(r"angle $\theta$ [deg]")
         panels[0].set(ylabel="normal force $f_n/(m\\,g)$", ylim=(-0.03, 0.62), xticks=[-18, -9, 0, 9, 18])
-        panels[0].text(-17, 0.03, f"numbers: rate at the\nstart of the step\n[{RATE}]", color="0.3")
+        panels[0].text(-17, 0.03, f"numbers: initial rate\n[{RATE}]", color="0.3")
         key_of_modes(figure, tuple(Mode.slipping(sign) for sign in (1, -1)))
     return Reproduction(figure, numbers)
 
 
 def _onset(friction, samples, tolerance):
-    """Return the rate at the start of a step from which the foot lifts off in that step."""
+    """Return the initial rate above which the foot lifts off in the first step."""
     edges = basin_edges(
         rimless_wheel(),
         wheel(friction),
@@ -55,7 +60,7 @@ def _onset(friction, samples, tolerance):
 
 
 def _draw(axes, motion, label):
-    """Draw the normal force over the angle, and the rate at the start beside its beginning."""
+    """Plot the normal force over the angle, labelled with the initial rate."""
     weight = motion.total_mass * motion.parameters["gravity"]
     angle = [np.rad2deg(segment.q[2]) for segment in motion.segments]
     force = [segment.force[1] / weight for segment in motion.segments]

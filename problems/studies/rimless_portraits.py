@@ -1,4 +1,4 @@
-"""Rimless wheel: phase portraits of its gaits, from never slipping (Type A) to slipping throughout (Type D)."""
+"""Rimless wheel: phase portraits of its gaits, from no slip (Type A) to complete slip (Type D)."""
 
 import math
 
@@ -10,10 +10,10 @@ from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 from gaitopt import Mode, PublishedValue, Reproduction
 
 FRICTION = {"A": 1.0, "B": 0.3, "C": 0.24, "D": 0.3}
-"""Where each type is shown; it exists there."""
+"""Friction coefficient at which each type is shown."""
 
 
-def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and how many are drawn
+def study(foot_speed=0.3, steps=3):  # of Type D: initial value [l/tau_c], number of plotted steps
     """Return the study."""
     cycles = {kind: gait(kind, friction) for kind, friction in FRICTION.items()}
     numbers = (
@@ -46,7 +46,7 @@ def study(foot_speed=0.3, steps=3):  # of Type D: at the start [l/tau_c], and ho
 
 
 def _drift(cycle):
-    """Return the change of the foot speed in complete slip beside its closed form."""
+    """Return the change of the foot speed in complete slip, with its closed form as the reference."""
     p = cycle.parameters
     exact = p["gravity"] * cycle.period * (math.sin(p["slope"]) - p["friction"] * math.cos(p["slope"]))
     name = "Type D, mu = 0.3: change of xd, g T (sin alpha - mu cos alpha)"
@@ -54,7 +54,7 @@ def _drift(cycle):
 
 
 def _draw_portrait(axes, motion, row, following):
-    """Draw a rate over the angle of the spoke, with the jumps at touchdowns."""
+    """Plot a rate over the angle of the spoke, with the jumps at touchdown."""
     angle = [np.rad2deg(segment.q[2]) for segment in motion.segments]
     draw_by_mode(axes, angle, [segment.v[row] for segment in motion.segments], [s.mode for s in motion.segments])
     for jump in motion.jumps:

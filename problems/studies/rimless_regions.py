@@ -1,7 +1,7 @@
-"""Rimless wheel: the inertia ratios and slopes that permit the gait without slip (Type A), for 4 to 8 and 10 spokes.
+"""Rimless wheel: inertia ratios and slopes for which the gait without slip (Type A) exists, for 4 to 8 and 10 spokes.
 
-Below a region the wheel does not roll over; above it the foot lifts off.  The regions come from closed forms; marks are
-simulations just inside and outside of them.
+Below a region the wheel does not roll over; above it the foot lifts off.  The regions are closed-form results; the
+markers are simulations just inside and outside of them.
 """
 
 import math
@@ -25,7 +25,7 @@ def study(
     spokes=(4, 5, 6, 7, 8, SPOKES),
     points=101,  # inertia ratios per region
     checked=(0.15, 0.5, 0.85),  # inertia ratios at which walks are simulated
-    beside=1.0,  # how far inside and outside of a region they start [deg]
+    beside=1.0,  # distance of the simulated slopes from the limits of a region [deg]
     steps=3,
 ):
     """Return the study."""
@@ -67,7 +67,7 @@ def _draw_region(axes, n, ratios):
 
 
 def _draw_checks(axes, n, ratios, beside, steps):
-    """Mark what simulated walks do just inside and outside; return what contradicts the closed forms."""
+    """Mark the outcomes of simulated walks just inside and outside; return contradictions to the closed forms."""
     wrong = []
     for ratio in ratios:
         lower, upper = np.rad2deg(slope_range(n, ratio))
@@ -83,13 +83,15 @@ def _draw_checks(axes, n, ratios, beside, steps):
             if slope <= 0:
                 continue
             rate = gait_speed(n, ratio, math.radians(slope))
-            found = walk(rate, slope=slope, spokes=n, inertia_ratio=ratio, steps=steps).stop
-            label, marker, color = MARKS.get(found, (found.key, "x", "black"))
+            outcome = walk(rate, slope=slope, spokes=n, inertia_ratio=ratio, steps=steps).stop
+            label, marker, color = MARKS.get(outcome, (outcome.key, "x", "black"))
             axes.plot(
                 [ratio], [slope], marker, color=color, markersize=4.5, linestyle="none", label=label, clip_on=False
             )
-            if found is not stop:
-                wrong.append(f"n = {n}, kappa = {ratio:g}, {slope:.2f} deg: expected {stop.key}, found {found.key}.")
+            if outcome is not stop:
+                wrong.append(
+                    f"n = {n}, kappa = {ratio:g}, {slope:.2f} deg: expected {stop.key}, simulated {outcome.key}."
+                )
     return wrong
 
 

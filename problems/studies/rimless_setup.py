@@ -1,4 +1,4 @@
-"""The study's rimless wheel in natural units, and its gaits by type.
+"""The rimless wheel of the study in natural units, and its gaits by type.
 
 Lengths are in spokes l and times in tau_c = sqrt((m l^2 + I_c) / (m g l)), which is 1 where g = 1 + I_c / (m l^2).
 """
@@ -38,17 +38,17 @@ def wheel(friction=math.inf, slope=SLOPE, spokes=SPOKES, inertia_ratio=INERTIA_R
 
 @functools.cache
 def gait(kind, friction, starts=20):
-    """Return the wheel's gait of a type, A to D, at a friction.
+    """Return the gait of a type, A to D, at a friction coefficient.
 
     Raises
     ------
     LookupError
-        If none is found.
+        If no such gait is found.
     """
     for cycle in find_cycles(rimless_wheel(), wheel(friction), starts=starts):
         if TYPES.get(cycle.sequence) == kind:
             return cycle
-    raise LookupError(f"No gait of Type {kind} found at friction {friction:g}; give more starts.")
+    raise LookupError(f"No gait of Type {kind} was found at friction {friction:g}; increase `starts`.")
 
 
 def speed_of(cycle):

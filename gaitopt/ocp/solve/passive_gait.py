@@ -27,7 +27,7 @@ def passive_cycle(
 ) -> Motion:
     """Return a cycle in which the robot walks down a slope without torque and without slipping.
 
-    It is found as a gait whose torques are all bounded by zero, with the accuracy of the shooting grid.
+    The cycle is computed as a gait whose torques are bounded by zero, with the accuracy of the collocation grid.
 
     Parameters
     ----------
