@@ -74,7 +74,8 @@ class ControllerFamily:
 
     Examples
     --------
-    >>> from gaitopt import compass_biped, controller_family_named, load
+    >>> from gaitopt import compass_biped, load
+    >>> from gaitopt.tuning import controller_family_named
     >>> design = controller_family_named("pd", compass_biped(), load("docs/examples/compass_slip.h5").motion, torque_limit=8)
     >>> [gain.name for gain in design.gains]
     ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']

@@ -10,7 +10,8 @@ from drawing import STYLE, spelled
 from frontier_setup import FRICTION, SEQUENCE_STYLE, resting, standard_numbers, walker
 from matplotlib.lines import Line2D
 
-from gaitopt import Reproduction, sweep
+from gaitopt import sweep
+from gaitopt.study import Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 

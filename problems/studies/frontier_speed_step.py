@@ -11,7 +11,8 @@ from frontier_setup import FRICTION, SPEED, STEP, resting, standard_numbers, wal
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from gaitopt import Reproduction, sweep
+from gaitopt import sweep
+from gaitopt.study import Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 

@@ -8,7 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Coordinates, InputError, Mode, Parameter, PointMass, RigidLink, assemble, check_robot, robot_named
+from gaitopt import Coordinates, InputError, Mode, Parameter, PointMass, RigidLink, assemble, check_robot
+from gaitopt.model import robot_named
 from gaitopt.model.contacts.mode import PHYSICAL
 
 GRAVITY = Parameter("gravity", 9.8, "m/s^2", "gravity", lower=0.0)

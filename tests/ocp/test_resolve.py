@@ -2,8 +2,8 @@
 
 import pytest
 
-from gaitopt import FromMotion, LinearGuess, Status, solve
-from gaitopt.ocp.nlp.nlp import ipopt
+from gaitopt import LinearGuess, Status, solve
+from gaitopt.ocp import FromMotion, ipopt
 from gaitopt.ocp.transcription.transcription import transcribe
 
 

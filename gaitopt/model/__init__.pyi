@@ -1,0 +1,14 @@
+from gaitopt.model.assembly import assemble as assemble
+from gaitopt.model.check import RobotCheck as RobotCheck
+from gaitopt.model.check import check_robot as check_robot
+from gaitopt.model.contacts.impact import Impact as Impact
+from gaitopt.model.contacts.impact import complementarity_pairs as complementarity_pairs
+from gaitopt.model.contacts.impact import solve_impact as solve_impact
+from gaitopt.model.contacts.mode import Mode as Mode
+from gaitopt.model.mechanics import PointMass as PointMass
+from gaitopt.model.mechanics import RigidLink as RigidLink
+from gaitopt.model.robot import Coordinates as Coordinates
+from gaitopt.model.robot import Robot as Robot
+from gaitopt.model.robots.catalogue import robot_named as robot_named
+from gaitopt.model.robots.compass import compass_biped as compass_biped
+from gaitopt.model.robots.rimless import rimless_wheel as rimless_wheel
