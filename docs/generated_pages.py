@@ -3,12 +3,14 @@
 import ast
 import inspect
 import shutil
+from importlib import import_module
 from pathlib import Path
 
 import typer
 
-import gaitopt
+import gaitopt.errors
 from gaitopt.cli.app import app
+from gaitopt.lazy_exports import exported_names
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -33,6 +35,11 @@ LAYERS = {
 }
 """Title of the page on each layer, in the order of the reference."""
 
+REFERENCE_HEAD = """
+The names used most can be imported from ``gaitopt``, for example ``from gaitopt import solve``; every public name can
+be imported from its layer, for example ``from gaitopt.study import Study``.
+"""
+
 
 def write(folder):
     """Write all pages into a folder, whose previous content is deleted."""
@@ -48,27 +55,26 @@ def write(folder):
 
 
 def reference():
-    """Return a page on each layer with its public names, and an index of these pages."""
-    pages, names_by_layer = {}, {}
-    for module, names in gaitopt._PUBLIC.items():
-        names_by_layer.setdefault(module.split(".")[1], []).extend(names)
-    if missing := set(names_by_layer) - set(LAYERS):
+    """Return a page on each layer with its public names, and the index of these pages."""
+    pages = {}
+    top = exported_names("gaitopt")
+    if missing := {module.split(".")[1] for module in top.values()} - set(LAYERS):
         raise ValueError(f"docs/generated_pages.py has no title for the layers {missing}.")
-    ordered = [layer for layer in LAYERS if layer in names_by_layer]
-    for layer in ordered:
-        title = LAYERS[layer]
-        entries = [_entry(name) for name in names_by_layer[layer]]
-        pages[f"api/{layer}.rst"] = "\n".join([title, "=" * len(title), "", *entries])
-    listing = "\n".join(f"   {layer}" for layer in ordered)
-    head = "Python reference\n================\n\nAll public names can be imported from ``gaitopt``.\n\n"
+    for layer, title in LAYERS.items():
+        package = import_module(f"gaitopt.{layer}")
+        entries = [_entry("gaitopt" if name in top else package.__name__, name) for name in package.__all__]
+        summary = f"Names shown as ``gaitopt.name`` can also be imported from ``gaitopt.{layer}``.\n"
+        pages[f"api/{layer}.rst"] = "\n".join([title, "=" * len(title), "", summary, *entries])
+    listing = "\n".join(f"   {layer}" for layer in LAYERS)
+    head = "Python reference\n================\n\n" + " ".join(REFERENCE_HEAD.split()) + "\n\n"
     pages["api/index.rst"] = f"{head}.. toctree::\n   :maxdepth: 2\n\n{listing}\n"
     return pages
 
 
-def _entry(name):
-    if inspect.isclass(getattr(gaitopt, name)):
-        return f".. autoclass:: gaitopt.{name}\n   :members:\n   :show-inheritance:\n"
-    return f".. autofunction:: gaitopt.{name}\n"
+def _entry(package, name):
+    if inspect.isclass(getattr(import_module(package), name)):
+        return f".. autoclass:: {package}.{name}\n   :members:\n   :show-inheritance:\n"
+    return f".. autofunction:: {package}.{name}\n"
 
 
 def commands():
@@ -109,7 +115,7 @@ def errors():
         parts += [f"| `{kind.key}` | {kind.hint} |" for kind in kinds]
         parts.append("")
     parts += ["## Exceptions", "", "| | |", "|---|---|"]
-    kinds = [getattr(gaitopt, name) for name in gaitopt._PUBLIC["gaitopt.errors"]]
+    kinds = [getattr(gaitopt.errors, name) for name in gaitopt.errors.__all__]
     parts += [f"| `{kind.__name__}` | {' '.join(inspect.getdoc(kind).split())} |" for kind in kinds]
     return {"errors.md": "\n".join([*parts, ""])}
 

@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from gaitopt import default_engine
+from gaitopt.simulation import default_engine
 
 DOCS = Path(__file__).resolve().parent
 STUDIES = DOCS.parent / "problems" / "studies"

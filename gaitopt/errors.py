@@ -8,6 +8,8 @@ exception: it is a :class:`gaitopt.Status` or a :class:`gaitopt.Stop` carried by
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+__all__ = ["ArchiveError", "GaitoptError", "InputError", "ScriptError", "SequenceError"]
+
 
 class GaitoptError(Exception):
     """Base class of every exception gaitopt raises on purpose."""

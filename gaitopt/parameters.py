@@ -8,6 +8,8 @@ import numpy as np
 
 from gaitopt.errors import InputError, suggest
 
+__all__ = ["Parameter"]
+
 
 @dataclass(frozen=True)
 class Parameter:

@@ -1,12 +1,21 @@
 """Progress of long work, as data handed to an observer.
 
-The library never prints.  A function that takes long accepts ``observer``, a callable that receives one
-:class:`Iteration` at a time, and for a sequence left open one :class:`HomotopyIteration` after each of its relaxed
-problems; the default looks away.
+The library never prints.  A function that takes long accepts ``observer``, a callable that does nothing by default.  An
+optimisation calls it with one :class:`Iteration` at a time, and for an open contact sequence with one
+:class:`HomotopyIteration` after each relaxed problem; a study calls it with the number of finished tasks and of all
+tasks. :class:`ProgressLine` is an observer for notebooks and terminals.
 """
 
+import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self, TextIO
+
+__all__ = ["HomotopyIteration", "Iteration", "ProgressLine"]
+
+UPDATE_INTERVAL = 0.2
+"""Time between two updates of a progress line at least [s]."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +55,7 @@ class HomotopyIteration:
     objective : float
         Objective in its own unit, without what a penalty adds.
     complementarity : float
-        Residual of the unrelaxed complementarity pairs, see :class:`gaitopt.Proposal`.
+        Residual of the unrelaxed complementarity pairs, see :class:`gaitopt.motion.Proposal`.
     iterations : int
     status : str
         How the relaxed solve ended.
@@ -71,3 +80,57 @@ SolveObserver = Callable[[Iteration | HomotopyIteration], None]
 
 def silent(step: Iteration | HomotopyIteration) -> None:
     """Observe nothing; the default observer."""
+
+
+class ProgressLine:
+    r"""An observer that keeps one line of text up to date, in a notebook or terminal.
+
+    Every function with an ``observer`` accepts it.  In a ``with`` statement the line shows the last state at the end;
+    without one, updates may be up to 0.2 s old.
+
+    Parameters
+    ----------
+    label : str
+        First contact sequences of the line.
+    stream : text file, optional
+        Standard output by default.
+
+    Examples
+    --------
+    >>> import io
+    >>> text = io.StringIO()
+    >>> with ProgressLine("sweep", stream=text) as observer:
+    ...     observer(1, 2)
+    ...     observer(2, 2)
+    >>> text.getvalue().split("\r")[-1][:10]
+    'sweep: 2/2'
+    """
+
+    def __init__(self, label: str = "progress", *, stream: TextIO | None = None) -> None:
+        self._label, self._stream = label, stream
+        self._start, self._updated, self._length, self._text = time.monotonic(), 0.0, 0, ""
+
+    def __call__(self, step: Iteration | HomotopyIteration | int, total: int | None = None) -> None:
+        """Receive an iteration, a homotopy step, or the number of finished tasks and of all tasks."""
+        if isinstance(step, Iteration):
+            state = f"iteration {step.number}, objective {step.objective:.6g}, infeasibility {step.infeasibility:.1e}"
+        elif isinstance(step, HomotopyIteration):
+            state = f"relaxation {step.relaxation:.0e}, objective {step.objective:.6g}, {step.status}"
+        else:
+            state = f"{step}/{total}"
+        self._text = f"{self._label}: {state}, {time.monotonic() - self._start:.0f} s"
+        if time.monotonic() - self._updated >= UPDATE_INTERVAL:
+            self._write()
+
+    def __enter__(self) -> Self:
+        self._start = time.monotonic()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._write(end="\n")
+
+    def _write(self, end: str = "") -> None:
+        stream = self._stream or sys.stdout
+        stream.write(f"\r{self._text.ljust(self._length)}{end}")
+        stream.flush()
+        self._updated, self._length = time.monotonic(), len(self._text)

@@ -2,6 +2,8 @@
 
 from enum import Enum
 
+__all__ = ["Status", "Stop"]
+
 
 class Status(Enum):
     """How a gait optimisation ended.

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gaitopt import ArchiveError, GaitoptError, InputError, ScriptError, SequenceError
-from gaitopt.errors import suggest
+from gaitopt import ArchiveError, GaitoptError, InputError
+from gaitopt.errors import ScriptError, SequenceError, suggest
 
 
 @pytest.mark.parametrize("error", [ArchiveError, InputError, ScriptError, SequenceError])

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt import GainSearchOptions, InputError, Parameter, SettlingCriterion, WalkTest
+from gaitopt import GainSearchOptions, InputError, Parameter, SettlingCriterion
 from gaitopt.parameters import as_vector, resolve
+from gaitopt.study import WalkTest
 
 MASS = Parameter("mass", 2.0, "kg", "a mass", lower=0.0, lower_open=True)
 SHARE = Parameter("share", 0.5, "1", "a share", lower=0.0, upper=1.0)

@@ -6,13 +6,17 @@ from typing import Annotated, Any
 
 import typer
 
+from gaitopt.cli.installed_scripts import find_scripts_folder
 from gaitopt.cli.options import Json
 from gaitopt.cli.output import out, print_json
 from gaitopt.errors import InputError
 
 
 def problems(
-    folder: Annotated[Path | None, typer.Argument(help="Folder of problem scripts. [problems]")] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Argument(help="Folder of problem scripts; by default problems, or the scripts installed with gaitopt."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """List the problem scripts of a folder, and the studies in its subfolder, with their parameters.
@@ -23,7 +27,8 @@ def problems(
     from rich.markup import escape
     from rich.table import Table
 
-    folder = folder or Path("problems")
+    installed = folder is None and not Path("problems").is_dir()
+    folder = find_scripts_folder() if installed else folder or Path("problems")
     if not folder.is_dir():
         raise InputError(f"There is no folder {folder}; name the folder that holds your problem scripts.")
     scripts = [*sorted(folder.glob("*.py")), *sorted(folder.glob("studies/*.py"))]
@@ -37,8 +42,11 @@ def problems(
         table.add_column(column, overflow="fold")
     for entry in entries:
         values = ", ".join(f"{name}={value!r}" for name, value in entry["parameters"].items())
-        table.add_row(*map(escape, (entry["script"], entry["description"], entry.get("error", values))))
+        script = str(Path(entry["script"]).relative_to(folder)) if installed else entry["script"]
+        table.add_row(*map(escape, (script, entry["description"], entry.get("error", values))))
     out.print(table)
+    if installed:
+        out.print(f"Installed in {folder}; copy one by: gaitopt new NAME --from SCRIPT", soft_wrap=True, markup=False)
 
 
 def _entry(path: Path) -> dict[str, Any] | None:

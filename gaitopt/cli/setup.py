@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
+from gaitopt.cli.installed_scripts import read_scripts
 from gaitopt.cli.options import Json
 from gaitopt.cli.output import out, print_json, print_written
 from gaitopt.errors import InputError
@@ -34,28 +35,53 @@ PARTS = (
 
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the script, with or without .py.")],
+    source: Annotated[
+        str | None,
+        typer.Option("--from", metavar="SCRIPT", help="Script to copy, one of those listed by gaitopt problems."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Write a problem script to start from, with a comment on every line that you may want to change.
 
-    An existing file is never overwritten.
+    With --from, a copy of an installed script is written, and beside it the scripts that it imports.  An existing file
+    is never overwritten.
 
-    Example: gaitopt new my_walker
+    Example: gaitopt new my_walker --from compass_slip
     """
     path = Path(name if name.endswith(".py") else f"{name}.py")
     if path.name.startswith("."):
         raise InputError(f"A script needs a name, got {name!r}.")
-    template = (files("gaitopt.cli") / "templates" / "problem.py").read_text(encoding="utf-8")
+    if source is None:
+        template = (files("gaitopt.cli") / "templates" / "problem.py").read_text(encoding="utf-8")
+        _write_new(path, template.replace("NAME", path.stem))
+    else:
+        _copy_script(source, path)
+    print_written(path, json=json)
+    if not json and source is None:
+        out.print(f"next: gaitopt solve {path}", soft_wrap=True, markup=False)
+
+
+def _copy_script(source: str, path: Path) -> None:
+    """Write a copy of an installed script, and beside it the scripts that it imports unless they are there already."""
+    (own, text), *imported = read_scripts(source).items()
+    for beside, content in imported:
+        target = path.with_name(beside)
+        if target == path or (target.exists() and target.read_text(encoding="utf-8") != content):
+            raise InputError(f"{own} imports {beside}, but {target} is another file; choose another folder.")
+    _write_new(path, text.replace(f"problems/studies/{own}", str(path)).replace(f"problems/{own}", str(path)))
+    for beside, content in imported:
+        if not path.with_name(beside).exists():
+            _write_new(path.with_name(beside), content)
+
+
+def _write_new(path: Path, text: str) -> None:
     try:
         with path.open("x", encoding="utf-8") as file:
-            file.write(template.replace("NAME", path.stem))
+            file.write(text)
     except FileExistsError:
         raise InputError(f"{path} exists already; choose another name.") from None
     except OSError as error:
         raise InputError(f"Cannot write {path}: {error.strerror}.") from None
-    print_written(path, json=json)
-    if not json:
-        out.print(f"next: gaitopt solve {path}", soft_wrap=True, markup=False)
 
 
 @dataclass(frozen=True)
@@ -81,6 +107,7 @@ def doctor(json: Json = False) -> None:
         "platform": platform.platform(),
         "versions": versions,
         "extras": _extras(),
+        "unavailable_extras": _unavailable_extras(),
         "checks": [vars(finding) for finding in findings],
         "well": all(finding.well for finding in findings),
     }
@@ -101,8 +128,9 @@ def _print(facts: dict[str, Any]) -> None:
     for name, version in facts["versions"].items():
         table.add_row(name, version or "not installed")
     for name, there in facts["extras"].items():
-        missing = escape(f"not installed: pip install 'gaitopt[{name}]'")
-        table.add_row(f"extra {name}", "installed" if there else missing)
+        reason = facts["unavailable_extras"].get(name)
+        missing = reason or f"not installed: pip install 'gaitopt[{name}]'"
+        table.add_row(f"extra {name}", "installed" if there else escape(missing))
     for check in facts["checks"]:
         verdict = "[green]works[/]" if check["well"] else "[red]fails[/]"
         table.add_row(check["name"], f"{verdict}: {escape(check['text'])}")
@@ -124,6 +152,17 @@ def _extras() -> dict[str, bool]:
         if package and extra:
             found[extra[1]] = found.get(extra[1], True) and _version(package[0]) is not None
     return found
+
+
+def _unavailable_extras() -> dict[str, str]:
+    """Return for each extra that installs nothing on this system the reason."""
+    reasons: dict[str, str] = {}
+    for requirement in metadata.requires("gaitopt") or ():
+        package, extra = re.match(r"[\w.-]+", requirement), re.search(r"extra == ['\"]([\w-]+)", requirement)
+        system = re.search(r"platform_system == ['\"](\w+)", requirement)
+        if package and extra and system and system[1] != platform.system() and _version(package[0]) is None:
+            reasons[extra[1]] = f"not available: {package[0]} is installed on {system[1]} only, not {platform.system()}"
+    return reasons
 
 
 def _run_check(name: str, check: Callable[[], str]) -> CheckResult:

@@ -151,13 +151,14 @@ def compare(
     from gaitopt.motion.atomic import check_writable
     from gaitopt.plot.comparison_figure import plot_comparison
     from gaitopt.plot.saving import save_figure
+    from gaitopt.study.comparison import Comparison, label_by_sequence
     from gaitopt.study.comparison import compare as compare_gaits
 
     named, path = labelled(files), output or Path("comparison.png")
     check_writable(path)
     robot = build_problem(problem, []).robot if problem else None
     found = compare_gaits({label: load(file) for label, file in named.items()}, multipliers=multipliers, robot=robot)
-    written = save_figure(plot_comparison(found), path)
+    written = save_figure(plot_comparison(Comparison(label_by_sequence(found.gaits), {})), path)
     if json:
         print_json({"gaits": found.records(), "figure": str(written)})
     elif not quiet:

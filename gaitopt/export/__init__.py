@@ -1,1 +1,8 @@
-"""Results for other programs: trajectories as CSV, torques and gains as JSON, dynamics and controller as C."""
+"""Results for other programs: trajectories as CSV, torques and gains as JSON, dynamics and controller as C.
+
+Each function writes one format and states every unit in the file.
+"""
+
+from gaitopt.lazy_exports import export_lazily
+
+export_lazily(__name__)

@@ -57,8 +57,8 @@ def solve(
     homotopy : Homotopy, optional
         How open places of the contact sequence are closed.
     observer : SolveObserver
-        Receives an :class:`gaitopt.Iteration` per iteration, and a :class:`gaitopt.HomotopyIteration` per relaxed
-        problem.
+        Receives an :class:`gaitopt.progress.Iteration` per iteration, and a
+        :class:`gaitopt.progress.HomotopyIteration` per relaxed problem.
 
     Returns
     -------

@@ -1,1 +1,9 @@
-"""Figures and animations."""
+"""Figures and animations.
+
+:func:`plot_gait` and :func:`plot_comparison` return matplotlib figures sized for a paper, :func:`animate` writes a GIF
+or MP4; none of them touches matplotlib's global settings.
+"""
+
+from gaitopt.lazy_exports import export_lazily
+
+export_lazily(__name__)

@@ -1,14 +1,16 @@
-"""The figure of a comparison: gaits drawn over each other, and what their energy goes into."""
+"""The figure of a comparison: gaits drawn over each other, and the terms of their costs of transport."""
 
+import textwrap
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.plot.panels import force_ratio
-from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
+from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.panels import force_ratio, join_segments
+from gaitopt.plot.style import NARROW, FigureStyle, angle_symbol, line_style
 from gaitopt.study.comparison import Comparison, energy_per_distance
 
 if TYPE_CHECKING:
@@ -21,17 +23,26 @@ TERMS = (
     ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
     ("gravity", "\N{MINUS SIGN}gravity", "0.8", "\\\\\\"),
 )
-"""Terms of the energy per distance: name, label, colour, hatch."""
+"""Terms of the cost of transport: name, label, colour, hatch."""
 
+LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
+"""Rows that leave space for the bars' legend, rows that the bars extend over, width of the rows to that of the bars."""
 
-MOST_UPRIGHT, LEAST_ROWS = 2, 4
-"""Bars whose labels have room side by side; rows that leave room for the bars' legend."""
+MOST_LABELS, LABEL_LETTERS, LABEL_WIDTH, AXIS_WIDTH = 3, 14, 0.8, 0.6
+"""Bars with labels below them; letters in a line of such a label; widths of one, and of an axis with numbers [inch]."""
+
+ROW_HEIGHT, BARS_HEIGHT, EDGES_HEIGHT = 1.0, 2.6, 0.9
+"""Heights of a row, of bars below the rows, and of legend and axis labels [inch]."""
+
+Row = tuple[str, Callable[[Gait], list[Array]]]
+"""Label of a row, and its values in each segment of a gait."""
 
 
 def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None) -> "Figure":
-    """Draw gaits over each other, over the percentage of the step, and their energy per distance as bars.
+    """Draw gaits over each other, over the percentage of the step, and the terms of their costs of transport as bars.
 
-    Gaits of several robots are drawn by the angles and actuators that all of them have.
+    Of gaits of several robots, the angles and actuators that all of them have are drawn.  A colour means one gait in
+    all rows; bars of a column figure are drawn below the rows, otherwise beside them.
 
     Parameters
     ----------
@@ -47,40 +58,67 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
     >>> from gaitopt import compare, load, plot_comparison
     >>> figure = plot_comparison(compare([load("docs/examples/compass_slip.h5")]))
     >>> [axes.get_ylabel() for axes in figure.axes][-1]
-    'energy per distance [J/m]'
+    'cost of transport'
     """
     style = style or FigureStyle()
+    rows, narrow = _rows(comparison), style.width < NARROW
+    height = ROW_HEIGHT * (len(rows) if narrow else max(len(rows), LEAST_ROWS)) + EDGES_HEIGHT
+    with style.figure(height + BARS_HEIGHT * narrow) as figure:
+        if narrow:
+            grid = figure.add_gridspec(2, 1, height_ratios=(ROW_HEIGHT * len(rows), BARS_HEIGHT))
+            place = grid[1]
+        else:
+            grid = figure.add_gridspec(1, 2, width_ratios=(RATIO, 1))
+            beside = [min(len(rows), MOST_ROWS), len(rows) - MOST_ROWS]
+            beside = [count for count in beside if count > 0]
+            place = grid[1].subgridspec(len(beside), 1, height_ratios=beside)[0]
+        left = _draw_rows(figure, grid[0].subgridspec(len(rows), 1), rows, comparison)
+        handles, labels = left[0].get_legend_handles_labels()
+        add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
+        space = (style.width if narrow else style.width / (1 + RATIO)) - AXIS_WIDTH
+        columns, most_labels = 1 + narrow, min(MOST_LABELS, int(space / LABEL_WIDTH))
+        _draw_costs(figure.add_subplot(place), comparison, columns=columns, most_labels=most_labels)
+    return figure
+
+
+def _rows(comparison: Comparison) -> list[Row]:
     motions = [gait.motion for gait in comparison.gaits.values()]
     angles = [name for name in motions[0].angles if all(name in motion.angles for motion in motions)]
     actuators = [name for name in motions[0].actuators if all(name in motion.actuators for motion in motions)]
-    rows: list[tuple[str, Callable[[Gait], list[Array]]]] = [
-        *((f"{angle_symbol(name)} [deg]", _angle(name)) for name in angles),
-        *((f"{name} torque\n[N m]", _torque(name)) for name in actuators),
+    return [
+        *((f"{_folded_name(name)}[deg]", _angle(name)) for name in angles),
+        *((f"{name}\ntorque [N m]", _torque(name)) for name in actuators),
         ("force ratio", lambda gait: [force_ratio(segment) for segment in gait.motion.segments]),
         ("foot speed\n[m/s]", lambda gait: [segment.v[0] for segment in gait.motion.segments]),
     ]
-    with style.figure(1.0 * max(len(rows), LEAST_ROWS) + 0.9) as figure:
-        grid = figure.add_gridspec(len(rows), 2, width_ratios=(2.4, 1))
-        left: list[Axes] = []
-        for row, (label, read) in enumerate(rows):
-            axes = figure.add_subplot(grid[row, 0], sharex=left[0] if left else None)
-            left.append(axes)
-            for number, gait in enumerate(comparison.gaits.values()):
-                axes.plot(*_over_step(gait, read(gait)), **line_style(number), label=list(comparison.gaits)[number])
-            axes.set_ylabel(label)
-            axes.tick_params(labelbottom=row == len(rows) - 1)
-        left[-1].set_xlabel("part of the step [%]")
-        left[-1].set_xlim(0, 100)
-        figure.align_ylabels(left)
-        figure.legend(*left[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
-        _draw_energy(figure.add_subplot(grid[:, 1]), comparison)
-    return figure
+
+
+def _folded_name(name: str) -> str:
+    """Return an angle followed by a space if it has a symbol, and by a new line if it is written by its name."""
+    symbol = angle_symbol(name)
+    return f"{symbol} " if symbol.startswith("$") else f"{symbol}\n"
+
+
+def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Comparison) -> "list[Axes]":
+    """Draw the rows of all gaits over the step in a grid of one column."""
+    left: list[Axes] = []
+    for row, (label, read) in enumerate(rows):
+        axes = figure.add_subplot(grid[row, 0], sharex=left[0] if left else None)
+        left.append(axes)
+        for number, (name, gait) in enumerate(comparison.gaits.items()):
+            axes.plot(*_over_step(gait, read(gait)), **line_style(number), label=name)
+        axes.set_ylabel(label)
+        axes.tick_params(labelbottom=row == len(rows) - 1)
+    left[-1].set_xlabel("part of the step [%]")
+    left[-1].set_xlim(0, 100)
+    figure.align_ylabels(left)
+    return left
 
 
 def _over_step(gait: Gait, parts: list[Array]) -> tuple[Array, Array]:
     """Return percentages of the step and values, with gaps where one segment ends and the next begins."""
-    time = np.concatenate([np.append(segment.time, np.nan) for segment in gait.motion.segments])
-    return 100 * time / gait.period, np.concatenate([np.append(part, np.nan) for part in parts])
+    time = join_segments([segment.time for segment in gait.motion.segments])
+    return 100 * time / gait.period, join_segments(parts)
 
 
 def _angle(name: str) -> Callable[[Gait], list[Array]]:
@@ -91,9 +129,9 @@ def _torque(name: str) -> Callable[[Gait], list[Array]]:
     return lambda gait: [s.torque[gait.motion.actuators.index(name)] for s in gait.motion.segments]
 
 
-def _draw_energy(axes: "Axes", comparison: Comparison) -> None:
-    """Draw what each gait pays per distance, as a pile of its reasons."""
-    terms = [energy_per_distance(gait) for gait in comparison.gaits.values()]
+def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labels: int) -> None:
+    """Draw the cost of transport of each gait as a stack of its terms."""
+    terms = [_cost_terms(gait) for gait in comparison.gaits.values()]
     places = np.arange(len(terms))
     above, below = np.zeros(len(terms)), np.zeros(len(terms))
     for name, label, color, hatch in TERMS:
@@ -103,27 +141,43 @@ def _draw_energy(axes: "Axes", comparison: Comparison) -> None:
         base = np.where(height > 0, above, below)
         axes.bar(places, height, 0.6, bottom=base, color=color, hatch=hatch, edgecolor="white", label=label)
         above, below = above + np.maximum(height, 0), below + np.minimum(height, 0)
+    labelled = len(terms) <= most_labels
     for place, term in zip(places, terms, strict=True):
         total = term["absolute_work"]
         axes.plot([place - 0.35, place + 0.35], [total, total], color="0.1", linewidth=1.2)
-        axes.annotate(
-            f"{total:#.3g}".rstrip("."),
-            (place, above[place]),
-            (0, 2),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-        )
-    if len(terms) <= MOST_UPRIGHT:
+        number: dict[str, Any] = {
+            "textcoords": "offset points",
+            "ha": "center",
+            "va": "bottom",
+            "rotation": 0 if labelled else 90,
+        }
+        axes.annotate(f"{total:#.4g}".rstrip("."), (place, above[place]), (0, 2), **number)
+    if labelled:
         axes.set_xticks(places, [_folded(label) for label in comparison.gaits])
     else:
-        axes.set_xticks(places, list(comparison.gaits), rotation=60, ha="right", rotation_mode="anchor")
-    axes.set_ylabel("energy per distance [J/m]")
-    axes.set_ylim(top=1.25 * max(above))
+        _draw_line_samples(axes, len(terms))
+    axes.set_xlim(-0.6, len(terms) - 0.4)
+    axes.set_ylabel("cost of transport")
+    axes.set_ylim(top=(1.1 if labelled else 1.3) * max(above))
     axes.grid(visible=False, axis="x")
-    axes.legend(loc="upper right", ncols=1, borderaxespad=0.2)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, borderaxespad=0.2, columnspacing=1.0)
+
+
+def _draw_line_samples(axes: "Axes", count: int) -> None:
+    """Draw below each bar the line of its gait, as in the legend of the figure."""
+    axes.set_xticks([])
+    below: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False}
+    for number in range(count):
+        axes.plot([number - 0.32, number + 0.32], [-0.04, -0.04], label="_sample", **line_style(number), **below)
+
+
+def _cost_terms(gait: Gait) -> dict[str, float]:
+    """Return the absolute work of a gait and its terms per weight and distance, which compares robots of any size."""
+    weight = gait.motion.total_mass * gait.motion.parameters["gravity"]
+    return {name: value / weight for name, value in energy_per_distance(gait).items()}
 
 
 def _folded(label: str) -> str:
-    """Return a label on several lines."""
-    return label.replace(" | ", "\n| ").replace(", ", ",\n")
+    """Return a label on several lines, a contact sequence at its impact."""
+    lines = label.replace(" | ", "\n| ").replace(", ", ",\n").replace(" (", "\n(").splitlines()
+    return "\n".join(textwrap.fill(line, LABEL_LETTERS) for line in lines)

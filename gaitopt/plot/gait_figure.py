@@ -10,8 +10,9 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Motion
 from gaitopt.plot import panels
+from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
-from gaitopt.plot.style import MODE_FILL, MODE_HATCH, WARNING, FigureStyle
+from gaitopt.plot.style import MODE_FILL, MODE_HATCH, NARROW, WARNING, FigureStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,8 +21,11 @@ if TYPE_CHECKING:
 HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 """In inches."""
 
-NARROW, NARROW_HEIGHT, FEW_INSTANTS = 5.0, 8.4, 5
-"""Below this width [inch], a column: no enlargements, fewer stick figures, and keys above their panels."""
+NARROW_HEIGHT, FEW_INSTANTS = 8.4, 5
+"""Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
+
+KEY_LETTERS = 18
+"""Letters in a line of a key beside its panel."""
 
 ROWS: dict[str, Callable[["Axes", Gait], None]] = {
     "angles": panels.draw_angles,
@@ -82,6 +86,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
             figure.text(0.5, 0.5, "The last iterate is not made of numbers: there is nothing to draw.", ha="center")
+        figure.draw_without_rendering()  # the layout of axes of equal aspect needs a second draw
     return figure
 
 
@@ -134,8 +139,11 @@ def _draw_column(figure: "Figure", place: Any, gait: Gait) -> None:
         draw(axes, gait)
         panels.shade_slips(axes, gait.motion)
         axes.tick_params(labelbottom=row == len(ROWS) - 1)
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(loc="lower right", bbox_to_anchor=(1, 0.94), ncols=4, borderaxespad=0.2, columnspacing=1.0)
+        handles, labels = axes.get_legend_handles_labels()
+        if handles:
+            place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
+            spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
+            add_page_legend(axes, handles, labels, columns=4, width=figure.get_figwidth(), **place_above, **spacing)
     axes.set_xlabel("time [s]")
     axes.set_xlim(gait.motion.segments[0].time[0], gait.motion.segments[-1].time[-1])
     figure.align_ylabels(panels_drawn)
@@ -188,5 +196,5 @@ def _draw_key(key: "Axes", axes: "Axes", motion: Motion | None) -> None:
         handles.append(Patch(facecolor=(color, 0.3), edgecolor=color, hatch=MODE_HATCH[mode]))
         labels.append(f"{mode.label} phase")
     if handles:
-        legend = key.legend(handles, labels, loc="upper left", borderaxespad=0, handlelength=2.2)
-        legend.set_in_layout(False)
+        wrapped = [textwrap.fill(label, KEY_LETTERS) for label in labels]
+        key.legend(handles, wrapped, loc="upper left", borderaxespad=0, handlelength=2.2)

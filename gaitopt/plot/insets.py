@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import classify_links
@@ -42,7 +41,8 @@ class ForceDiagram:
         side = 1.2 * max(float(np.max(np.abs(f_t))), min(friction, 1.0) * top / 1.2)
         if np.isfinite(friction):
             axes.fill([0, -friction * top, friction * top], [0, top, top], facecolor=CONE, edgecolor="0.6")
-        axes.plot(f_t, f_n, ".", color="0.6", markersize=2)
+        for segment in motion.segments:
+            axes.plot(*segment.force / self._weight, color="0.4", linewidth=1)
         (self._line,) = axes.plot([], [], color=FORCE, linewidth=2)
         (self._tip,) = axes.plot([], [], "o", color=FORCE, markersize=6)
         axes.set(xlim=(-side, side), ylim=(0, top), xlabel=r"$f_t$ / weight", ylabel=r"$f_n$ / weight")
@@ -140,7 +140,8 @@ class Header:
 
     def __init__(self, figure: "Figure", gait: Gait, film: AnimationFrames) -> None:
         self._steps, self._slowest = film.steps, film.slow
-        tokens = [*str(gait.sequence).split(" | ")[0].split(), "|", gait.sequence.impact.value]
+        tokens = [*(mode.value for mode in gait.sequence.phases), "|", gait.sequence.impact.value]
+        self._fills = [*(MODE_FILL[mode] for mode in gait.sequence.phases), "none", MODE_FILL[gait.sequence.impact]]
         size, left = 14.0, 0.025
         self._tokens = []
         for token in tokens:
@@ -160,9 +161,8 @@ class Header:
     def show(self, frame: AnimationFrame) -> None:
         """Highlight the phase of a frame, and its impact just after touchdown; write the time."""
         current = {frame.phase} | ({len(self._tokens) - 1} if frame.touchdown else set())
-        for number, text in enumerate(self._tokens):
-            mode = Mode(text.get_text()) if text.get_text() != "|" else Mode.FREE
-            box = {"boxstyle": "round,pad=0.25", "facecolor": (MODE_FILL[mode], 0.55), "edgecolor": "0.2"}
+        for number, (text, fill) in enumerate(zip(self._tokens, self._fills, strict=True)):
+            box = {"boxstyle": "round,pad=0.25", "facecolor": (fill, 0.55), "edgecolor": "0.2"}
             text.set_bbox(box if number in current else None)
             text.set_color("black" if number in current else "0.45")
         slower = frame.slowness > 1.01 * self._slowest

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, line_style
 
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
 
 SHORT = 0.15
 """A slip phase is enlarged when it lasts less than this share of the step."""
+
+SINGLE = {"color": "black"}
+"""Style of the line of a panel that has only one."""
 
 _LETTER = 0.016
 """Width of a letter of a phase label, as a share of the time axis."""
@@ -34,14 +38,14 @@ def short_slips(motion: Motion) -> list[Segment]:
 def draw_angles(axes: "Axes", gait: Gait) -> None:
     """Draw the angles of a step over time [deg]."""
     degrees = [np.rad2deg(segment.q[2:]) for segment in gait.motion.segments]
-    _draw_lines(axes, gait.motion, degrees, [angle_symbol(name) for name in gait.motion.angles])
+    _draw_joints(axes, gait.motion, degrees, gait.motion.angles)
     axes.set_ylabel("angle [deg]")
 
 
 def draw_torques(axes: "Axes", gait: Gait) -> None:
     """Draw the joint torques of a step over time, with their limits [N m]."""
     motion = gait.motion
-    _draw_lines(axes, motion, [segment.torque for segment in motion.segments], motion.actuators)
+    _draw_joints(axes, motion, [segment.torque for segment in motion.segments], motion.actuators)
     axes.set_ylabel("torque [N m]")
     if not motion.actuators:
         axes.text(0.5, 0.5, "no actuators", transform=axes.transAxes, ha="center", va="center")
@@ -60,7 +64,7 @@ def draw_force_ratio(axes: "Axes", gait: Gait) -> None:
 
     motion = gait.motion
     friction = motion.parameters["friction"]
-    _draw_lines(axes, motion, [force_ratio(segment)[None] for segment in motion.segments], [""], color="black")
+    _draw_line(axes, motion, [force_ratio(segment) for segment in motion.segments], **SINGLE)
     for jump in motion.jumps:
         if jump.impulse[1] > 0:
             style: dict[str, Any] = {
@@ -78,14 +82,14 @@ def draw_force_ratio(axes: "Axes", gait: Gait) -> None:
         axes.axhline(-friction, **LIMIT)
         reach = max(reach, friction)
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    # Below the cone there is nothing, so there is room for the key.
+    # No line is drawn below the cone, which leaves room for the legend.
     axes.set_ylim(-1.75 * reach, 1.25 * reach)
 
 
 def draw_foot_speed(axes: "Axes", gait: Gait) -> None:
     """Draw the tangential speed of the stance foot over time [m/s]."""
     motion = gait.motion
-    _draw_lines(axes, motion, [segment.v[:1] for segment in motion.segments], [""], color="black")
+    _draw_line(axes, motion, [segment.v[0] for segment in motion.segments], **SINGLE)
     axes.set_ylabel("foot speed [m/s]")
     if not any(segment.mode.slips for segment in motion.segments):
         axes.set_ylim(-0.1, 0.1)
@@ -158,24 +162,29 @@ def enlarge(axes: "Axes", gait: Gait, phase: Segment, draw: Callable[["Axes", Ga
     axes.xaxis.set_major_formatter(FuncFormatter(lambda time, _: f"{1e3 * time:g}"))
 
 
-def _draw_lines(
-    axes: "Axes", motion: Motion, rows: list[Array], labels: Sequence[str], color: str | None = None
-) -> None:
-    """Draw each row of each segment; a gap between segments leaves jumps open instead of drawing them as ramps.
+def _draw_joints(axes: "Axes", motion: Motion, parts: list[Array], names: Sequence[str]) -> None:
+    """Draw a line for each joint, in the style that the joint has in all panels.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
     motion : Motion
-    rows : list of (n, K) arrays
-        One array a segment.
-    labels : n texts
-    color : str, optional
-        For a panel of one line.
+    parts : list of (n, K) arrays
+        One array a segment, with a row for each name.
+    names : n angles or actuators
     """
-    time = np.concatenate([np.append(segment.time, np.nan) for segment in motion.segments])
-    gap = np.full((len(labels), 1), np.nan)
-    values = np.hstack([np.hstack([part, gap]) for part in rows])
-    for number, label in enumerate(labels):
-        style = {"color": color} if color else line_style(number)
-        axes.plot(time, values[number], label=label, **style)
+    numbers = number_joints(motion.angles, motion.actuators)
+    for row, name in enumerate(names):
+        style = line_style(numbers[name])
+        _draw_line(axes, motion, [part[row] for part in parts], label=angle_symbol(name), **style)
+
+
+def _draw_line(axes: "Axes", motion: Motion, parts: list[Array], **style: Any) -> None:
+    """Draw a line; gaps between segments leave jumps open instead of drawing them as ramps."""
+    time, values = join_segments([segment.time for segment in motion.segments]), join_segments(parts)
+    axes.plot(time, values, **style)
+
+
+def join_segments(parts: Sequence[Array]) -> Array:
+    """Return arrays of shape (K,) as one, with nan behind each, which leaves a gap in a line."""
+    return np.concatenate([np.append(part, np.nan) for part in parts])

@@ -148,4 +148,5 @@ def _draw_key(axes: "Axes", columns: int) -> None:
 
     legs = [Line2D([], [], color=FIRST_LEG, linewidth=2.6), Line2D([], [], color=SECOND_LEG, linewidth=1.3)]
     names = ["stance leg", "swing leg (instants drawn side by side)"]
-    axes.legend(legs, names, loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, borderaxespad=0)
+    place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.5, "borderpad": 0}
+    axes.legend(legs, names, ncols=columns, **place)

@@ -22,6 +22,11 @@ LINES = (
     ("#E69F00", "-"),
     ("#56B4E9", (0, (5, 1.5))),
 )
+NARROW = 5.0
+"""Width of a figure below which it is laid out for a column of a journal [inch]."""
+
+DASHES = tuple(dict.fromkeys(dashes for _, dashes in LINES))
+
 LIMIT: dict[str, Any] = {"color": "0.35", "linewidth": 0.9, "linestyle": (0, (2, 2))}
 
 # Two legs: dark and thick against light and thin, so that they differ in grey as well.
@@ -144,15 +149,18 @@ _LOOKS: dict[str, Any] = {
 
 
 def line_style(number: int) -> dict[str, Any]:
-    """Return colour and dashes of the n-th line of a panel, from 0.
+    """Return colour and dashes of the n-th line, from 0; when the colours repeat, the dashes differ.
 
     Examples
     --------
     >>> line_style(0)
     {'color': '#0072B2', 'linestyle': '-'}
+    >>> line_style(len(LINES))
+    {'color': '#0072B2', 'linestyle': (0, (5, 1.5))}
     """
-    color, dashes = LINES[number % len(LINES)]
-    return {"color": color, "linestyle": dashes}
+    rounds, place = divmod(number, len(LINES))
+    color, dashes = LINES[place]
+    return {"color": color, "linestyle": DASHES[(DASHES.index(dashes) + rounds) % len(DASHES)]}
 
 
 def angle_symbol(name: str) -> str:

@@ -15,6 +15,9 @@ WIDTH, HEIGHT = 420, 230
 LEFT, RIGHT, TOP, BOTTOM = 54, 10, 10, 38
 """Size of a chart and its margins [px]."""
 
+COLOURS = 7
+"""Colours of lines in the style sheet."""
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -53,11 +56,19 @@ class Curve:
     ----------
     label : str
     x, y : tuple of (K,) arrays
+    joint : int or None
+        Number of the joint, which decides the colour; None for a line that belongs to no joint.
     """
 
     label: str
     x: tuple[Array, ...]
     y: tuple[Array, ...]
+    joint: int | None = None
+
+    @property
+    def style(self) -> str:
+        """Class of the line in the page's style sheet."""
+        return "line-single" if self.joint is None else f"line-{self.joint % COLOURS}"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -120,14 +131,14 @@ class Chart:
     def draw(self) -> Element:
         """Return the chart as an SVG element."""
         x, y = self.x_axis, self.y_axis
-        marks = [element("circle", class_=f"dot line-{number}", r=5, cx=-99) for number, _ in enumerate(self.lines)]
+        marks = [element("circle", class_=f"dot {line.style}", r=5, cx=-99) for line in self.lines]
         cursor = None if self.closed else element("line", class_="cursor", x1=-99, x2=-99, y1=y.end, y2=y.start)
         return element(
             "svg",
             *(_band(x, y, *band) for band in self.bands),
             *_grid(x, y),
             *(element("path", class_="limit", d=f"M{x.start} {y(level):.2f}H{x.end}") for level in self.limits),
-            *(part for number, line in enumerate(self.lines) for part in self._line(number, line)),
+            *(part for line in self.lines for part in self._line(line)),
             element("text", self.x_label, class_="label", x=(x.start + x.end) / 2, y=HEIGHT - 4),
             element(
                 "text", self.y_label, class_="label", transform=f"translate(12 {(y.start + y.end) / 2}) rotate(-90)"
@@ -139,14 +150,14 @@ class Chart:
             aria_label=f"{self.title}: {', '.join(line.label for line in self.lines)}",
         )
 
-    def _line(self, number: int, line: Curve) -> list[Element]:
+    def _line(self, line: Curve) -> list[Element]:
         pieces = [
             [self.place(float(a), float(b)) for a, b in zip(*piece, strict=True)]
             for piece in zip(line.x, line.y, strict=True)
         ]
-        drawn = [element("polyline", class_=f"line line-{number}", points=points(*piece)) for piece in pieces]
+        drawn = [element("polyline", class_=f"line {line.style}", points=points(*piece)) for piece in pieces]
         if self.closed:
-            drawn.append(element("polyline", class_=f"jump line-{number}", points=points(pieces[-1][-1], pieces[0][0])))
+            drawn.append(element("polyline", class_=f"jump {line.style}", points=points(pieces[-1][-1], pieces[0][0])))
         return drawn
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.report.chart import Chart, Curve
 
@@ -48,6 +49,7 @@ def portraits(motion: Motion) -> list[Chart]:
                     label=name,
                     x=tuple(np.rad2deg(part.q[row]) for part in motion.segments),
                     y=tuple(np.rad2deg(part.v[row]) for part in motion.segments),
+                    joint=row - 2,
                 )
             ],
             closed=True,
@@ -67,13 +69,15 @@ def _over_time(
 ) -> Chart:
     """Return a chart of one line a label; `rows` holds an (n, K) array for each segment."""
     time = tuple(part.time for part in motion.segments)
+    joints = number_joints(motion.angles, motion.actuators)
     return Chart(
         title=title,
         x_label="time [s]",
         y_label=f"{quantity} [{unit}]" if unit else quantity,
         unit=unit,
         lines=[
-            Curve(label=label, x=time, y=tuple(part[number] for part in rows)) for number, label in enumerate(labels)
+            Curve(label=label, x=time, y=tuple(part[row] for part in rows), joint=joints.get(label))
+            for row, label in enumerate(labels)
         ],
         bands=[(float(p.time[0]), float(p.time[-1]), p.mode) for p in motion.segments if p.mode.slips],
         limits=limits,

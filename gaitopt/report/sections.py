@@ -146,8 +146,8 @@ def facts_table(gait: Gait) -> Element:
 def chart_figure(chart: Chart) -> Element:
     """Return a chart with its title, and for each line its key and the value a player reads off."""
     keys = [
-        element("span", element("i", class_=f"key-line line-{number}"), line.label, " ", element("output"))
-        for number, line in enumerate(chart.lines)
+        element("span", element("i", class_=f"key-line {line.style}"), line.label, " ", element("output"))
+        for line in chart.lines
     ]
     return _figure(chart.title, chart.draw(), element("p", *keys, class_="key"), class_="chart")
 

@@ -1,1 +1,9 @@
-"""Stability of gaits: return maps, saltation, periodic gaits and their multipliers."""
+"""Stability of gaits: return maps, saltation, periodic gaits and their multipliers.
+
+:func:`find_cycles` finds periodic gaits of a robot, :func:`assess_stability` linearises the step of a given gait, and
+:func:`recovery` measures which pushes a gait recovers from.
+"""
+
+from gaitopt.lazy_exports import export_lazily
+
+export_lazily(__name__)

@@ -110,7 +110,8 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     Examples
     --------
     >>> import math
-    >>> from gaitopt import default_engine, find_cycles, passive, rimless_wheel
+    >>> from gaitopt import find_cycles, passive, rimless_wheel
+    >>> from gaitopt.simulation import default_engine
     >>> from gaitopt.simulation.hybrid_automaton import Walker
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
@@ -139,7 +140,8 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
     Examples
     --------
     >>> import math
-    >>> from gaitopt import default_engine, find_cycles, passive, rimless_wheel
+    >>> from gaitopt import find_cycles, passive, rimless_wheel
+    >>> from gaitopt.simulation import default_engine
     >>> from gaitopt.simulation.hybrid_automaton import Walker
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]

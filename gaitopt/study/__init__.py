@@ -1,1 +1,9 @@
-"""Studies: basins, figures and numbers over many gaits."""
+"""Studies over many gaits: sweeps, searches, basins, comparisons and robustness.
+
+:func:`sweep` solves a problem over a grid, :func:`search` over contact sequences, :func:`basin` maps which initial
+states lead to which gait, and :func:`compare` sets gaits side by side.  Long studies run in parallel and resume.
+"""
+
+from gaitopt.lazy_exports import export_lazily
+
+export_lazily(__name__)

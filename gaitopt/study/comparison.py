@@ -130,6 +130,23 @@ def compare(
     return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in found.items()})
 
 
+def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
+    """Return labelled gaits by their contact sequences, followed by their labels if sequences repeat.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> list(label_by_sequence({"a": gait})), list(label_by_sequence({"a": gait, "b": gait}))[0]
+    (['slip+ stick | slip+'], 'slip+ stick | slip+ (a)')
+    """
+    sequences = [str(gait.sequence) for gait in gaits.values()]
+    return {
+        sequence if sequences.count(sequence) == 1 else f"{sequence} ({label})": gait
+        for sequence, (label, gait) in zip(sequences, gaits.items(), strict=True)
+    }
+
+
 def _labelled(gaits: Sequence[Gait]) -> dict[str, Gait]:
     """Return gaits by sequence, with the friction where sequences repeat, numbered where that does not help."""
     sequences = [str(gait.sequence) for gait in gaits]

@@ -46,7 +46,7 @@ class Imitation:
 
     Examples
     --------
-    Made by :func:`gaitopt.imitate`, turned into a gait by its method:
+    Made by :func:`gaitopt.study.imitate`, turned into a gait by its method:
 
     >>> Imitation.gait.__name__
     'gait'
@@ -112,7 +112,8 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     Examples
     --------
     >>> import math
-    >>> from gaitopt import compass_biped, find_cycles, imitate
+    >>> from gaitopt import compass_biped, find_cycles
+    >>> from gaitopt.study import imitate
     >>> robot = compass_biped()
     >>> downhill = {"slope": math.radians(1), "friction": 0.3}
     >>> passive_gait = find_cycles(robot, downhill, sequence="stick | stick", starts=30)[0]
@@ -174,7 +175,8 @@ def controlled_gait(robot: Robot, gait: Gait, law: Law, *, samples: int = 100) -
 
     Examples
     --------
-    >>> from gaitopt import compass_biped, controlled_gait, joint_pd, load
+    >>> from gaitopt import compass_biped, joint_pd, load
+    >>> from gaitopt.study import controlled_gait
     >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
     >>> walked = controlled_gait(robot, gait, joint_pd(robot, gait.motion, damping=2, torque_limit=8))
     >>> str(walked.sequence), abs(walked.cost_of_transport - gait.cost_of_transport) < 1e-5

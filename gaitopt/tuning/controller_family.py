@@ -74,7 +74,8 @@ class ControllerFamily:
 
     Examples
     --------
-    >>> from gaitopt import compass_biped, controller_family_named, load
+    >>> from gaitopt import compass_biped, load
+    >>> from gaitopt.tuning import controller_family_named
     >>> motion = load("docs/examples/compass_slip.h5").motion
     >>> design = controller_family_named("pd", compass_biped(), motion, torque_limit=8)
     >>> [gain.name for gain in design.gains]

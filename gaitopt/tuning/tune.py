@@ -53,7 +53,7 @@ def tune_feedback(
         Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
     observer : callable, optional
-        Receives an :class:`gaitopt.Iteration` per evaluation: its objective, and that of the best so far.
+        Receives an :class:`gaitopt.progress.Iteration` per evaluation: its objective, and that of the best so far.
 
     Returns
     -------
@@ -67,7 +67,8 @@ def tune_feedback(
 
     Examples
     --------
-    >>> from gaitopt import PushTest, GainSearchOptions, compass_biped, controller_family_named, load, tune_feedback
+    >>> from gaitopt import PushTest, GainSearchOptions, compass_biped, load, tune_feedback
+    >>> from gaitopt.tuning import controller_family_named
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> design = controller_family_named("computed-torque", compass_biped(), gait.motion, torque_limit=8)
     >>> options = GainSearchOptions(samples=2, starts=1, evaluations=8)

@@ -12,7 +12,8 @@ from numpy.polynomial import Polynomial
 from published import CLOSED_FORM, OWN, published
 from rimless_closed_forms import gait_speed, velocity_ratio
 
-from gaitopt import PublishedValue, Reproduction, compass_biped, find_cycles, rimless_wheel, trace_branch
+from gaitopt import compass_biped, find_cycles, rimless_wheel, trace_branch
+from gaitopt.study import PublishedValue, Reproduction
 
 SIMPLEST = {
     "th1": -0.2003109005442,

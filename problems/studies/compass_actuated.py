@@ -6,17 +6,8 @@ Both are computed by optimal control and replayed in open loop by the event-driv
 from drawing import STYLE, draw_by_mode, key_of_modes
 from published import OWN, published
 
-from gaitopt import (
-    GaitProblem,
-    Limits,
-    Mode,
-    MultipleShooting,
-    PublishedValue,
-    Reproduction,
-    compass_biped,
-    solve,
-    verify,
-)
+from gaitopt import GaitProblem, Limits, Mode, MultipleShooting, compass_biped, solve, verify
+from gaitopt.study import PublishedValue, Reproduction
 
 PRINTED = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
 """Cost of transport by contact sequence."""

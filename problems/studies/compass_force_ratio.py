@@ -10,7 +10,8 @@ from compass_setup import FRICTION, SEQUENCES, gait, walk
 from drawing import STYLE, draw_by_mode, key_of_modes
 from published import published
 
-from gaitopt import Mode, PublishedValue, Reproduction
+from gaitopt import Mode
+from gaitopt.study import PublishedValue, Reproduction
 
 
 def study(friction=FRICTION, starts=100):

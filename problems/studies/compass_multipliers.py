@@ -8,7 +8,8 @@ from drawing import GAIT_STYLE, STYLE
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 from published import published
 
-from gaitopt import PublishedValue, Reproduction, compass_biped, trace_branch
+from gaitopt import compass_biped, trace_branch
+from gaitopt.study import PublishedValue, Reproduction
 
 
 def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # points per part of a branch

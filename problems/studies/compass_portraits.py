@@ -11,7 +11,8 @@ from compass_setup import FRICTION, SEQUENCES, gait, walk
 from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spelled
 from published import energy_balance, published
 
-from gaitopt import Mode, Reproduction
+from gaitopt import Mode
+from gaitopt.study import Reproduction
 
 PRINTED = {
     "A": {

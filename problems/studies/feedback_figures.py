@@ -12,8 +12,9 @@ from feedback_setup import IMITATED, LABEL, LAW_STYLE, LAWS, OPEN_LOOP, assess_o
 from matplotlib.ticker import MaxNLocator
 from published import published
 
-from gaitopt import PublishedValue, Reproduction, absolute_work, compass_biped
+from gaitopt import absolute_work, compass_biped
 from gaitopt.simulation.simulator import record_walk
+from gaitopt.study import PublishedValue, Reproduction
 
 PUSH, SLIPPERY, PATCH = 0.01, 0.11, (2, 5)
 """A push [rad/s], the friction of a slippery patch, and the steps on it."""

@@ -26,7 +26,9 @@ from feedback_setup import (
     tune_law,
 )
 
-from gaitopt import Cycle, Law, PublishedValue, Recovery, Reproduction
+from gaitopt import Law
+from gaitopt.stability import Cycle, Recovery
+from gaitopt.study import PublishedValue, Reproduction
 
 RADIUS, LARGER = 0.5, 3.0
 """Spectral radius that at least two laws should reach, and the factor by which their balls should be larger."""

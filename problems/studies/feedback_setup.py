@@ -14,18 +14,17 @@ from gaitopt import (
     assess_stability,
     compass_biped,
     computed_torque,
-    controlled_gait,
-    controller_family_named,
-    default_engine,
     feedforward,
-    imitate,
     largest_recovery,
     recovery,
     solve,
     tune_feedback,
     verify,
 )
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.study import controlled_gait, imitate
+from gaitopt.tuning import controller_family_named
 
 SLIP, STICK, IMITATED = "slip+ stick | slip+", "stick | stick", "Gait C imitated"
 PLAN_LIMIT, FEEDBACK_LIMIT = 5.0, 6.0

@@ -9,7 +9,8 @@ import numpy as np
 from drawing import STYLE, spelled
 from frontier_setup import SEQUENCE_STYLE, STANDARD, standard_numbers, walker
 
-from gaitopt import Ipopt, Reproduction, WarmStart, solve, sweep, verify
+from gaitopt import Ipopt, WarmStart, solve, sweep, verify
+from gaitopt.study import Reproduction
 
 STRONG = 30.0
 """Torque limit of a strong motor [N m]."""

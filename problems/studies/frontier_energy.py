@@ -10,7 +10,8 @@ import numpy as np
 from drawing import STYLE, spelled
 from frontier_setup import walker
 
-from gaitopt import PublishedValue, Reproduction, sweep
+from gaitopt import sweep
+from gaitopt.study import PublishedValue, Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 TERMS = (

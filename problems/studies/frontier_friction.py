@@ -11,7 +11,8 @@ from drawing import STYLE, spelled
 from frontier_setup import FRICTION, SEQUENCE_STYLE, at_minimum_duration, standard_numbers, walker
 from matplotlib.lines import Line2D
 
-from gaitopt import Reproduction, sweep
+from gaitopt import sweep
+from gaitopt.study import Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 

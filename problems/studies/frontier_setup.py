@@ -1,6 +1,7 @@
 """The compass biped with motors on level ground, and the line style of each contact sequence."""
 
-from gaitopt import GaitProblem, Limits, PublishedValue, compass_biped
+from gaitopt import GaitProblem, Limits, compass_biped
+from gaitopt.study import PublishedValue
 
 SPEED, STEP, FRICTION, TORQUE = 0.633, 0.4713, 0.14, 6.0
 """[m/s], [m], Coulomb coefficient, [N m]."""

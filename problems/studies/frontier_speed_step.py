@@ -11,7 +11,8 @@ from frontier_setup import FRICTION, SPEED, STEP, at_minimum_duration, standard_
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from gaitopt import Reproduction, sweep
+from gaitopt import sweep
+from gaitopt.study import Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 

@@ -11,17 +11,8 @@ from compass_setup import FRICTION, SEQUENCES, gait
 from drawing import GAIT_STYLE, STYLE
 from published import OWN, published
 
-from gaitopt import (
-    GaitProblem,
-    Limits,
-    MultipleShooting,
-    Reproduction,
-    compass_biped,
-    imitate,
-    solve,
-    trace_branch,
-    verify,
-)
+from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve, trace_branch, verify
+from gaitopt.study import Reproduction, imitate
 
 OPTIMAL = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
 """Cost of transport by contact sequence at friction 0.14."""

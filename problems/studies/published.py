@@ -2,7 +2,7 @@
 
 import math
 
-from gaitopt import PublishedValue
+from gaitopt.study import PublishedValue
 
 STUDY = "Gamus & Or 2015"
 OWN = "independent computation"

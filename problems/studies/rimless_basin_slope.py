@@ -13,7 +13,8 @@ from published import CLOSED_FORM, published
 from rimless_closed_forms import fastest_speed, gait_speed, slope_range, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
-from gaitopt import PublishedValue, Reproduction, SettlingCriterion, basin, basin_edges, rimless_wheel
+from gaitopt import SettlingCriterion, basin, rimless_wheel
+from gaitopt.study import PublishedValue, Reproduction, basin_edges
 
 MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
 

@@ -11,7 +11,8 @@ from published import OWN, published
 from rimless_setup import RATE, SLOPE, gait, speed_of
 from scipy.optimize import brentq
 
-from gaitopt import Reproduction, rimless_wheel, trace_branch
+from gaitopt import rimless_wheel, trace_branch
+from gaitopt.study import Reproduction
 
 PARTS = {
     "B": ("B", 0.3, 1.0),

@@ -9,7 +9,7 @@ from drawing import STYLE, spelled
 from published import published
 from rimless_setup import RATE, SPEED, gait, speed_of, walk
 
-from gaitopt import PublishedValue, Reproduction
+from gaitopt.study import PublishedValue, Reproduction
 
 MARKS = (("o", "#AA4499"), ("X", "0.2"), ("s", "#D55E00"), ("^", "#009E73"))
 

@@ -9,7 +9,7 @@ from published import CLOSED_FORM, published
 from rimless_closed_forms import force, gait_speed, velocity_ratio
 from rimless_setup import HALF, INERTIA_RATIO, SLOPE, SPOKES, gait, speed_of, walk
 
-from gaitopt import PublishedValue, Reproduction
+from gaitopt.study import PublishedValue, Reproduction
 
 
 def study():

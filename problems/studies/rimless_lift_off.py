@@ -12,7 +12,8 @@ from published import CLOSED_FORM
 from rimless_closed_forms import fastest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
 
-from gaitopt import Mode, PublishedValue, Reproduction, SettlingCriterion, basin_edges, rimless_wheel
+from gaitopt import Mode, SettlingCriterion, rimless_wheel
+from gaitopt.study import PublishedValue, Reproduction, basin_edges
 
 
 def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, tolerance=1e-9):

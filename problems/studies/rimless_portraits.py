@@ -7,7 +7,8 @@ from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spe
 from published import CLOSED_FORM, energy_balance, published
 from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 
-from gaitopt import Mode, PublishedValue, Reproduction
+from gaitopt import Mode
+from gaitopt.study import PublishedValue, Reproduction
 
 FRICTION = {"A": 1.0, "B": 0.3, "C": 0.24, "D": 0.3}
 """Friction coefficient at which each type is shown."""

@@ -12,7 +12,8 @@ from published import published
 from rimless_closed_forms import gait_speed, slope_range
 from rimless_setup import INERTIA_RATIO, SPOKES, walk
 
-from gaitopt import Reproduction, Stop
+from gaitopt import Stop
+from gaitopt.study import Reproduction
 
 MARKS = {
     Stop.STEPS_DONE: ("walks", "o", "#0072B2"),

@@ -1,44 +1,140 @@
-"""Every public name can be reached, and says what it is, with an example that runs as a doctest."""
+"""Every public name is importable, known to type checkers and editors, and has an example that runs as a doctest."""
 
 import inspect
+import subprocess
+import sys
 import types
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
 import gaitopt
+from gaitopt.lazy_exports import LazyPackage, exported_names
 
-NAMES = [name for name in gaitopt.__all__ if name != "__version__"]
+PACKAGE = Path(gaitopt.__file__).parent
+WINGS = sorted(f"gaitopt.{path.parent.name}" for path in PACKAGE.glob("*/__init__.pyi"))
+MODULES = ("gaitopt.errors", "gaitopt.parameters", "gaitopt.progress", "gaitopt.status")
+MOST_NAMES = 100
+OFTEN = [(name, module) for name, module in exported_names("gaitopt").items()]
+PLACES = {(name, module) for wing in WINGS for name, module in exported_names(wing).items()} | {
+    (name, module) for module in MODULES for name in import_module(module).__all__
+}
+THINGS = {name: getattr(import_module(module), name) for name, module in sorted(PLACES)}
+
+every_name = pytest.mark.parametrize(("name", "thing"), THINGS.items(), ids=THINGS)
 
 
-def test_the_list_of_public_names_is_sorted_and_complete():
-    assert len(NAMES) > 50
-    assert sorted(NAMES) == NAMES
-    assert set(dir(gaitopt)) >= set(NAMES)
+def test_few_names_stand_at_the_top_and_each_stands_in_its_wing():
+    assert 50 < len(gaitopt.__all__) <= MOST_NAMES
+    assert sorted(gaitopt.__all__) == gaitopt.__all__
+    assert set(OFTEN) <= PLACES
     assert gaitopt.__version__.count(".") == 2
 
 
-def test_an_unknown_name_is_refused():
-    with pytest.raises(AttributeError, match="no attribute 'solv'"):
-        _ = gaitopt.solv
+def test_no_public_name_has_two_meanings():
+    assert len(PLACES) == len({name for name, _ in PLACES})
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_public_name_is_documented(name):
-    thing = getattr(gaitopt, name)
+def test_every_wing_but_the_command_line_has_public_names():
+    packages = {f"gaitopt.{path.parent.name}" for path in PACKAGE.glob("*/__init__.py")}
+    assert packages - set(WINGS) == {"gaitopt.cli"}
+
+
+@pytest.mark.parametrize("package", ["gaitopt", *WINGS])
+def test_a_package_lists_its_names_and_refuses_others(package):
+    module = import_module(package)
+    assert set(dir(module)) >= set(module.__all__) == set(exported_names(package))
+    assert all(where.startswith(f"{package}.") for where in exported_names(package).values())
+    with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'solv'"):
+        _ = module.solv
+
+
+@pytest.mark.parametrize(
+    "first", ["gaitopt.study.sweep.sweep", "gaitopt.control.joint_pd", "gaitopt.study.sweep.sweep_file"]
+)
+def test_a_name_never_becomes_the_module_of_that_name(first):
+    code = (
+        f"import types, {first}, gaitopt.study, gaitopt.control\n"
+        "from gaitopt.study import sweep\n"
+        "from gaitopt.control import joint_pd\n"
+        "assert {type(sweep), type(joint_pd)} == {types.FunctionType}, (sweep, joint_pd)\n"
+        "from gaitopt.study.sweep.sweep import sweep as again\n"
+        "assert again is sweep is gaitopt.sweep is gaitopt.study.sweep.sweep\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+
+
+def test_a_wing_imports_none_of_its_modules():
+    code = f"import sys, {', '.join(WINGS)}\nprint(*[name for name in sys.modules if name.count('.') > 1])"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, timeout=120)
+    assert not [name for name in done.stdout.split() if name.startswith("gaitopt.")]
+    assert isinstance(gaitopt, LazyPackage)
+
+
+SNIPPET = """\
+from gaitopt import GaitProblem, compass_biped, solve
+from gaitopt.stability import Cycle
+from gaitopt.study.sweep.sweep import sweep
+
+reveal_type(GaitProblem)
+reveal_type(solve)
+reveal_type(sweep)
+reveal_type(Cycle)
+GaitProblem(robot=3, wordd="x")
+from gaitopt import solv
+"""
+
+
+def test_type_checkers_know_the_public_names(tmp_path):
+    snippet = tmp_path / "snippet.py"
+    snippet.write_text(SNIPPET)
+    tool = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "--follow-imports=silent"]
+    cache = ["--ignore-missing-imports", f"--cache-dir={tmp_path}", "--no-error-summary", str(snippet)]
+    done = subprocess.run([*tool, *cache], cwd=PACKAGE.parent, capture_output=True, text=True, timeout=600)
+    lines = [line.removeprefix(f"{snippet}:") for line in done.stdout.splitlines()]
+    revealed = [line.partition("Revealed type is ")[2] for line in lines if "Revealed type" in line]
+    assert len(revealed) == 4
+    assert not [text for text in revealed if text.startswith('"Any')]
+    assert "gaitopt.ocp.problem.GaitProblem" in revealed[0]
+    assert "gaitopt.stability.cycle.Cycle" in revealed[3]
+    errors = "\n".join(line for line in lines if " error: " in line)
+    assert 'Argument "robot" to "GaitProblem" has incompatible type "int"' in errors
+    assert 'Unexpected keyword argument "wordd" for "GaitProblem"' in errors
+    assert 'Module "gaitopt" has no attribute "solv"' in errors
+    assert {line.split(":")[0] for line in lines if " error: " in line} == {"9", "10"}
+
+
+@pytest.mark.parametrize(
+    ("text", "completed"),
+    [
+        ("from gaitopt import GaitP", "GaitProblem"),
+        ("from gaitopt.study import swe", "sweep"),
+        ("import gaitopt\ngaitopt.plot_g", "plot_gait"),
+        ("from gaitopt import GaitProblem\nGaitProblem(frictio", "friction="),
+    ],
+)
+def test_editors_complete_the_public_names(text, completed):
+    jedi = pytest.importorskip("jedi")
+    project = jedi.Project(PACKAGE.parent)
+    assert completed in [completion.name for completion in jedi.Script(text, project=project).complete()]
+
+
+@every_name
+def test_every_public_name_is_documented(name, thing):
     assert inspect.getdoc(thing), f"{name} has no docstring"
-    own = thing.__doc__ or ""
-    assert own.strip(), f"{name} only inherits a docstring"
-    assert thing.__module__ == gaitopt._HOME[name], f"{name} is not defined where gaitopt looks for it"
+    docstring = thing.__doc__ or ""
+    assert docstring.strip(), f"{name} only inherits a docstring"
+    assert (name, thing.__module__) in PLACES, f"{name} is not defined where its stub imports it from"
 
 
 def without_example(thing):
-    """Return whether a name is an exception, which shows itself, or abstract, which nobody makes."""
+    """Return whether a name is an exception, which needs no example, or abstract, which cannot be made."""
     return inspect.isclass(thing) and (issubclass(thing, Exception) or inspect.isabstract(thing))
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_public_function_and_class_has_an_example(name):
-    thing = getattr(gaitopt, name)
+@every_name
+def test_every_public_function_and_class_has_an_example(name, thing):
     if not isinstance(thing, type | types.FunctionType) or without_example(thing):
         return
     documentation = inspect.getdoc(thing)
@@ -46,9 +142,8 @@ def test_every_public_function_and_class_has_an_example(name):
     assert ">>>" in documentation.split("Examples\n--------")[1], f"the example of {name} is not tested"
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_public_method_is_documented(name):
-    thing = getattr(gaitopt, name)
+@every_name
+def test_every_public_method_is_documented(name, thing):
     if not inspect.isclass(thing):
         return
     for member, value in vars(thing).items():

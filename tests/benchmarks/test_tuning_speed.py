@@ -5,10 +5,12 @@ import time
 import numpy as np
 import pytest
 
-from gaitopt import GainSearchOptions, compass_biped, controller_family_named, default_engine, load
+from gaitopt import GainSearchOptions, compass_biped, load
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
+from gaitopt.tuning import controller_family_named
 from gaitopt.tuning.gain_search import GainSearch
 from gaitopt.tuning.objective import SpectralRadius
 

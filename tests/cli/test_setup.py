@@ -75,6 +75,32 @@ def test_a_script_in_a_folder_that_is_not_there(command):
     assert "Cannot write nowhere/mine.py" in run.err
 
 
+def test_an_installed_script_is_copied_with_what_it_imports(command, folder, root):
+    run = command("new", "walkers/mine", "--from", "compass_stick")
+    assert run.status == 2
+    (folder / "walkers").mkdir()
+    assert command("new", "walkers/mine", "--from", "compass_stick").status == 0
+    copies = {path.name: path.read_text() for path in (folder / "walkers").iterdir()}
+    assert set(copies) == {"mine.py", "compass_slip.py"}
+    assert copies["compass_slip.py"] == (root / "problems/compass_slip.py").read_text()
+    assert "gaitopt solve walkers/mine.py" in copies["mine.py"]
+    assert command("new", "walkers/other.py", "--from", "compass_slip.py", "--json").json == {
+        "file": "walkers/other.py"
+    }
+    assert command("problems", "walkers").status == 0
+
+
+def test_a_copy_overwrites_nothing(command, folder, root):
+    (folder / "compass_slip.py").write_text("mine")
+    for name, source in (("compass_slip", "compass_slip"), ("new", "compass_stick"), ("compass_slip", "compass_stick")):
+        assert command("new", name, "--from", source).status == 2
+    assert [path.name for path in folder.iterdir()] == ["compass_slip.py"]
+    assert (folder / "compass_slip.py").read_text() == "mine"
+    run = command("new", "mine", "--from", "compas_slip")
+    assert run.status == 2
+    assert "Did you mean 'compass_slip'?" in run.err
+
+
 def test_an_open_sequence_shows_its_homotopy(command, root):
     settings = ("--set", "sequence=slip+ stick | any", "--set", "intervals=10")
     run = command("solve", root / "problems/compass_slip.py", *settings)
@@ -120,3 +146,14 @@ def test_extras_are_told_by_what_they_ask_for(command, monkeypatch):
     monkeypatch.setattr(setup.metadata, "requires", lambda name: asked)
     assert command("doctor", "--json").json["extras"] == {"one": True, "two": False}
     assert "not installed: pip install 'gaitopt[two]'" in command("doctor").out
+
+
+def test_doctor_reports_an_extra_that_installs_nothing_on_this_system(command, monkeypatch):
+    asked = ["no-such-thing>=7; (platform_system == 'Plan9') and extra == 'fast'"]
+    monkeypatch.setattr(setup.metadata, "requires", lambda name: asked)
+    monkeypatch.setattr(setup.platform, "system", lambda: "Darwin")
+    reason = "not available: no-such-thing is installed on Plan9 only, not Darwin"
+    assert command("doctor", "--json").json["unavailable_extras"] == {"fast": reason}
+    assert reason in command("doctor").out
+    monkeypatch.setattr(setup.platform, "system", lambda: "Plan9")
+    assert command("doctor", "--json").json["unavailable_extras"] == {}

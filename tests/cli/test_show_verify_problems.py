@@ -1,5 +1,6 @@
 import json
 import shutil
+from pathlib import Path
 
 import h5py
 import pytest
@@ -102,8 +103,16 @@ def test_problems_in_the_present_folder(command, folder, root):
     assert "friction=0.14" in run.out
 
 
-def test_problems_without_a_folder(command, folder):
+def test_problems_without_a_folder_are_the_installed_ones(command, folder):
     run = command("problems")
+    assert run.status == 0
+    assert "compass_slip.py" in run.out
+    assert "copy one by: gaitopt new NAME --from SCRIPT" in run.out
+    assert any(Path(entry["script"]).is_file() for entry in command("problems", "--json").json["problems"])
+
+
+def test_problems_of_a_folder_that_does_not_exist(command, folder):
+    run = command("problems", "problems")
     assert run.status == 2
     assert run.err.startswith("Error: There is no folder problems")
 

@@ -129,6 +129,26 @@ def test_search_ranks_prints_and_goes_on(command, quick, folder):
     assert command(*arguments, "--set", "intervals=12").status == 2
 
 
+def test_compare_labels_its_figure_by_contact_sequences(command, slip_file, folder, monkeypatch, sticking):
+    from gaitopt.plot import comparison_figure
+
+    labels, draw = [], comparison_figure.plot_comparison
+
+    def record(comparison):
+        labels.append(list(comparison.gaits))
+        return draw(comparison)
+
+    monkeypatch.setattr(comparison_figure, "plot_comparison", record)
+    save(sticking, folder / "stick.h5")
+    (folder / "again.h5").write_bytes(slip_file.read_bytes())
+    assert command("compare", slip_file, "stick.h5").status == 0
+    assert command("compare", slip_file, "again.h5").status == 0
+    assert labels == [
+        ["slip+ stick | slip+", "stick | stick"],
+        ["slip+ stick | slip+ (compass_slip)", "slip+ stick | slip+ (again)"],
+    ]
+
+
 def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
     other = folder / "other.h5"
     other.write_bytes(slip_file.read_bytes())

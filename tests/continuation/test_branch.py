@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gaitopt import InputError, compass_biped, default_engine, find_cycles, passive, rimless_wheel, trace_branch
+from gaitopt import InputError, compass_biped, find_cycles, passive, rimless_wheel, trace_branch
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle_search import cycle_from
 

@@ -11,12 +11,12 @@ from gaitopt import (
     Law,
     ScipyEngine,
     by_stance_angle,
-    default_engine,
     feedforward,
     joint_pd,
     step_lqr,
     step_to_step,
 )
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.linearisation import Linearisation
 

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, Motion, Segment, feedforward, passive
+from gaitopt import InputError, Mode, Motion, feedforward, passive
 from gaitopt.control.reference import reference
+from gaitopt.motion import Segment
 
 
 def segment(time, torque, *, step=0):

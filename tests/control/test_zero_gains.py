@@ -7,12 +7,12 @@ from gaitopt import (
     ScipyEngine,
     by_stance_angle,
     computed_torque,
-    default_engine,
     feedforward,
     joint_pd,
     state_feedback,
     step_to_step,
 )
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 
 

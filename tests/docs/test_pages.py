@@ -4,6 +4,7 @@ import ast
 import re
 import runpy
 import urllib.parse
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -52,8 +53,11 @@ def test_every_page_of_the_site_can_be_reached(generated):
 
 def test_every_public_name_is_in_the_reference(generated):
     text = "\n".join(page for name, page in generated.items() if name.startswith("api/"))
-    names = set(re.findall(r"auto(?:class|function):: gaitopt\.(\w+)", text))
-    assert names == set(gaitopt.__all__) - {"__version__"}
+    names = re.findall(r"auto(?:class|function):: (gaitopt[\w.]*)\.(\w+)", text)
+    assert {name for package, name in names if package == "gaitopt"} == set(gaitopt.__all__)
+    wings = [path.parent.name for path in (ROOT / "gaitopt").glob("*/__init__.pyi")]
+    every = {name for wing in wings for name in import_module(f"gaitopt.{wing}").__all__}
+    assert {name for _, name in names} >= every | set(gaitopt.__all__)
 
 
 def test_every_command_is_on_its_page(generated):

@@ -30,13 +30,10 @@ from gaitopt import (
     WarmStart,
     assess_stability,
     basin,
-    basin_edges,
     by_stance_angle,
     compass_biped,
     computed_torque,
-    controller_family_named,
     find_cycles,
-    imitate,
     joint_pd,
     lqr,
     rimless_wheel,
@@ -49,6 +46,8 @@ from gaitopt import (
     tune_feedback,
     verify,
 )
+from gaitopt.study import basin_edges, imitate
+from gaitopt.tuning import controller_family_named
 
 PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
 

@@ -6,7 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, check_robot, robot_named
+from gaitopt import InputError, Mode, check_robot
+from gaitopt.model import robot_named
 from gaitopt.model.robots.catalogue import CATALOGUE
 
 PARAMETERS = {

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitopt import Mode, solve_impact
+from gaitopt import Mode
+from gaitopt.model import solve_impact
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
 

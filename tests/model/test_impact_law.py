@@ -7,7 +7,8 @@ import pytest
 from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
-from gaitopt import Mode, PlasticFrictional, compass_biped, rimless_wheel, solve_impact
+from gaitopt import Mode, compass_biped, rimless_wheel
+from gaitopt.model import PlasticFrictional, solve_impact
 
 COMPASS, WHEEL = compass_biped(), rimless_wheel()
 RATE = st.floats(-5, 5, allow_subnormal=False)

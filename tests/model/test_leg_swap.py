@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitopt import solve_impact
+from gaitopt.model import solve_impact
 
 
 def flat(output):

@@ -19,8 +19,8 @@ from gaitopt import (
     StepEnd,
     assemble,
     check_robot,
-    robot_named,
 )
+from gaitopt.model import robot_named
 from gaitopt.model.contacts.mode import PHYSICAL
 
 GRAVITY = Parameter("gravity", 9.8, "m/s^2", "gravity", lower=0.0)

@@ -4,7 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from gaitopt import rimless_wheel, solve_impact
+from gaitopt import rimless_wheel
+from gaitopt.model import solve_impact
 
 
 def test_impacts_in_threads_equal_those_in_line():

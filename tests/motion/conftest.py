@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitopt import Jump, Mode, Motion, Segment
+from gaitopt import Mode, Motion
+from gaitopt.motion import Jump, Segment
 
 
 def make_segment(time, *, mode=Mode.STICK, step=0, power=None, work=None, **changes):

@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 import pytest
 
-from gaitopt import Jump, Segment, Solution, Table, Verification, Violation, load, save
-from gaitopt.motion import motion_archive
+from gaitopt import load, save
+from gaitopt.motion import Jump, Segment, Solution, Table, Verification, Violation, motion_archive
 
 
 def assert_same(one, other, at="gait"):

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt import ContactSequence, InputError, Mode, SequenceError
+from gaitopt import ContactSequence, InputError, Mode
+from gaitopt.errors import SequenceError
 
 MODES = [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD]
 

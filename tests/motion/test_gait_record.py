@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, Status, Verification, Violation
+from gaitopt import InputError, Mode, Status
+from gaitopt.motion import Verification, Violation
 from gaitopt.motion.gait import cone_margin
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import Violation, summarise
+from gaitopt.motion import Violation, summarise
 from gaitopt.motion.summary import plain
 
 

@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, Margins, SequenceError, TorqueSquared, compass_biped, rimless_wheel
+from gaitopt import GaitProblem, InputError, Limits, Margins, TorqueSquared, compass_biped, rimless_wheel
+from gaitopt.errors import SequenceError
 
 
 def test_names_become_objects(reference_problem):

@@ -5,7 +5,6 @@ import pytest
 
 from gaitopt import (
     ContactSequence,
-    FromMotion,
     InputError,
     Keyframes,
     LinearGuess,
@@ -15,6 +14,7 @@ from gaitopt import (
     load,
     rimless_wheel,
 )
+from gaitopt.ocp import FromMotion
 from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.initial.initial_point import initial_point, setting
 from gaitopt.ocp.statement.initial_guess import Setting

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitopt import ContactSequence, Mode, TorqueSquared, compass_biped, solve_impact
+from gaitopt import ContactSequence, Mode, TorqueSquared, compass_biped
+from gaitopt.model import solve_impact
 from tests.ocp.nlp_examples import programme
 
 ROBOT = compass_biped()

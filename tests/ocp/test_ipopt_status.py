@@ -9,7 +9,8 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve, summarise
+from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve
+from gaitopt.motion import summarise
 from gaitopt.ocp.nlp import ipopt
 from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
 

@@ -5,25 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt import (
-    ExactPenalty,
-    FischerBurmeister,
-    Homotopy,
-    HomotopyIteration,
-    InputError,
-    Ipopt,
-    Mode,
-    Scholtes,
-    SequenceError,
-    load,
-    save,
-    solve,
-    solve_impact,
-    summarise,
-    verify,
-)
+from gaitopt import Homotopy, InputError, Ipopt, Mode, load, save, solve, verify
+from gaitopt.errors import SequenceError
+from gaitopt.model import solve_impact
+from gaitopt.motion import summarise
 from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.ocp import ExactPenalty, FischerBurmeister, Scholtes
 from gaitopt.ocp.mode_search.impact_proposal import outcomes_near
+from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status
 
 OPEN, CLOSED = "slip+ stick | any", ("slip+ stick | stick", "slip+ stick | slip+")

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import ContactSequence, ExactPenalty, Homotopy, InputError, Ipopt, Mode, Scholtes, solve, verify
+from gaitopt import ContactSequence, Homotopy, InputError, Ipopt, Mode, solve, verify
+from gaitopt.ocp import ExactPenalty, Scholtes
 from gaitopt.ocp.bounds import data_vector, structure
 from gaitopt.ocp.mode_search.candidate_sequences import select_simplest
 from gaitopt.ocp.mode_search.homotopy import follow_homotopy

@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import ContactSequence, InputError, compass_biped, passive_cycle, rimless_wheel
+from gaitopt import ContactSequence, InputError, compass_biped, rimless_wheel
+from gaitopt.ocp import passive_cycle
 
 # Gait A of Gamus & Or, SIAM J. Appl. Dyn. Syst. 2015 (compass l=1.6, d=0.8, m=4, m_h=2, g=9.8, slope 1 deg), more
 # digits computed independently with two integrators, not by gaitopt.

@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import ExactPenalty, FischerBurmeister, Homotopy, InputError, Scholtes
+from gaitopt import Homotopy, InputError
+from gaitopt.ocp import ExactPenalty, FischerBurmeister, Scholtes
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
 from gaitopt.ocp.mode_search.homotopy import follow_homotopy

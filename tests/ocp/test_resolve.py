@@ -2,7 +2,8 @@
 
 import pytest
 
-from gaitopt import FromMotion, LinearGuess, Status, solve
+from gaitopt import LinearGuess, Status, solve
+from gaitopt.ocp import FromMotion
 from gaitopt.ocp.nlp import ipopt
 from gaitopt.ocp.transcription.transcription import transcribe
 

@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import ContactSequence, CostOfTransport, Limits, Margins, Mode, TorqueSquared, compass_biped, solve_impact
+from gaitopt import ContactSequence, CostOfTransport, Limits, Margins, Mode, TorqueSquared, compass_biped
+from gaitopt.model import solve_impact
 from gaitopt.ocp.bounds import bounds, data_vector
 from tests.ocp.nlp_examples import programme
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitopt import Reproduction, robot_named
+from gaitopt.model import robot_named
 from gaitopt.stability import cycle_search
 from gaitopt.stability.cycle import make_cycle
+from gaitopt.study import Reproduction
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = ROOT / "problems" / "studies"

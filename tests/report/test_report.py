@@ -15,10 +15,10 @@ from gaitopt import (
     compass_biped,
     find_cycles,
     plot_gait,
-    show_in_notebook,
     simulate,
     write_report,
 )
+from gaitopt.report import show_in_notebook
 from gaitopt.report.chart import Axis, Chart, Curve
 
 VOID = {"meta", "link", "input", "br"}

@@ -9,11 +9,11 @@ from gaitopt import (
     assess_stability,
     by_stance_angle,
     compass_biped,
-    default_engine,
     feedforward,
     joint_pd,
     step_lqr,
 )
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.delay import READINGS, DelayedReadings, delay_readings
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import basin_edges, compass_biped, passive, rimless_wheel, simulate
+from gaitopt import compass_biped, passive, rimless_wheel, simulate
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.critical_friction import critical_friction
 from gaitopt.stability.return_map import Passage
+from gaitopt.study import basin_edges
 
 
 def test_contact_force_that_pulls_at_the_start_is_lift_off(engine):

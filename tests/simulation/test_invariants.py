@@ -7,7 +7,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitopt import Mode, PlasticFrictional, ScipyEngine, Stop, compass_biped, rimless_wheel, simulate
+from gaitopt import Mode, ScipyEngine, Stop, compass_biped, rimless_wheel, simulate
+from gaitopt.model import PlasticFrictional
 from gaitopt.simulation.engine_choice import default_engine
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel

@@ -5,7 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Status, Tolerances, Verification, replay, verify
+from gaitopt import InputError, Status, replay, verify
+from gaitopt.motion import Verification
+from gaitopt.simulation import Tolerances
 
 
 def with_motion(gait, **changes):

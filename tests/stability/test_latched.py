@@ -4,8 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Law, ScipyEngine, compass_biped, default_engine, load
+from gaitopt import Law, ScipyEngine, compass_biped, load
 from gaitopt.control.reference import reference
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section

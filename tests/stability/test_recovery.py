@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gaitopt import InputError, PushTest, assess_stability, compass_biped, default_engine, feedforward, load
+from gaitopt import InputError, PushTest, assess_stability, compass_biped, feedforward, load
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.recovery import largest_recovery, recovery
 

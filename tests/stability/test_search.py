@@ -11,13 +11,13 @@ from gaitopt import (
     WalkProblem,
     assess_stability,
     compass_biped,
-    default_engine,
     find_cycles,
     load,
     passive,
     rimless_wheel,
     trace_branch,
 )
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.stability.cycle_search import cycle_from, same_gait

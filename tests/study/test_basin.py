@@ -9,14 +9,13 @@ from gaitopt import (
     InputError,
     SettlingCriterion,
     basin,
-    basin_edges,
     compass_biped,
     load_basin,
     passive,
     rimless_wheel,
-    save_basin,
 )
 from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.study import basin_edges, save_basin
 from gaitopt.study.basin.basin_file import Basin
 from gaitopt.study.basin.basin_record import BasinRecord, Endings
 

@@ -20,7 +20,7 @@ def test_gaits_of_two_robots_share_what_both_have(slip_gait):
     motion = dataclasses.replace(slip_gait.motion, angles=("th1", "knee"), actuators=("ankle", "knee"))
     figure = plot_comparison(compare({"one": slip_gait, "other": dataclasses.replace(slip_gait, motion=motion)}))
     labels = [axes.get_ylabel() for axes in figure.axes]
-    assert [label.split()[0] for label in labels] == [r"$\theta_{1}$", "ankle", "force", "foot", "energy"]
+    assert [label.split()[0] for label in labels] == [r"$\theta_{1}$", "ankle", "force", "foot", "cost"]
 
 
 def test_the_terms_add_up_to_the_cost(pair):
@@ -57,4 +57,4 @@ def test_the_figure_overlays_all_gaits(pair):
         assert len(axes.lines) == 2
     assert [label.get_text() for label in bars.get_xticklabels()] == ["stick\n| stick", "slip+ stick\n| slip+"]
     tops = [bar.get_y() + bar.get_height() for bar in bars.patches]
-    assert max(tops) == pytest.approx(max(r["energy_per_distance"]["absolute_work"] for r in compare(pair).records()))
+    assert max(tops) == pytest.approx(max(record["cost_of_transport"] for record in compare(pair).records()))

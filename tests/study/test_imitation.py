@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, assess_stability, compass_biped, find_cycles, imitate, joint_pd
+from gaitopt import InputError, Mode, assess_stability, compass_biped, find_cycles, joint_pd
+from gaitopt.study import imitate
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,6 @@ import pytest
 
 from gaitopt import (
     PushTest,
-    WalkTest,
-    assess_robustness,
     assess_stability,
     by_stance_angle,
     compass_biped,
@@ -17,6 +15,7 @@ from gaitopt import (
     load,
     step_lqr,
 )
+from gaitopt.study import WalkTest, assess_robustness
 from gaitopt.study.robustness.torque_noise import add_torque_noise
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitopt import ScipyEngine, assess_stability, compass_biped, default_engine
+from gaitopt import ScipyEngine, assess_stability, compass_biped
+from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section

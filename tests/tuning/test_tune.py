@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from gaitopt import (
-    ControllerFamily,
-    Gain,
     GainSearchOptions,
     InputError,
     PushTest,
@@ -13,10 +11,10 @@ from gaitopt import (
     SpectralRadius,
     assess_stability,
     compass_biped,
-    controller_family_named,
     joint_pd,
     tune_feedback,
 )
+from gaitopt.tuning import ControllerFamily, Gain, controller_family_named
 
 QUICK = GainSearchOptions(samples=3, starts=1, evaluations=15)
 

@@ -33,7 +33,8 @@ class Impact(NamedTuple):
     Examples
     --------
     >>> import numpy as np
-    >>> from gaitopt import rimless_wheel, solve_impact
+    >>> from gaitopt import rimless_wheel
+    >>> from gaitopt.model import solve_impact
     >>> wheel = rimless_wheel()
     >>> p = wheel.vector(wheel.resolve({"friction": 0.1}))
     >>> impact = solve_impact(wheel, np.array([0, 0, np.pi / 10]), np.array([0, 0, 2.0]), p)

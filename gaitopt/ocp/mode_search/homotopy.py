@@ -32,8 +32,8 @@ class Homotopy:
     factor : float
         By which it falls from step to step.
     tolerance : float
-        Largest complementarity residual to end with, see :class:`gaitopt.Proposal`; at least 1e-7, the solver's own
-        tolerance is about 1e-8.
+        Largest complementarity residual to end with, see :class:`gaitopt.motion.Proposal`; at least 1e-7, the
+        solver's own tolerance is about 1e-8.
     max_steps : int
     intervals : int
         Intervals of a phase left open, of equal length; its contact mode may change from one to the next.

@@ -141,7 +141,8 @@ def basin_edges(
     Examples
     --------
     >>> import math
-    >>> from gaitopt import basin_edges, rimless_wheel
+    >>> from gaitopt import rimless_wheel
+    >>> from gaitopt.study import basin_edges
     >>> downhill = {"slope": math.radians(13)}
     >>> edges = basin_edges(rimless_wheel(), downhill, "theta_rate", 0.1, 3.0, samples=6, tolerance=1e-3)
     >>> [(below, above) for _, below, above in edges]

@@ -1,0 +1,29 @@
+"""Display of results and figures in notebooks: what IPython is given when gaitopt is imported there."""
+
+from importlib import import_module
+from typing import Any
+
+DISPLAYED = {
+    "gaitopt.motion.gait": "Gait",
+    "gaitopt.simulation.simulator": "Rollout",
+    "gaitopt.stability.cycle": "Cycle",
+    "gaitopt.study.comparison": "Comparison",
+}
+"""Classes with a display of their own, by name, so that nothing is imported before it is displayed."""
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """Register the display of results and figures; called in a notebook on import and by ``%load_ext gaitopt``."""
+
+    def display(result: Any) -> str:
+        html: str = import_module("gaitopt.report.notebook").show_in_notebook(result)
+        return html
+
+    for module, name in DISPLAYED.items():
+        shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, display)
+
+    def draw(figure: Any) -> Any:
+        return import_module("IPython.core.pylabtools").print_figure(figure, fmt="png")
+
+    # Figures of gaitopt do not belong to pyplot, which displays its own; a backend set by %matplotlib takes precedence.
+    shell.display_formatter.formatters["image/png"].for_type_by_name("matplotlib.figure", "Figure", draw)

@@ -1,0 +1,84 @@
+"""Public names of a package, imported when first used.
+
+The names are listed once, in the package's stub ``__init__.pyi``, as ``from module import Name as Name``.  Type
+checkers and editors read the stub; at run time :func:`export_lazily` reads the same file, so that importing a package
+imports nothing else.
+"""
+
+import ast
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+
+class LazyPackage(ModuleType):
+    """A package whose public names are imported from their modules when first used.
+
+    A name that is also the name of its module, such as ``gaitopt.study.sweep.sweep``, is the public object, never the
+    module.
+    """
+
+    _modules: dict[str, str]
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in self._modules:
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(self._modules[name]), name)
+        vars(self)[name] = value
+        return value
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # Python stores a module in its package once the module is imported.
+        if isinstance(value, ModuleType) and name in self._modules:
+            value = getattr(value, name)
+        super().__setattr__(name, value)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*vars(self), *self._modules})
+
+
+def export_lazily(package: str) -> None:
+    """Give an imported package the public names of its stub.
+
+    Parameters
+    ----------
+    package : str
+        ``__name__`` of the package.
+
+    Examples
+    --------
+    >>> import gaitopt.motion
+    >>> exported_names("gaitopt.motion")["Gait"], gaitopt.motion.Gait.__name__
+    ('gaitopt.motion.gait', 'Gait')
+    """
+    module = sys.modules[package]
+    names = exported_names(package)
+    vars(module).update(_modules=names, __all__=sorted(names))
+    module.__class__ = LazyPackage
+
+
+def exported_names(package: str) -> dict[str, str]:
+    """Return the public names of a package in the order of its stub, and the module that defines each.
+
+    Parameters
+    ----------
+    package : str
+        Name of a package that has a stub.
+
+    Examples
+    --------
+    >>> exported_names("gaitopt.continuation")["trace_branch"]
+    'gaitopt.continuation.tracing'
+    """
+    file = import_module(package).__file__
+    assert file is not None, package
+    stub = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
+    return {
+        entry.name: node.module
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom) and node.module
+        for entry in node.names
+        if entry.asname == entry.name
+    }

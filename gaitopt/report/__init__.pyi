@@ -1,0 +1,2 @@
+from gaitopt.report.notebook import show_in_notebook as show_in_notebook
+from gaitopt.report.page import write_report as write_report

@@ -1,0 +1,12 @@
+from gaitopt.tuning.controller_family import ControllerFamily as ControllerFamily
+from gaitopt.tuning.controller_family import Gain as Gain
+from gaitopt.tuning.controller_family import controller_family_named as controller_family_named
+from gaitopt.tuning.gain_search import GainSearchOptions as GainSearchOptions
+from gaitopt.tuning.lqr import LqrWeights as LqrWeights
+from gaitopt.tuning.lqr import lqr as lqr
+from gaitopt.tuning.lqr import step_lqr as step_lqr
+from gaitopt.tuning.objective import SensitivityNorm as SensitivityNorm
+from gaitopt.tuning.objective import SpectralRadius as SpectralRadius
+from gaitopt.tuning.record import Trial as Trial
+from gaitopt.tuning.record import Tuning as Tuning
+from gaitopt.tuning.tune import tune_feedback as tune_feedback

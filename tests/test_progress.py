@@ -1,0 +1,65 @@
+"""The observer for notebooks and terminals: one line, kept up to date, for every kind of progress."""
+
+import functools
+import io
+
+import pytest
+
+from gaitopt import GaitProblem, Limits, MultipleShooting, ProgressLine, compass_biped, solve, sweep
+from gaitopt.progress import HomotopyIteration, Iteration
+
+
+def lines(stream):
+    """Return the states that the line had, and whether it was ended."""
+    text = stream.getvalue()
+    return [state.strip() for state in text.split("\r") if state.strip()], text.endswith("\n")
+
+
+@pytest.mark.parametrize(
+    ("progress", "state"),
+    [
+        ((3, 7), "3/7"),
+        ((Iteration(4, 0.0158, 1e-9),), "iteration 4, objective 0.0158, infeasibility 1.0e-09"),
+        ((HomotopyIteration(1, 0.1, 0.016, 2e-3, 25, "solved"),), "relaxation 1e-01, objective 0.016, solved"),
+    ],
+)
+def test_every_kind_of_progress_is_one_line(progress, state):
+    stream = io.StringIO()
+    ProgressLine("solve", stream=stream)(*progress)
+    assert lines(stream) == ([f"solve: {state}, 0 s"], False)
+
+
+def test_the_last_state_is_shown_and_a_shorter_one_leaves_nothing_behind(monkeypatch):
+    stream, now = io.StringIO(), [0.0]
+    monkeypatch.setattr("gaitopt.progress.time.monotonic", lambda: now[0])
+    with ProgressLine(stream=stream) as observer:
+        for number in range(1000):
+            now[0] = 1 + 0.001 * number
+            observer(number, 1000)
+        observer(1, 1)
+    states, ended = lines(stream)
+    assert 4 <= len(states) <= 8
+    assert states[-1] == "progress: 1/1, 2 s"
+    assert ended
+    widths = [len(part.rstrip("\n")) for part in stream.getvalue().split("\r") if part]
+    assert widths == sorted(widths)
+
+
+def test_a_solve_and_a_sweep_accept_it():
+    problem = GaitProblem(
+        robot=compass_biped(),
+        sequence="stick | stick",
+        friction=0.2,
+        speed=0.633,
+        step_length=0.4713,
+        limits=Limits(torque=6),
+        objective="torque_squared",
+        transcription=MultipleShooting(intervals=10),
+    )
+    for study in (solve, functools.partial(sweep, speed=[0.633], starts=1, workers=1)):
+        stream = io.StringIO()
+        with ProgressLine(stream=stream) as observer:
+            study(problem, observer=observer)
+        states, ended = lines(stream)
+        assert ended
+        assert states[-1].startswith(("progress: iteration", "progress: 4/4"))
