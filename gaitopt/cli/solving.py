@@ -33,7 +33,7 @@ def solve(
     from rich.markup import escape
 
     from gaitopt.cli.script import build_problem
-    from gaitopt.motion.archive import save
+    from gaitopt.motion.archive import check_gait_suffix, save
     from gaitopt.motion.atomic import check_writable
     from gaitopt.motion.summary import summarise
     from gaitopt.ocp.solver import solve as solve_problem
@@ -41,6 +41,7 @@ def solve(
 
     problem = build_problem(script, setting or [])
     path = output or Path(f"{script.stem}.h5")
+    check_gait_suffix(path)
     check_writable(path)  # before the work, not after it
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:

@@ -69,6 +69,11 @@ class Branch:
     ended: str
     special: tuple[SpecialPoint, ...] = ()
 
+    def __repr__(self) -> str:
+        ends = f" from {self.values[0]:.6g} to {self.values[-1]:.6g}" if self.values.size else ""
+        counts = f"gaits: {len(self.cycles)}{ends}, special points: {len(self.special)}"
+        return f"Branch({self.parameter!r}, {counts}, ended: {self.ended})"
+
     def changes(self, kind: str) -> tuple[SpecialPoint, ...]:
         """Return the special points of a kind: ``"sequence"``, ``"stability"`` or ``"end"``."""
         return tuple(point for point in self.special if point.kind == kind)

@@ -22,13 +22,14 @@ def joint_pd(
 ) -> Law:
     """Return the law u = u_ref(t) - K (joint angle - its reference) - D (joint rate - its reference), within limits.
 
-    A joint angle is the angle an actuator works on.  With zero gains it is :func:`feedforward`.
+    A joint angle is the angle an actuator works on; where it is not a linear function of the robot's angles, its errors
+    are taken to first order at the state.  With zero gains the law is :func:`feedforward`.
 
     Parameters
     ----------
     robot : Robot
     motion : Motion
-        Its first step is the reference, with a clock reset at touchdown.
+        Its first step is the reference, with a clock reset at touchdown; its parameters are what the law believes.
     stiffness : float [N m/rad]
     damping : float [N m s/rad]
         Of all joints; ``Law.with_gains`` sets those of one, named such as ``"hip_stiffness"`` and ``"hip_damping"``.
@@ -47,12 +48,14 @@ def joint_pd(
     ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']
     """
     plan, n_u = reference(robot, motion), robot.n_u
+    p = robot.vector(motion.parameters)
     data = ca.SX.sym("data", plan.size + 2 * n_u)
     gains = data[plan.size :]
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
         desired = plan.desired(clock, data)
-        error, rate = (joints(robot, of) for of in (q[2:] - desired.angles, v[2:] - desired.rates))
+        joints = actuation(robot, q, p).T
+        error, rate = joints @ (q[2:] - desired.angles), joints @ (v[2:] - desired.rates)
         return desired.torque - gains[:n_u] * error - gains[n_u:] * rate
 
     names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
@@ -61,12 +64,6 @@ def joint_pd(
     return limit_torque(law, torque_limits(robot, torque_limit))
 
 
-def joints(robot: Robot, angles: ca.SX) -> ca.SX:
-    """Return the joint angles that belong to leg angles (without foot), shape (n_u, 1)."""
-    return actuation(robot).T @ angles
-
-
-def actuation(robot: Robot) -> ca.DM:
-    """Return what torques do on the angles, shape (n_angles, n_u); it does not depend on the state."""
-    zero = np.zeros(robot.n_q)
-    return robot.dynamics(zero, zero, robot.vector(robot.resolve({})))[2][2:, :]
+def actuation(robot: Robot, q: ca.SX, p: np.ndarray) -> ca.SX:
+    """Return what torques do on the angles in a configuration, shape (n_angles, n_u)."""
+    return robot.dynamics(q, ca.SX.zeros(robot.n_q), p)[2][2:, :]

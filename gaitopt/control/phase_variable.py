@@ -119,7 +119,7 @@ def _check_growing(plan: Reference, place: int, name: str) -> None:
     shares = np.tile(np.linspace(0, 1, 9), count)
     times = plan.breakpoints[pieces] + shares * np.diff(plan.breakpoints)[pieces]
     rate = _angle_at(plan, place, pieces, times)[1]
-    if np.min(rate) <= 0:
+    if not np.min(rate) > 0:
         raise InputError(
             f"The planned angle {name!r} does not grow throughout the step: at {times[np.argmin(rate)]:.4f} s its rate "
             f"is {np.min(rate):.3g} rad/s. Let the law go by the time since touchdown instead, or plan a gait in which "
@@ -157,7 +157,7 @@ def _bisect(plan: Reference, place: int, times: Array, name: str) -> Array:
             exact = times[:-1] + share * steps
             since = _angle_at(plan, place, pieces, exact)[0] - begins[:-1]
             found = np.sum(coefficients * since ** np.arange(6)[:, None], axis=0)
-            wrong |= np.abs(found - exact) > ACCURACY
+            wrong |= ~(np.abs(found - exact) <= ACCURACY)
         if not np.any(wrong):
             return times
         resting, times = times[:-1][wrong][0], np.sort(np.append(times, (times[:-1] + steps / 2)[wrong]))

@@ -1,7 +1,7 @@
-"""A check every robot must pass: its equations of motion against energy and momentum balances."""
+"""A check every robot must pass: energy and momentum balances, leg exchange and touchdown guard."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,8 +9,12 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.impact import Impact, solve_impact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.robot import Robot
+from gaitopt.model.step_check import StepCheck, check_step
 
 _STEP = 1e-6
+
+UNARMED = "no pose near the upright one was found in which touchdown is zero, armed > 0 and upright > 0."
+"""The fault of a robot whose steps seem never to end."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +34,22 @@ class RobotCheck:
     contact : float
         Conditions of the contact modes: equations of motion, foot acceleration and friction law.
     momentum : float
-        Change of linear momentum at impact against the impulse, and of angular momentum about the landing foot.
+        Impulsive balance M (v+ - v-) = W^T impulse, W being the Jacobian of the contact's slide and gap coordinates,
+        so that rolling feet pass; change of linear momentum against the impulse; angular momentum of a rigid rotation.
     impact : float
         Complementarity residual of the exact impact solution, and energy gained (must not be).
     derivatives : float
         Jacobians by algorithmic differentiation against central differences.
+    exchange : float
+        Leg exchange at random touchdowns: change of kinetic and potential energy and of angular momentum, and distance
+        of the exchanged feet from their old places; infinite if no touchdown is found.
+    guard : float
+        Height of the landing foot where the touchdown guard is zero; infinite if the guard has the wrong sign, or is
+        armed where the landing foot is not ahead of the stance foot.
+    figure : float
+        Distance of the points drawn from those drawn after the exchange of two legs, as sets.
+    faults : tuple of str
+        What is wrong with the leg exchange, the guard or the figure, and what to write instead.
 
     Examples
     --------
@@ -52,12 +67,17 @@ class RobotCheck:
     momentum: float
     impact: float
     derivatives: float
+    exchange: float
+    guard: float
+    figure: float
+    faults: tuple[str, ...] = field(default=(), kw_only=True)
 
     @property
     def passed(self) -> bool:
         """Whether every error is small enough for a correct robot."""
         # np.max keeps a nan, which max can lose.
-        exact = np.max([self.asymmetry, self.contact, self.momentum, self.impact])
+        step = (self.exchange, self.guard, self.figure)
+        exact = np.max([self.asymmetry, self.contact, self.momentum, self.impact, *step])
         differenced = np.max([self.energy, self.force, self.derivatives])
         return bool(self.least_eigenvalue > 0 and exact < 1e-9 and differenced < 1e-6)
 
@@ -114,7 +134,9 @@ def check_robot(
             )
         )
     worst = np.max(np.array(rows, dtype=float), axis=0).tolist()
-    return RobotCheck(worst[0], -worst[1], *worst[2:])
+    step = check_step(robot, p, states, rng, drawn=True) or StepCheck(np.inf, np.inf, np.inf, (UNARMED,))
+    errors = [worst[0], -worst[1], *worst[2:], step.exchange, step.guard, step.figure]
+    return RobotCheck(*errors, faults=step.faults)
 
 
 def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p: np.ndarray) -> tuple[float, ...]:
@@ -154,17 +176,36 @@ def _impact_errors(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) ->
     impact = solve_impact(robot, q, v, p)
     if impact.mode is None:
         return 0.0, np.inf
-    foot = np.asarray(robot.landing(q, v, p)[0]).ravel()
-    before, after = (_momenta(robot, q, speed, p, foot) for speed in (v, impact.v_plus))
-    expected = np.array([*impact.impulse, 0.0])  # the impulse acts at the foot, so its moment there is zero
-    scale = np.max(np.abs(before)) + np.max(np.abs(impact.impulse)) + 1
-    momentum_error = float(np.max(np.abs(after - before - expected)) / scale)
-    return momentum_error, float(np.max([_complementarity_error(robot, q, impact, p), -impact.energy_lost]))
+    momentum = _momentum_error(robot, q, v, impact, p)
+    return momentum, float(np.max([_complementarity_error(robot, q, impact, p), -impact.energy_lost]))
 
 
-def _momenta(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:
-    linear, angular = (np.asarray(part).ravel() for part in robot.momentum(q, v, p))
-    return np.array([*linear, angular[0] - about[1] * linear[0] + about[0] * linear[1]])
+def _momentum_error(robot: Robot, q: np.ndarray, v: np.ndarray, impact: Impact, p: np.ndarray) -> float:
+    """Return the error of the impulsive balance, of linear momentum, and of angular momentum."""
+    mass = np.asarray(robot.dynamics(q, v, p)[0])
+    place, _, jacobian = (np.asarray(part) for part in robot.landing(q, v, p))
+    change, impulse = impact.v_plus - v, impact.impulse
+    linear = np.array([np.asarray(robot.momentum(q, unit, p)[0]).ravel() for unit in np.eye(robot.n_q)]).T
+    angular = np.array([float(robot.momentum(q, unit, p)[1]) for unit in np.eye(robot.n_q)])
+    scale = np.max(np.abs(mass @ v)) + np.max(np.abs(impulse)) + 1
+    balance = np.max(np.abs([*(mass @ change - jacobian.T @ impulse), *(linear @ change - impulse)])) / scale
+    # Rates whose product with the mass matrix is the angular momentum: a rigid rotation about the origin.
+    rotation = np.linalg.solve(mass, angular)
+    middle = _centre_of_mass(robot, q, p)
+    slip = (jacobian @ rotation)[0] - place[1, 0]  # of the contact point in that rotation, against its height
+    turned = [*(linear @ rotation / float(robot.mass(p)) - [middle[1], -middle[0]]), slip]
+    return float(np.max([balance, np.max(np.abs(turned)) / (np.max(np.abs(middle)) + 1)]))
+
+
+def _centre_of_mass(robot: Robot, q: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Return the centre of mass, shape (2,) [m], from the potential energies on level and on vertical ground."""
+    names = [parameter.name for parameter in robot.parameters]
+    potential = []
+    for slope in (-np.pi / 2, 0.0):
+        there = p.copy()
+        there[names.index("slope")] = slope
+        potential.append(float(robot.energy(q, np.zeros(robot.n_q), there)[1]))
+    return np.array(potential) / (float(robot.mass(p)) * p[names.index("gravity")])
 
 
 def _complementarity_error(robot: Robot, q: np.ndarray, impact: Impact, p: np.ndarray) -> float:

@@ -11,7 +11,8 @@ from typing import Any
 
 import h5py
 
-from gaitopt.errors import ArchiveError
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.hdf5 import open_hdf5, write_hdf5_atomically
@@ -31,6 +32,9 @@ Versions 1 and 2 wrote ``word`` where version 3 writes ``sequence``.
 
 _FORMER_KEYS = {"word": "sequence", "words": "sequences"}
 
+SUFFIXES = {".h5": "HDF5", ".hdf5": "HDF5"}
+"""Of gait files."""
+
 _SOLUTION_PARTS = ("unknowns", "constraints")
 
 
@@ -41,7 +45,7 @@ def save(gait: Gait, path: str | Path) -> Path:
     ----------
     gait : Gait
     path : str or Path
-        Usually ends in ``.h5``.
+        Ends in ``.h5`` or ``.hdf5``.
 
     Returns
     -------
@@ -49,6 +53,8 @@ def save(gait: Gait, path: str | Path) -> Path:
 
     Raises
     ------
+    InputError
+        If the suffix is another one; CSV, JSON and C are written by ``gaitopt export``.
     ArchiveError
         If the file cannot be written; an older file of that name is then left as it was.
 
@@ -63,9 +69,22 @@ def save(gait: Gait, path: str | Path) -> Path:
     True
     """
     path = Path(path)
+    check_gait_suffix(path)
     with write_hdf5_atomically(path) as file:
         write_gait(file, gait)
     return path
+
+
+def check_gait_suffix(path: Path) -> None:
+    """Raise InputError unless a path has the suffix of a gait file; the message states what writes other formats."""
+    if path.is_dir():
+        return  # which the writer refuses
+    try:
+        check_suffix(path, SUFFIXES)
+    except InputError as error:
+        raise InputError(
+            f"{error} CSV, JSON and C files are written by 'gaitopt export' or write_csv, write_torques and write_c."
+        ) from None
 
 
 def write_gait(group: h5py.Group, gait: Gait) -> None:

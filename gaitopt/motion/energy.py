@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.motion.motion import Array, Motion
+from gaitopt.reductions import worst
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,10 @@ class Ledger:
 
     @property
     def relative_residual(self) -> float:
-        """Closing error relative to the largest entry of the ledger."""
+        """Closing error relative to the largest entry of the ledger; infinite if an entry is nan."""
         entries = (self.actuator, self.gravity, self.impact_loss, self.friction_loss, self.kinetic_change)
-        largest = max(abs(entry) for entry in entries)
-        return abs(self.residual) / largest if largest > 0 else 0.0
+        largest = worst(np.abs(entries))
+        return worst(abs(self.residual) / largest) if largest > 0 else 0.0
 
 
 def ledger(motion: Motion) -> Ledger:
@@ -124,7 +125,8 @@ def cost_of_transport(motion: Motion) -> float:
     Returns
     -------
     float
-        ``absolute_work / (m_total g L)`` with L the forward travel, foot slide included; nan if no step was completed.
+        ``absolute_work / (m_total g L)`` with L the forward travel, foot slide included; nan if no step was completed
+        or the travel is 0.
 
     Examples
     --------
@@ -135,7 +137,8 @@ def cost_of_transport(motion: Motion) -> float:
     if not motion.jumps:
         return float("nan")
     walked = replace(motion, segments=tuple(s for s in motion.segments if s.step <= motion.jumps[-1].step))
-    return absolute_work(walked) / (motion.total_mass * motion.parameters["gravity"] * motion.travel)
+    weighed = motion.total_mass * motion.parameters["gravity"] * motion.travel
+    return absolute_work(walked) / weighed if weighed else float("nan")
 
 
 def _rise_and_fall(time: Array, work: Array, power: Array) -> Array:
@@ -143,7 +146,9 @@ def _rise_and_fall(time: Array, work: Array, power: Array) -> Array:
     step, rise = np.diff(time), np.diff(work)
     variation = np.abs(rise)
     left, right = power[:-1] * step, power[1:] * step
-    for k in np.flatnonzero(left * right < 0):
+    finite = np.isfinite(left) & np.isfinite(right) & np.isfinite(rise)
+    variation[~finite] = np.nan
+    for k in np.flatnonzero(finite & (left * right < 0)):
         # Hermite slope on [0, 1] with end slopes a, b and rise c: a quadratic with one root inside.
         a, b, c = left[k], right[k], rise[k]
         roots = np.roots([3 * (a + b - 2 * c), 2 * (3 * c - 2 * a - b), a])

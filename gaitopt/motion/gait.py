@@ -12,6 +12,7 @@ from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution
+from gaitopt.reductions import worst
 from gaitopt.status import Status
 
 
@@ -170,6 +171,13 @@ class Gait(LazyRecord):
     verification: Verification | None = None
     proposal: Proposal | None = None
 
+    def __repr__(self) -> str:
+        replay = "not replayed"
+        if self.verification is not None:
+            replay = "replay passed" if self.verification.passed else "replay failed"
+        numbers = f"cost of transport {self.cost_of_transport:.6g}, {self.speed:.4g} m/s, step {self.step_length:.4g} m"
+        return f"Gait({self.robot!r}, '{self.sequence}', {self.status.key}, {replay}, {numbers})"
+
     @property
     def cost_of_transport(self) -> float:
         """Absolute joint work over weight times travel (dimensionless)."""
@@ -187,8 +195,8 @@ class Gait(LazyRecord):
 
     @property
     def speed(self) -> float:
-        """Average forward speed [m/s]."""
-        return self.step_length / self.period
+        """Average forward speed [m/s]; nan if the step takes no time."""
+        return self.step_length / self.period if self.period else float("nan")
 
     @property
     def energy(self) -> Ledger:
@@ -222,11 +230,14 @@ class Gait(LazyRecord):
 
 
 def cone_margin(motion: Motion) -> float:
-    """Return the smallest 1 - abs(f_t) / (mu f_n) over the sticking samples of a motion; nan without any."""
+    """Return the smallest 1 - abs(f_t) / (mu f_n) over the sticking samples of a motion; nan without any.
+
+    It is -inf if a force is nan.
+    """
     friction = motion.parameters["friction"]
     margins = [
         1 - np.abs(segment.force[0]) / (friction * segment.force[1])
         for segment in motion.segments
         if not segment.mode.slips
     ]
-    return float(np.min(np.concatenate(margins))) if margins else float("nan")
+    return -worst(-np.concatenate(margins)) if margins else float("nan")

@@ -59,6 +59,10 @@ class Segment:
     potential: Array
     points: Array
 
+    def __repr__(self) -> str:
+        span = f"{self.time[0]:.6g} to {self.time[-1]:.6g} s" if self.time.size else "no time"
+        return f"Segment({self.mode.value}, step {self.step}, {span}, {self.time.size} samples)"
+
     @property
     def duration(self) -> float:
         """Length of the segment [s]."""
@@ -114,8 +118,8 @@ class Jump:
 
     @property
     def ratio(self) -> float:
-        """Impulse ratio L_t / L_n."""
-        return float(self.impulse[0] / self.impulse[1])
+        """Impulse ratio L_t / L_n; nan without an impulse."""
+        return float(self.impulse[0] / self.impulse[1]) if self.impulse[1] else float("nan")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -151,6 +155,13 @@ class Motion:
     parameters: dict[str, float]
     segments: tuple[Segment, ...]
     jumps: tuple[Jump, ...]
+
+    def __repr__(self) -> str:
+        counts = f"segments: {len(self.segments)}, touchdowns: {len(self.jumps)}"
+        first = (
+            f"first step '{sequence}', " if self.segments and (sequence := self.sequence(self.segments[0].step)) else ""
+        )
+        return f"Motion({first}{counts}, period {self.period:.6g} s, travel {self.travel:.6g} m)"
 
     @property
     def period(self) -> float:

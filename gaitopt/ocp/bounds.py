@@ -10,6 +10,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.impact_complementarity import OPEN_IMPACT
+from gaitopt.ocp.transcription.impact_constraints import ARMED, DIRECTION
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.nlp_builder import MARGINS
 from gaitopt.ocp.transcription.relaxation import Relaxation
@@ -93,6 +94,8 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
         "speed": (problem.speed_range.lower, problem.speed_range.upper),
         "step duration": (0.0, limits.longest_step),
         "separation of the trailing foot": (problem.margins.separation, math.inf),
+        DIRECTION: (-math.inf, -problem.margins.touchdown_rate),
+        ARMED: (problem.margins.touchdown_armed, math.inf),
     }
     for name, rate in zip(problem.robot.actuators, limits.torque_rates(problem.robot.actuators), strict=True):
         rows[f"torque rate of {name}"] = (-rate, rate)

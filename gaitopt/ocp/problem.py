@@ -160,6 +160,8 @@ class GaitProblem:
             "slip_speed_margin": margins.slip_speed,
             "separation_margin": margins.separation,
             "normal_force_margin": margins.normal_force,
+            "touchdown_rate_margin": margins.touchdown_rate,
+            "touchdown_armed_margin": margins.touchdown_armed,
             "guess": "automatic" if self.guess is None else self.guess.describe(),
             "transcription": self.transcription.name,
             "tolerance": self.transcription.tolerance,
@@ -199,6 +201,9 @@ class GaitProblem:
 
     def _check_targets(self) -> None:
         speed, step = self.speed_range, self.step_range
+        for name in ("speed", "step_length"):
+            target = _plain(getattr(self, name))
+            object.__setattr__(self, name, tuple(target) if isinstance(target, list) else target)
         reach = find_longest_reach(self.robot, self.values, self.limits.angles(self.robot.angles))
         if step.lower > reach:
             raise InputError(

@@ -3,6 +3,7 @@
 import functools
 
 from gaitopt.errors import InputError
+from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.mode_search.homotopy import Homotopy
 from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
@@ -13,6 +14,7 @@ from gaitopt.ocp.solve.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import SolveObserver, silent
+from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
 RETRIES = 3
@@ -68,7 +70,8 @@ def solve(
     Raises
     ------
     InputError
-        If `starts` is not a whole number of at least 1, or `solver` is none.
+        If `starts` is not a whole number of at least 1, `solver` is none, or the robot's leg exchange moves the robot
+        or its touchdown guard does not describe the landing of the foot (see :func:`gaitopt.check_robot`).
 
     Examples
     --------
@@ -84,6 +87,7 @@ def solve(
     check_count("starts", starts, 1, 1000)
     if solver is not None and (isinstance(solver, type) or not hasattr(solver, "minimise")):
         raise InputError(f"solver must be a Newton(...) or an Ipopt(...), got {solver!r}.")
+    require_valid_step(problem.robot)
     gaits: list[Gait] = []
     once = (
         functools.partial(solve_open_sequence, homotopy=homotopy or Homotopy())
@@ -99,8 +103,8 @@ def solve(
         if len(gaits) >= (starts if solved else starts + RETRIES):
             break
     if solved:
-        return min(solved, key=lambda gait: gait.solver.objective)
-    return min(gaits, key=lambda gait: (gait.status in _HOPEFUL, gait.solver.constraint_violation))
+        return min(solved, key=lambda gait: rank_of(gait.solver.objective))
+    return min(gaits, key=lambda gait: (gait.status in _HOPEFUL, rank_of(gait.solver.constraint_violation)))
 
 
 def _start(problem: GaitProblem, number: int) -> Guess:

@@ -10,10 +10,14 @@ from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
 from gaitopt.motion.motion import Motion
+from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
 from gaitopt.status import Stop
+
+REPEATS = 1e-6
+"""Largest change by a leg exchange: of energy, relative to the kinetic energy, and of the foot's position [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +83,8 @@ def verify(
     """Replay a gait and attach the verdict.
 
     The simulator is given the first state and the torques as functions of time, nothing else: it chooses contact modes,
-    event times and the impact's outcome itself, with another integrator and adaptive steps.
+    event times and the impact's outcome itself, with another integrator and adaptive steps.  At touchdown the landing
+    foot must come from above and become the stance foot, and the leg exchange must keep kinetic and potential energy.
 
     Parameters
     ----------
@@ -107,10 +112,11 @@ def verify(
     True
     """
     robot = robot_named(gait.robot, robot)
-    return gait.with_verification(_compare(gait, replay(gait, robot, engine=engine), tolerances or Tolerances()))
+    rollout, tolerances = replay(gait, robot, engine=engine), tolerances or Tolerances()
+    return gait.with_verification(_compare(gait, rollout, tolerances, _exchange_faults(robot, rollout.motion)))
 
 
-def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verification:
+def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[str]) -> Verification:
     walked, planned = rollout.motion, gait.motion
     reasons = []
     sequence = walked.sequence()
@@ -137,6 +143,7 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verificati
     for name, error, allowed, unit in checks:
         if not error <= allowed and walked.jumps:
             reasons.append(f"{name} off by {error:.1e}{unit}, allowed {allowed:.0e}")
+    reasons += faults
     return Verification(
         passed=not reasons,
         sequence=spelled,
@@ -150,9 +157,33 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verificati
     )
 
 
+def _exchange_faults(robot: Robot, walked: Motion) -> list[str]:
+    """Return why a touchdown of a motion is not one after which a step can repeat, a sentence for each violation.
+
+    The foot must come down from above, and the leg exchange, which only renames coordinates, must keep kinetic and
+    potential energy and make the landing foot the stance foot.
+    """
+    p, faults = robot.vector(walked.parameters), []
+    for jump in walked.jumps:
+        place, velocity, _ = (np.asarray(part).ravel() for part in robot.landing(jump.q, jump.v_minus, p))
+        if not velocity[1] < 0:
+            faults.append(f"the landing foot does not come from above: its normal velocity is {velocity[1]:.3g} m/s")
+        apart = float(np.linalg.norm(jump.q_next[:2] - place))
+        if not apart <= REPEATS:
+            faults.append(f"the landing foot does not become the stance foot: they are {apart:.3g} m apart")
+        before, after = (
+            [float(part) for part in robot.energy(*state, p)]
+            for state in ((jump.q, jump.v_plus), (jump.q_next, jump.v_next))
+        )
+        for name, old, new in zip(("kinetic", "potential"), before, after, strict=True):
+            if not abs(new - old) <= REPEATS * before[0]:
+                faults.append(f"the leg exchange changes the {name} energy by {new - old:.3g} J")
+    return faults
+
+
 def _state_error(planned: Motion, walked: Motion) -> float:
     """Return the largest difference of the states after the touchdown, angles and rates and foot speed."""
     if not walked.jumps:
         return float("inf")
     plan, real = planned.jumps[0], walked.jumps[0]
-    return float(max(np.max(np.abs(plan.q_next[2:] - real.q_next[2:])), np.max(np.abs(plan.v_next - real.v_next))))
+    return worst(np.abs(plan.q_next[2:] - real.q_next[2:]), np.abs(plan.v_next - real.v_next))

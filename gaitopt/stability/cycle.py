@@ -1,5 +1,6 @@
 """Periodic gaits of a walker: state, contact sequence, multipliers, cost in energy and friction."""
 
+import textwrap
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, ledger
 from gaitopt.motion.motion import Array
+from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.critical_friction import CriticalFriction, critical_friction
@@ -82,6 +84,11 @@ class Cycle:
     energy: Ledger
     engine: str
 
+    def __repr__(self) -> str:
+        sequence = textwrap.shorten(self.sequence, 80, placeholder=" ...")
+        verdict = f"{'stable' if self.stable else 'unstable'}, spectral radius {self.radius:.6g}"
+        return f"Cycle({self.robot!r}, '{sequence}', {verdict}, period {self.period:.6g} s, travel {self.travel:.6g} m)"
+
     @property
     def sequence(self) -> str:
         """The contact sequences of the period, joined by ``"; "``."""
@@ -96,13 +103,13 @@ class Cycle:
     @property
     def one_sided_multipliers(self) -> tuple[NDArray[np.complex128], ...]:
         """Multipliers on the sticking and on the slipping side of an impact's edge; empty away from it."""
-        return tuple(np.linalg.eigvals(matrix).astype(complex) for matrix in self.one_sided)
+        return tuple(_eigenvalues(matrix) for matrix in self.one_sided)
 
     @property
     def radius(self) -> float:
         """Spectral radius: the largest modulus of a multiplier, on the worse side if one-sided."""
         sides = (self.multipliers, *self.one_sided_multipliers)
-        return float(max(np.max(np.abs(values), initial=0.0) for values in sides))
+        return worst(0.0, *(np.abs(values) for values in sides))
 
     @property
     def stable(self) -> bool:
@@ -113,6 +120,13 @@ class Cycle:
 def slips_throughout(modes: tuple[Mode, ...], impact: Mode | None) -> bool:
     """Return whether a step slips in one direction from impact to impact (complete slip)."""
     return len(modes) == 1 and modes[0].slips and impact is modes[0]
+
+
+def _eigenvalues(matrix: Array) -> NDArray[np.complex128]:
+    """Return the eigenvalues of a matrix; nan if an entry is not finite."""
+    if not np.all(np.isfinite(matrix)):
+        return np.full(matrix.shape[0], np.nan, dtype=complex)
+    return np.linalg.eigvals(matrix).astype(complex)
 
 
 def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle:
@@ -129,7 +143,7 @@ def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle
         section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
     motion = record_walk(walker, point.passage.states[0], returning.steps).motion
     sequences = tuple(sequence for step in range(returning.steps) if (sequence := motion.sequence(step)) is not None)
-    eigenvalues = np.linalg.eigvals(derivative).astype(complex)
+    eigenvalues = _eigenvalues(derivative)
     sticks = all(mode is Mode.STICK for stride in point.passage.strides for mode in stride.modes)
     return Cycle(
         robot=walker.robot.name,

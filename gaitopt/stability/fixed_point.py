@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.motion.motion import Array
+from gaitopt.reductions import worst
 from gaitopt.stability.return_map import Passage, ReturnMap
 
 ROUNDING = 1e-15
@@ -70,7 +71,7 @@ def find_fixed_point(returning: ReturnMap, z: Array, newton: FixedPointOptions |
         return None
     gap, identity = passage.end - z, np.eye(z.size)
     for iteration in range(newton.max_iterations + 1):
-        matrix, error = returning.derivative(z, passage), float(np.max(np.abs(gap)))
+        matrix, error = returning.derivative(z, passage), worst(np.abs(gap))
         if not np.all(np.isfinite(matrix)):
             return None
         last = iteration == newton.max_iterations or error <= ROUNDING
@@ -80,7 +81,7 @@ def find_fixed_point(returning: ReturnMap, z: Array, newton: FixedPointOptions |
             return None
         found = None if last else _line_search(returning, z, direction, error, newton)
         if found is None:
-            met = min(error, float(np.max(np.abs(direction)))) <= newton.tolerance
+            met = bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= newton.tolerance
             return FixedPoint(z, matrix, error, passage, iteration) if met else None
         z, passage, gap = found
     return None

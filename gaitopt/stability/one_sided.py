@@ -43,9 +43,9 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
     if impact.mode.slips:
         # A slipping impulse always lies on the cone; it is near the edge when the foot is left almost at rest.
         assert stride.following is not None
-        if abs(stride.following[n]) > nearness * np.max(np.abs(impact.v_plus)):
+        if not abs(stride.following[n]) <= nearness * np.max(np.abs(impact.v_plus)):
             return ()
-    elif abs(abs(ratio) - friction) > nearness * friction:
+    elif not abs(abs(ratio) - friction) <= nearness * friction:
         return ()
     section, linearisation = Section(walker.robot, walker.p, sliding=True), Linearisation(walker)
     slip = Mode.slipping(-ratio)

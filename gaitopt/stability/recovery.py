@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import check_options, counted, positive
+from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.section import Section
@@ -206,7 +207,7 @@ def _settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -
         if following is None:
             return None
         state = following
-        distance = float(np.max(np.abs(whole.project(state) - home)))
+        distance = worst(np.abs(whole.project(state) - home))
         if distance > test.tolerance:
             outside = step
         elif distance <= ARRIVED * test.tolerance:

@@ -4,11 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import absolute_work
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
+from gaitopt.reductions import worst
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.study.gait_metrics import braking_work, force_ratio, peak_torques
 
@@ -63,7 +66,7 @@ class Comparison:
         if label in self.multipliers:
             values = self.multipliers[label]
             record["multipliers"] = [[value.real, value.imag] for value in values]
-            record["largest_multiplier"] = max(map(abs, values))
+            record["largest_multiplier"] = worst(np.abs(values))
         return record
 
 

@@ -53,7 +53,7 @@ def shortest_phase(gait: Gait) -> float:
     >>> round(shortest_phase(load("docs/examples/compass_slip.h5")), 4)
     0.0196
     """
-    return min(segment.duration for segment in gait.motion.segments)
+    return float(np.min([segment.duration for segment in gait.motion.segments]))
 
 
 def peak_torques(gait: Gait) -> dict[str, float]:

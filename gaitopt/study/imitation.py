@@ -140,7 +140,7 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
         jump = motion.jumps[-1]
         after = np.concatenate([jump.q_next[2:], jump.v_next])
         gap = float(np.max(np.abs(after - start[2:])))
-        if gap > tolerance:
+        if not gap <= tolerance:
             reasons.append(f"The step does not repeat: the state after it differs by {gap:.2g} from that at its start.")
     torque = motion.channel("torque") if motion.segments else np.full((1, 1), np.nan)
     return Imitation(

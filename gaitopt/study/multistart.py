@@ -20,6 +20,7 @@ from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPertur
 from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.progress import silent
+from gaitopt.reductions import rank_of
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.verification import verify
 from gaitopt.status import Status
@@ -87,7 +88,7 @@ def solve_coarse(problem: GaitProblem, starts: Sequence[Gait | Guess]) -> list[G
         (found if gait.status.ok else failed).append(gait)
         if (
             not found
-            and sum(other.solver.constraint_violation > LARGE_VIOLATION for other in failed) >= MAX_FAILED_STARTS
+            and sum(not other.solver.constraint_violation <= LARGE_VIOLATION for other in failed) >= MAX_FAILED_STARTS
         ):
             break
     return sorted(found, key=objective) if found else [best(failed)]
@@ -95,7 +96,7 @@ def solve_coarse(problem: GaitProblem, starts: Sequence[Gait | Guess]) -> list[G
 
 def objective(gait: Gait) -> float:
     """Return what a gait was optimised for; infinite unless it is a solution."""
-    return gait.solver.objective if gait.status.ok else math.inf
+    return rank_of(gait.solver.objective) if gait.status.ok else math.inf
 
 
 def solve_cold(problem: GaitProblem, starts: int) -> list[Gait]:
@@ -142,7 +143,7 @@ def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
 
 
 def _rank(gait: Gait) -> tuple[float, float]:
-    return objective(gait), gait.solver.constraint_violation
+    return objective(gait), rank_of(gait.solver.constraint_violation)
 
 
 def _alike(one: Gait, other: Gait) -> bool:

@@ -13,6 +13,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import check_options, counted, positive
 from gaitopt.progress import Iteration, Observer
+from gaitopt.reductions import rank_of, worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -115,14 +116,14 @@ class GainSearch:
         for share in ranked[: search.starts]:
             simplex = {"initial_simplex": _simplex(share)}
             minimize(self, share, method="Nelder-Mead", bounds=[(0, 1)] * len(gains), options=options | simplex)
-        return min(self.trials, key=lambda trial: trial.objective)
+        return min(self.trials, key=lambda trial: rank_of(trial.objective))
 
     def __call__(self, share: Array) -> float:
         """Return the objective of gains given by their shares of the way between bounds, and keep it as a trial."""
         gains = {gain.name: gain.at(at) for gain, at in zip(self.design.gains, share.tolist(), strict=True)}
         value = self._value(gains)
         self.trials.append(Trial(gains, value))
-        best = min(trial.objective for trial in self.trials)
+        best = min(rank_of(trial.objective) for trial in self.trials)
         self._observer(Iteration(len(self.trials), value, best))
         return value
 
@@ -131,7 +132,7 @@ class GainSearch:
             law = self.design.law(gains)
         except InputError:
             return LARGE_VIOLATION  # no such law: a Riccati equation without solution
-        return max(self._on_ground(law, k) for k in range(len(self._grounds)))
+        return worst(*(self._on_ground(law, k) for k in range(len(self._grounds))))
 
     def _on_ground(self, law: Law, k: int) -> float:
         """Return the objective of a law on one ground; the fixed point is looked for from the last one found there."""
@@ -139,7 +140,7 @@ class GainSearch:
         returning = ReturnMap(Walker(self._robot, law, p, engine, step_time_limit=self._patience), section)
         z = self._points[k]
         passage = returning(z)
-        if passage.end is None or np.max(np.abs(passage.end - z)) > NEAR:
+        if passage.end is None or not np.max(np.abs(passage.end - z)) <= NEAR:
             point = find_fixed_point(returning, z)
             if point is None:
                 return LARGE_VIOLATION
@@ -147,7 +148,9 @@ class GainSearch:
             self._points[k] = z
         sides = one_sided_derivatives(returning.walker, passage.states[0], passage.strides[0])
         matrices = sides or (returning.derivative(z, passage),)
-        return max(self.objective(matrix, self._scale) for matrix in matrices)
+        if not all(np.all(np.isfinite(matrix)) for matrix in matrices):
+            return LARGE_VIOLATION
+        return worst(*(self.objective(matrix, self._scale) for matrix in matrices))
 
 
 def _simplex(share: Array) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from gaitopt.motion.motion import Array
+from gaitopt.reductions import worst
 
 
 class TuningObjective(Protocol):
@@ -44,7 +45,7 @@ class SpectralRadius:
 
     def __call__(self, derivative: Array, scale: Array) -> float:
         """See :class:`TuningObjective`."""
-        return float(np.max(np.abs(np.linalg.eigvals(derivative)), initial=0.0))
+        return _radius(derivative)
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,11 @@ class SensitivityNorm:
     def __call__(self, derivative: Array, scale: Array) -> float:
         """See :class:`TuningObjective`."""
         matrix = derivative * scale / scale[:, None]
-        if np.max(np.abs(np.linalg.eigvals(matrix)), initial=0.0) >= 1:
+        if not _radius(matrix) < 1:
             return float("inf")
-        return float(np.sqrt(max(np.trace(solve_discrete_lyapunov(matrix, matrix @ matrix.T)), 0.0)))
+        return worst(np.sqrt(np.maximum(np.trace(solve_discrete_lyapunov(matrix, matrix @ matrix.T)), 0.0)))
+
+
+def _radius(matrix: Array) -> float:
+    """Return the spectral radius of a matrix; infinite if an entry is not finite."""
+    return worst(0.0, np.abs(np.linalg.eigvals(matrix))) if np.all(np.isfinite(matrix)) else float("inf")

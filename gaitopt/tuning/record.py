@@ -1,5 +1,6 @@
 """What tuning found, and how."""
 
+import textwrap
 from dataclasses import dataclass, field
 
 from gaitopt.control.law import Law
@@ -75,6 +76,12 @@ class Tuning:
     trials: tuple[Trial, ...] = field(repr=False)
     evaluations: int
     seconds: float
+
+    def __repr__(self) -> str:
+        gains = textwrap.shorten(", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items()), 120)
+        radii = f"spectral radius {self.radius_before:.4g} to {self.radius_after:.4g}"
+        push = f"recovers from {self.verified.radius:.3g} rad/s"
+        return f"Tuning({self.design!r}, {radii}, {push}, {gains}, {self.evaluations} evaluations)"
 
     @property
     def stable(self) -> bool:

@@ -112,7 +112,7 @@ def test_a_folder_or_text_file_is_no_script(command, script, folder):
 
 
 # Root may write anywhere, so a folder of the kernel stands for one that is not writable.
-@pytest.mark.parametrize("output", ["/proc/gait.h5", "missing/gait.h5", "."])
+@pytest.mark.parametrize("output", ["/proc/gait.h5", "missing/gait.h5", ".", "gait.mat", "gait"])
 def test_an_output_that_cannot_be_written_is_refused_before_the_work(command, root, folder, output):
     refused(command("solve", root / SLIP, "-o", output), folder, said=f"Cannot write {output}")
     run = command("solve", root / SLIP, "-o", output, "--json")

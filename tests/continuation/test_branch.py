@@ -108,3 +108,8 @@ def test_loss_of_stability_is_located():
 def test_unknown_parameter_is_named(sticking):
     with pytest.raises(InputError, match="Did you mean 'friction'"):
         trace_branch(rimless_wheel(), {}, sticking, "fricton", [0.1])
+
+
+def test_a_branch_is_shown_in_a_line(sticking):
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.9], tolerance=1e-4)
+    assert repr(branch) == ("Branch('friction', gaits: 4 from 1 to 0.9, special points: 1, ended: all values reached)")

@@ -1,17 +1,26 @@
 """Joint feedback about a reference."""
 
+import dataclasses
+
+import casadi as ca
 import numpy as np
 import pytest
 
 from gaitopt import (
+    Coordinates,
+    Drawing,
     InputError,
+    PointMass,
     ScipyEngine,
+    StepEnd,
+    assemble,
     compass_biped,
     joint_pd,
     load,
     replay,
 )
 from gaitopt.control.reference import reference
+from gaitopt.model.robots.compass import PARAMETERS
 
 
 @pytest.fixture(scope="module")
@@ -74,3 +83,32 @@ def test_mistakes_are_explained(gait):
 def test_gains_must_be_finite(compass, slip_gait):
     with pytest.raises(InputError, match="ankle_damping must be a finite number, got nan"):
         joint_pd(compass, slip_gait.motion, stiffness=1, damping=np.nan)
+
+
+def lever_biped():
+    """Return a compass biped whose hip actuator works through a lever on a nonlinear function of the hip's angle."""
+    c = Coordinates(("th1", "th2"), PARAMETERS)
+    a, b = c.angle("th1"), c.angle("th2")
+    hip = c.foot + c.parameter("leg_length") * ca.vertcat(ca.sin(a), ca.cos(a))
+    foot = hip + c.parameter("leg_length") * ca.vertcat(ca.sin(b), -ca.cos(b))
+    return assemble(
+        "compass_biped",
+        c,
+        bodies=[PointMass(c.parameter("leg_mass"), hip), PointMass(1.0, (hip + foot) / 2)],
+        step=StepEnd(landing=foot, touchdown=b - a, armed=a, exchange=[-b, -a], upright=ca.cos(a)),
+        actuators={"ankle": a, "hip": c.parameter("hip_mass") * ca.sin(a + b)},
+        drawing=Drawing({"hip": hip}, []),
+        description="compass biped with a lever at its hip",
+    )
+
+
+def test_joints_that_are_no_linear_functions_of_the_angles_are_taken_at_the_state(gait):
+    """At q = 0 with default parameters the lever's arm would be another."""
+    clock, q, v, planned = on_plan(gait, 1, 20)
+    parameters = {**gait.motion.parameters, "hip_mass": 3.0}
+    motion = dataclasses.replace(gait.motion, parameters=parameters)
+    law = joint_pd(lever_biped(), motion).with_gains({"hip_stiffness": 3, "hip_damping": 2})
+    away = q + np.array([0, 0, 0.3, 0.2])
+    arm = 3.0 * np.cos(away[2] + away[3])
+    error = torque(law, clock, away, v + np.array([0, 0, 0.1, -0.3])) - planned
+    assert error == pytest.approx([0, -arm * (3 * 0.5 + 2 * (0.1 - 0.3))], abs=1e-8)

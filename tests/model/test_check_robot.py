@@ -85,8 +85,16 @@ BREAKS = {
         lambda r: {"momentum": changed(r.momentum, lambda p, a: (p, -a))},
     ),
     "landing foot elsewhere": (
-        "momentum",
+        "exchange",
         lambda r: {"landing": changed(r.landing, lambda x, v, j: (x + ca.DM([0.01, 0]), v, j))},
+    ),
+    "landing foot at another height": (
+        "momentum",
+        lambda r: {"landing": changed(r.landing, lambda x, v, j: (x + ca.DM([0, 0.01]), v, j))},
+    ),
+    "landing foot's Jacobian a percent high": (
+        "momentum",
+        lambda r: {"landing": changed(r.landing, lambda x, v, j: (x, v, 1.01 * j))},
     ),
     "impact too soft": (
         "impact",

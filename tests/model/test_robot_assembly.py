@@ -27,15 +27,15 @@ GRAVITY = Parameter("gravity", 9.8, "m/s^2", "gravity", lower=0.0)
 
 
 def rod(bodies=None, relabel=None, **changes):
-    """Return a robot of one leg (it lands on its own mirror image), made of whatever bodies are given."""
+    """Return a rimless wheel of which one spoke is drawn, made of whatever bodies are given."""
     c = Coordinates(["th"], [GRAVITY])
     th = c.angle("th")
     end = c.foot + ca.vertcat(ca.sin(th), ca.cos(th))
     step = {
-        "landing": c.foot + 2 * ca.vertcat(ca.sin(th), 0),
+        "landing": end - ca.vertcat(ca.sin(th - 0.6), ca.cos(th - 0.6)),
         "touchdown": 0.3 - th,
         "armed": th,
-        "exchange": [relabel(th)] if relabel else [-th],
+        "exchange": [relabel(th)] if relabel else [th - 0.6],
         "upright": ca.cos(th),
     }
     step |= {name: changes.pop(name) for name in list(changes) if name in step}

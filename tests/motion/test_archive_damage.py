@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from gaitopt import ArchiveError, load, save
+from gaitopt import ArchiveError, InputError, load, save
 from gaitopt.motion import archive
 
 
@@ -137,6 +137,20 @@ def test_a_target_that_is_a_folder(slip_gait, tmp_path):
     with pytest.raises(ArchiveError, match=r"it is a folder\. Give a file name"):
         save(slip_gait, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["gait.mat", "gait.csv", "gait", "gait.h5.txt"])
+def test_another_suffix_is_refused_and_what_writes_it_is_named(slip_gait, tmp_path, name):
+    with pytest.raises(
+        InputError, match=r"Cannot write .*Use \.h5 \(HDF5\), \.hdf5 \(HDF5\)\. .*gaitopt export.*write_csv"
+    ):
+        save(slip_gait, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["gait.h5", "gait.hdf5", "gait.H5"])
+def test_suffixes_of_gait_files(slip_gait, tmp_path, name):
+    assert load(save(slip_gait, tmp_path / name)).sequence == slip_gait.sequence
 
 
 def test_a_folder_that_cannot_be_written(slip_gait, monkeypatch, tmp_path):

@@ -75,3 +75,19 @@ def test_cone_margin_is_the_smallest_of_the_sticking_samples(segment, motion):
     assert cone_margin(motion([sliding, held])) == pytest.approx(1 - 0.4 / 0.5)
     assert cone_margin(motion([held], friction=np.inf)) == 1.0
     assert np.isnan(cone_margin(motion([sliding])))
+
+
+def test_a_gait_and_its_parts_are_shown_in_a_line(slip_gait, infeasible, not_a_number):
+    shown = repr(slip_gait)
+    assert shown == (
+        "Gait('compass_biped', 'slip+ stick | slip+', solved, replay passed, cost of transport 0.0158534, 0.633 m/s, "
+        "step 0.4713 m)"
+    )
+    assert "infeasible" in repr(infeasible)
+    assert "cost of transport nan" in repr(not_a_number)
+    motion = slip_gait.motion
+    assert repr(motion) == (
+        "Motion(first step 'slip+ stick | slip+', segments: 2, touchdowns: 1, period 0.74455 s, travel 0.4713 m)"
+    )
+    assert repr(motion.segments[0]) == "Segment(slip+, step 0, 0 to 0.0195586 s, 21 samples)"
+    assert repr(dataclasses.replace(motion, segments=(), jumps=())).startswith("Motion(segments: 0, touchdowns: 0")

@@ -33,6 +33,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
     assert facts["speed"] == [0.6, 0.7]
     assert facts["step_length"] is None
     assert facts["cone_margin"] == 0.01
+    assert facts["touchdown_rate_margin"] == facts["touchdown_armed_margin"] == 1e-3
     assert facts["torque_limit"] == {"ankle": 6.0, "hip": 6.0}
     assert facts["intervals"] == [40]
     for name in ("leg_length", "leg_com", "leg_mass", "hip_mass", "gravity", "slope", "friction"):

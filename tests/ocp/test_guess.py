@@ -1,5 +1,8 @@
+import dataclasses
 import math
+from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -14,6 +17,7 @@ from gaitopt import (
     load,
     rimless_wheel,
 )
+from gaitopt.cli.script import load_script
 from gaitopt.ocp import FromMotion
 from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.initial.initial_point import initial_point, setting
@@ -22,6 +26,7 @@ from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, touchdown_p
 from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
 
 PERIOD, STEP = 0.75, 0.47
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -148,6 +153,29 @@ def test_the_longest_reach_of_straight_legs(limit):
     # Both legs at the limit: l (sin + sin), and no farther than legs spread flat.
     expected = 2 * 1.6 * math.sin(min(limit, math.pi / 2))
     assert find_longest_reach(robot, robot.resolve({}), [(-limit, limit)] * 2) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("limit", [0.6, 1.0, 1.3])
+def test_the_longest_reach_of_bent_legs_is_not_in_a_corner(limit):
+    """Legs of two times 0.4 m, the knee being an angle between shank and thigh of 0.02 to 1.5 rad."""
+    robot, free, knee = load_script(ROOT / "problems" / "five_link.py")().robot, (-limit, limit), (0.02, 1.5)
+    reach = find_longest_reach(robot, robot.resolve({}), [free, knee, free, free, knee])
+    # Both thighs are at their limits; the stance knee bends until the shank lies flat, the other as little as it may.
+    assert reach == pytest.approx(0.4 * (1 + 2 * math.sin(limit) + math.sin(limit - 0.02)), rel=1e-9)
+    rng = np.random.default_rng(0)
+    angles = rng.uniform([-limit, 0.02, -limit, -limit, 0.02], [limit, 1.5, limit, limit, 1.5], size=(20000, 5))
+    q = np.hstack([np.zeros((20000, 2)), angles])
+    p = robot.vector(robot.resolve({}))
+    found = robot.landing.map(20000)(q.T, 0, p)[0].full()[0]
+    assert 0.9 * reach < np.max(found) <= reach
+
+
+def test_a_reach_that_is_nan_is_refused(compass):
+    landing = compass.landing
+    q, v, p = (ca.SX.sym(landing.name_in(i), landing.sparsity_in(i)) for i in range(3))
+    broken = ca.Function("landing", [q, v, p], [output * np.nan for output in landing(q, v, p)])
+    with pytest.raises(InputError, match="not finite within"):
+        find_longest_reach(dataclasses.replace(compass, landing=broken), compass.resolve({}), [(-1, 1)] * 2)
 
 
 def test_a_step_beyond_reach_has_no_touchdown_pose():

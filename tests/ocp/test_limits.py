@@ -1,10 +1,12 @@
+import dataclasses
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt import InputError, Limits, Margins
+from gaitopt import InputError, Limits, Margins, solve
 from gaitopt.ocp.statement.limits import Range
 
 ACTUATORS = ("ankle", "hip")
@@ -67,7 +69,10 @@ def test_a_clearance_that_cannot_be(value):
         Limits(clearance=value)
 
 
-@pytest.mark.parametrize("name", ["cone", "impact_cone", "slip_speed", "separation", "normal_force"])
+MARGINS = [field.name for field in dataclasses.fields(Margins)]
+
+
+@pytest.mark.parametrize("name", MARGINS)
 @pytest.mark.parametrize("value", [-1e-9, math.nan, "wide"])
 def test_margins_that_cannot_be(name, value):
     with pytest.raises(InputError, match=f"Margins.{name}"):
@@ -78,6 +83,39 @@ def test_margins_that_cannot_be(name, value):
 def test_a_margin_that_takes_everything_is_refused(name):
     with pytest.raises(InputError, match=f"Margins.{name} must be .* at most 0.99"):
         Margins(**{name: 1.0})
+
+
+@pytest.mark.parametrize("name", MARGINS)
+@pytest.mark.parametrize("value", [0, np.int64(0), np.float32(0.5), "0.5"])
+def test_a_margin_of_any_kind_of_number_is_a_float(name, value):
+    """A whole number of slip_speed once crashed the solve."""
+    kept = getattr(Margins(**{name: value}), name)
+    assert type(kept) is float
+    assert kept == float(value)
+
+
+@pytest.mark.parametrize("name", ["rate", "shortest_phase", "longest_step", "clearance"])
+def test_a_limit_of_any_kind_of_number_is_a_float(name):
+    assert type(getattr(Limits(**{name: 1}), name)) is float
+    assert type(getattr(Limits(**{name: np.float64(1)}), name)) is float
+
+
+def test_margins_of_whole_numbers_are_solved_with(reference_problem):
+    margins = Margins(slip_speed=0, cone=0, separation=0)
+    gait = solve(reference_problem(sequence="slip+ stick | slip+", objective="torque_squared", margins=margins))
+    assert gait.status.ok
+
+
+@pytest.mark.parametrize("sequence", ["stick | stick", "slip+ stick | slip+"])
+def test_margins_of_the_touchdown_guard_are_inactive(solved, compass, sequence):
+    """Other robots have guards in other units, but no walker of reasonable size comes near these margins."""
+    motion, margins = solved(sequence=sequence).motion, Margins()
+    jump = motion.jumps[0]
+    _, rate, armed = (
+        float(part) for part in compass.touchdown(jump.q, jump.v_minus, compass.vector(motion.parameters))
+    )
+    assert rate < -100 * margins.touchdown_rate  # [rad/s]
+    assert armed > 100 * margins.touchdown_armed  # [rad]
 
 
 @given(POSITIVE)

@@ -81,7 +81,15 @@ def slipping(reference_problem):
     problem = reference_problem(
         sequence=SLIPPING,
         limits=Limits(torque={"hip": 3}, angle=1.0, rate=5.0, shortest_phase=0.01, longest_step=2.0),
-        margins=Margins(cone=0.02, impact_cone=0.03, slip_speed=0.04, separation=0.05, normal_force=0.06),
+        margins=Margins(
+            cone=0.02,
+            impact_cone=0.03,
+            slip_speed=0.04,
+            separation=0.05,
+            normal_force=0.06,
+            touchdown_rate=0.07,
+            touchdown_armed=0.08,
+        ),
     )
     transcription = programme(problem.sequence, (4, 4, 4), problem.objective)
     return problem, transcription, bounds(transcription, problem)
@@ -113,6 +121,8 @@ def test_targets_and_margins_become_bounds_of_rows(slipping):
     assert named["speed"] == {(0.633, 0.633)}
     assert named["step duration"] == {(0.0, 2.0)}
     assert named["separation of the trailing foot"] == {(0.05, math.inf)}
+    assert named["touchdown direction"] == {(-math.inf, -0.07)}
+    assert named["touchdown ahead of the stance foot"] == {(0.08, math.inf)}
     assert named["normal force"] == {(0.06, math.inf)}
     assert named["normal force, inner point 1"] == {(0.06, math.inf)}
     assert named["forward friction cone"] == {(0.0, math.inf)}

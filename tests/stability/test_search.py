@@ -1,5 +1,6 @@
 """The search for gaits, and gaits of optimised torques."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -150,3 +151,12 @@ def test_period_two_gait_is_found_followed_and_settled_in():
     branch = trace_branch(robot, goswami, gait, "slope", [slope, slope + 1e-3])
     assert [len(cycle.sequences) for cycle in branch.cycles] == [2] * len(branch.cycles)
     assert not np.allclose(branch.cycles[-1].points[0], branch.cycles[-1].points[1], atol=1e-3)
+
+
+def test_a_cycle_is_shown_in_a_line_however_many_steps_it_has():
+    gait = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, starts=10)[0]
+    assert repr(gait) == (
+        "Cycle('rimless_wheel', 'stick | stick', stable, spectral radius 0.734042, period 0.253348 s, "
+        "travel 0.618034 m)"
+    )
+    assert len(repr(dataclasses.replace(gait, sequences=gait.sequences * 50))) < 300

@@ -1,5 +1,7 @@
 """Tuning: what is found, reported and verified."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -132,3 +134,11 @@ def test_sensitivity_norm_adds_up_what_becomes_of_pushes():
     assert SensitivityNorm()(matrix, scale) == pytest.approx(np.sqrt(sum(np.sum(p**2) for p in powers)))
     assert SensitivityNorm()(2 * np.eye(2), scale) == np.inf
     assert SpectralRadius()(matrix, scale) == pytest.approx(max(abs(np.linalg.eigvals(matrix))))
+
+
+def test_a_tuning_is_shown_in_a_line(tuned):
+    assert repr(tuned).startswith("Tuning('pd', spectral radius 0.6")
+    assert "hip_stiffness=" in repr(tuned)
+    many = dataclasses.replace(tuned, gains={f"actuator_{k}_stiffness": 1 / 3 for k in range(50)})
+    assert len(repr(tuned)) < len(repr(many)) < 300
+    assert "np.float64" not in repr(tuned)

@@ -114,7 +114,7 @@ class TouchdownMap:
         separation = v_plus.item(1)
         lost = -(v_t * l_t + v_n * l_n + (tt * l_t * l_t + (tn + nt) * l_t * l_n + nn * l_n * l_n) / 2)
         impact = Impact(mode, given[2 * n :].copy(), v_plus, lost, separation, len(found) > 1)
-        if separation < 0:
+        if not separation >= 0:
             return impact, None
         following[n + 1] = 0.0  # the landing foot stays on the ground, exactly
         if mode is _STICK:

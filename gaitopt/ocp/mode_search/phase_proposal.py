@@ -20,6 +20,7 @@ from gaitopt.ocp.statement.initial_guess import Guess, Sample
 from gaitopt.ocp.transcription.phase_complementarity import CONTACT, transcribe_open
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.progress import SolveObserver
+from gaitopt.reductions import worst
 
 AGREEMENT = 0.1
 """Largest relative difference in cost of the closed contact sequence; the grids differ, and one is of low order."""
@@ -46,7 +47,7 @@ def propose_phases(
         np.clip(open_start(transcription, problem, guess), limits.x_lower, limits.x_upper),
         data_vector(problem),
         limits,
-        lambda x: max(impact_residual(transcription, problem, x), friction_residual(transcription, problem, x)),
+        lambda x: worst(impact_residual(transcription, problem, x), friction_residual(transcription, problem, x)),
         solver,
         observer,
     )

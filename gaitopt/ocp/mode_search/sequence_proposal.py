@@ -19,6 +19,7 @@ from gaitopt.ocp.solve.grid_solve import BARRIER_NEARBY_PROBLEM, GridSolution, S
 from gaitopt.ocp.solve.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.progress import SolveObserver, silent
+from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
 
@@ -41,7 +42,7 @@ class CandidateCheck:
     @property
     def rank(self) -> tuple[bool, float]:
         """What it is sorted by: solutions first, the cheapest before the others."""
-        return (not self.step.outcome.status.ok, self.step.outcome.objective)
+        return (not self.step.outcome.status.ok, rank_of(self.step.outcome.objective))
 
 
 def solve_open_sequence(

@@ -1,5 +1,6 @@
 """What happens at every iteration of a CasADi solver: progress is told, the best iterate kept, Ctrl-C heard."""
 
+import math
 import signal
 import threading
 from collections.abc import Iterator
@@ -9,10 +10,12 @@ from types import FrameType
 from typing import Protocol
 
 import casadi as ca
+import numpy as np
 
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Iteration, Observer
+from gaitopt.reductions import worst
 
 FEASIBLE = 1e-6
 """Largest violation of an iterate that is worth keeping."""
@@ -44,7 +47,7 @@ class IterationCallback(ca.Callback):
         self._sizes = {"x": nlp.n_variables, "g": nlp.n_constraints, "f": 1, "p": 0}
         self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
         self._observer: Observer | None = None
-        self._limits = ca.DM(), ca.DM()
+        self._limits = np.empty(0), np.empty(0)
         self._count = 0
         self.best: BestIterate | None = None
         self.interrupted = False
@@ -53,7 +56,7 @@ class IterationCallback(ca.Callback):
 
     def watch(self, observer: Observer, bounds: Bounds) -> None:
         """Begin to listen to a solve."""
-        self._observer, self._limits, self._count = observer, (ca.DM(bounds.g_lower), ca.DM(bounds.g_upper)), 0
+        self._observer, self._limits, self._count = observer, (bounds.g_lower, bounds.g_upper), 0
         self.interrupted, self.failure, self.best = False, None, None
 
     def interrupt(self) -> None:
@@ -90,10 +93,11 @@ class IterationCallback(ca.Callback):
             return [0]
         try:
             values = dict(zip(OUTPUTS, arguments, strict=True))
-            g, (lower, upper) = values["g"], self._limits
-            excess = max(0.0, float(ca.mmax(ca.fmax(lower - g, g - upper)))) if g.numel() else 0.0
+            g, (lower, upper) = np.asarray(values["g"]).ravel(), self._limits
+            excess = worst(0.0, lower - g, g - upper)
             objective = float(values["f"])
-            if excess <= FEASIBLE and (self.best is None or objective < float(self.best.values["f"])):
+            cheaper = self.best is None or objective < float(self.best.values["f"])
+            if excess <= FEASIBLE and math.isfinite(objective) and cheaper:
                 self.best = BestIterate(self._count, values)
             self._observer(Iteration(self._count, objective, excess))
             self._count += 1

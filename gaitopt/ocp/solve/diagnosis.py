@@ -62,18 +62,18 @@ def warnings(
         By how much a contact mode is violated between nodes.
     """
     found = []
-    if error > problem.transcription.tolerance:
+    if not error <= problem.transcription.tolerance:
         found.append(
             f"the plan is only accurate to {error:.1e} between nodes, not to the tolerance "
             f"{problem.transcription.tolerance:.1e}: use more intervals."
         )
-    if outside > ROUNDING:
+    if not outside <= ROUNDING:
         found.append(
             f"between nodes the contact leaves its mode by {outside:.1e}: use more intervals, or larger Margins "
             f"(cone, normal_force, slip_speed)."
         )
     low = lack_of_height(transcription, problem, x)
-    if low > SCUFF:
+    if not low <= SCUFF:
         found.append(
             f"between nodes the swing foot is {low:.1e} m lower than Limits.clearance asks: use more intervals."
         )

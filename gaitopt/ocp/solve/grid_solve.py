@@ -27,6 +27,8 @@ from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.transcription import Transcription, transcribe
 from gaitopt.progress import Observer
+from gaitopt.reductions import worst
+from gaitopt.status import Status
 
 BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
 """Barrier parameters to go on with from the same problem on another grid, and from another problem."""
@@ -79,7 +81,7 @@ class GridSolution:
     @functools.cached_property
     def error(self) -> float:
         """Drift between the nodes or closing error of the energy ledger, whichever is larger."""
-        return max(self.between.drift, ledger(self.motion).relative_residual)
+        return worst(self.between.drift, ledger(self.motion).relative_residual)
 
     def polished(self) -> "GridSolution":
         """Return the step with its equations met to rounding."""
@@ -90,6 +92,13 @@ class GridSolution:
         """Return the step with the status of a later one that was stopped before it got anywhere."""
         message = f"{later.message}; kept is the solution before this refinement"
         return replace(self, outcome=replace(self.outcome, status=later.status, message=message), kept=True)
+
+    def sound(self) -> "GridSolution":
+        """Return the step, as a failure if a solution is not finite between its nodes: no motion passes there."""
+        if not self.outcome.status.ok or math.isfinite(self.error):
+            return self
+        message = f"{self.outcome.message}; the plan is not finite between its nodes"
+        return replace(self, outcome=replace(self.outcome, status=Status.INVALID_NUMBER, message=message))
 
     def drift(self) -> float:
         """Return the error between nodes; infinite where there is no solution."""
@@ -159,5 +168,7 @@ class SingleStart:
         limits, data = bounds(transcription, problem), data_vector(problem)
         outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
+        if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
+            outcome = replace(outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}, at nan or inf")
         # Without its guess: what is read out of a step later must not keep the gait alive from which it went on.
         return GridSolution(problem.without_guess(), method, transcription, limits, outcome)

@@ -55,9 +55,9 @@ def refine_mesh(own: SingleStart, step: GridSolution) -> GridSolution:
     problem, doublings = own.problem, MOST_DOUBLINGS
     tolerance = problem.transcription.tolerance
     while step.outcome.status.ok and math.isfinite(tolerance):
-        if step.error > tolerance:
+        if not step.error <= tolerance:
             step = step.polished()
-        finer, rough = None, step.error > tolerance
+        finer, rough = None, not step.error <= tolerance
         if rough:
             finer = step.method.finer()
         if finer is None and doublings and (rough or step.between.outside > ROUNDING or step.scuffs()):
@@ -67,7 +67,7 @@ def refine_mesh(own: SingleStart, step: GridSolution) -> GridSolution:
         last, step = step, own.run(finer, solution_of(step.transcription, step.outcome), BARRIER_SAME_PROBLEM)
         if step.outcome.status in STOPPED:
             return last.stopped(step.outcome)
-    return step
+    return step.sound() if math.isfinite(tolerance) else step
 
 
 def repair_early_touchdown(own: SingleStart, step: GridSolution) -> GridSolution:
@@ -101,7 +101,7 @@ def _improve_arming_node(own: SingleStart, step: GridSolution) -> GridSolution:
             if later.outcome.status in STOPPED_EARLY:
                 return later
             gained = step.outcome.objective - later.outcome.objective
-            if not later.outcome.status.ok or gained <= GAIN * abs(step.outcome.objective):
+            if not later.outcome.status.ok or not gained > GAIN * abs(step.outcome.objective):
                 break
             if early_touchdown(later.transcription, own.problem, later.x) is not None:
                 break

@@ -1,5 +1,7 @@
 """What is odd about a problem before it is solved."""
 
+import math
+
 import numpy as np
 
 from gaitopt.motion.motion import Array
@@ -17,12 +19,14 @@ def report_poor_scaling(transcription: Transcription, start: Array, data: Array)
     """Return a sentence about the constraint that is scaled worst, if it is badly."""
     jacobian = transcription.nlp.derivatives["jac_g"](start, data)[1]
     sizes, rows = np.abs(np.asarray(jacobian.nonzeros())), jacobian.sparsity().row()
-    worst = int(np.argmax(np.where(np.isfinite(sizes), sizes, 0.0)))
-    if not sizes[worst] > STEEP:
+    steepest = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
+    place, name = transcription.constraints.label(int(rows[steepest]))
+    if not math.isfinite(sizes[steepest]):
+        return (f"'{name}' at {place} has no finite derivative at the start: choose a guess away from it.",)
+    if sizes[steepest] <= STEEP:
         return ()
-    place, name = transcription.constraints.label(int(rows[worst]))
     return (
-        f"'{name}' at {place} changes by {sizes[worst]:.0e} per unit: the problem is badly scaled. Give masses, "
+        f"'{name}' at {place} changes by {sizes[steepest]:.0e} per unit: the problem is badly scaled. Give masses, "
         f"lengths and speeds in SI units, and look for a parameter that is off by orders of magnitude.",
     )
 
@@ -38,6 +42,7 @@ def report_clipped_guess(transcription: Transcription, limits: Bounds, guessed: 
         The guess before it was moved inside the bounds.
     """
     excess = np.maximum(limits.x_lower - guessed, guessed - limits.x_upper)
+    excess = np.where(np.isnan(excess), np.inf, excess)
     worst: dict[str, int] = {}
     for index in np.flatnonzero(excess > MOVED):
         name = transcription.variables.label(int(index))[1]

@@ -15,6 +15,7 @@ from gaitopt.ocp.transcription.foot_clearance import bump
 from gaitopt.ocp.transcription.grid import node_labels
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, schedule_for
 from gaitopt.ocp.transcription.transcription import Transcription
+from gaitopt.reductions import worst
 
 PARTS = 8
 """Samples of an interval."""
@@ -54,7 +55,7 @@ def lack_of_height(transcription: Transcription, problem: GaitProblem, x: Array)
     ahead, height = (_between(values, rates, lengths) for values, rates in zip(position, velocity, strict=True))
     slid = sum(x[layout[f"slide {phase.number}"][0, -1]] for phase in transcription.phases if phase.mode.slips)
     distance = x[layout["travel"][0, 0]] - slid
-    return max(0.0, -float(np.min(height - clearance * bump(ahead, distance))))
+    return worst(0.0, clearance * bump(ahead, distance) - height)
 
 
 @defer_interrupt()
@@ -63,6 +64,11 @@ def early_touchdown(transcription: Transcription, problem: GaitProblem, x: Array
     robot, (q, v, lengths) = problem.robot, _nodes(transcription, x)
     p = robot.vector(solved_parameters(transcription, problem, x))
     at_nodes, rate, armed_at_nodes = (np.asarray(found)[0] for found in robot.touchdown.map(q.shape[1])(q, v, p))
+    unsound = np.flatnonzero(~np.isfinite(at_nodes + rate + armed_at_nodes))
+    if unsound.size:  # a guard that cannot be evaluated is no proof that the foot stays above the ground
+        place = node_labels(transcription.phases)[int(unsound[0])]
+        guards = (np.nan_to_num(values[:-1]) for values in (at_nodes, armed_at_nodes))
+        return EarlyTouchdown(place, schedule_for(transcription.phases, *guards))
     guard, nodes = _between(at_nodes, rate, lengths), np.arange(at_nodes.size)
     sided = np.flatnonzero(np.abs(guard) > EDGE)
     fallen = np.flatnonzero((guard[sided[:-1]] > 0) & (guard[sided[1:]] < 0))

@@ -14,6 +14,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.transcription import Transcription
+from gaitopt.reductions import worst
 
 STEPS = 50
 """Least number of Runge-Kutta steps, for the whole period, by which a plan is read and checked."""
@@ -111,9 +112,9 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         fine = _subdivided(torque, parts)
         follow = _follower(stance, parts * phase.count, 1)
         ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))[: stance.n_x]
-        drift = max(drift, float(np.max(np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))))
+        drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
         reached = ends[:swung, -1]  # the foot's own motion begins anew with each phase
-        outside = max(outside, _violation_between(stance, ends[:, :-1], fine[:, 1:-1], p, values["friction"]))
+        outside = worst(outside, _violation_between(stance, ends[:, :-1], fine[:, 1:-1], p, values["friction"]))
     return BetweenNodes(drift, outside)
 
 
@@ -121,11 +122,12 @@ def _violation_between(stance: PhaseDynamics, states: Array, torque: Array, p: A
     """Return by how much a contact mode is violated at some states."""
     found = _forces(stance, states.shape[1])(states, torque, p)
     tangential, normal = np.asarray(found)
+    pulls = np.where(np.isfinite(normal), normal <= 0, np.inf)
     if stance.mode.slips:
-        wrong = -stance.mode.sign * states[-1]
-        return float(max(np.max(wrong), np.max(normal <= 0)))
-    cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1 if math.isfinite(friction) else np.zeros(1)
-    return float(max(np.max(cone), np.max(normal <= 0)))
+        return worst(-stance.mode.sign * states[-1], pulls)
+    with np.errstate(over="ignore"):  # a force that pulls is outside of any cone
+        cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1
+    return worst(cone if math.isfinite(friction) else 0.0, pulls)
 
 
 @functools.lru_cache(maxsize=64)
@@ -143,8 +145,8 @@ def _parts(transcription: Transcription, phase: Phase, x: Array) -> int:
     At least four: a force that leaves its cone just behind a node is met at a quarter of the interval at the latest.
     """
     durations = x[transcription.variables["duration"][0]]
-    steps = STEPS * durations[phase.number] / (durations.sum() * phase.count)
-    return int(2 ** max(2, math.ceil(math.log2(steps))))
+    share = durations[phase.number] / durations.sum() if durations.sum() > 0 else 0.0
+    return int(2 ** max(2, math.ceil(math.log2(max(STEPS * share / phase.count, 1.0)))))
 
 
 def _halve_interval(stance: PhaseDynamics, begun: Array, fine: Array, length: float, p: Array) -> tuple[Array, Array]:

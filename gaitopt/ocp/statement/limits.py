@@ -56,9 +56,10 @@ class Limits:
 
     def __post_init__(self) -> None:
         for name, unit in (("rate", "rad/s"), ("shortest_phase", "s"), ("longest_step", "s")):
-            _positive(f"Limits.{name}", unit, getattr(self, name))
+            object.__setattr__(self, name, _positive(f"Limits.{name}", unit, getattr(self, name)))
         if self.clearance is not None:
-            Parameter("Limits.clearance", 0.0, "m", "", lower=0.0).check(self.clearance)
+            checked = Parameter("Limits.clearance", 0.0, "m", "", lower=0.0).check(self.clearance)
+            object.__setattr__(self, "clearance", checked)
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator [N m], in order.
@@ -136,6 +137,11 @@ class Margins:
         Least upward speed of the trailing foot after the impact.
     normal_force : float
         Least normal force, as a fraction of the weight.
+    touchdown_rate : float
+        Least rate at which the robot's touchdown guard falls at touchdown, in the guard's own unit per second: rad/s
+        for the difference of two angles (the compass biped), m/s for the height of a foot (the five-link walker).
+    touchdown_armed : float
+        Least value of the robot's `armed` at touchdown, in its own unit (rad for an angle, m for a distance).
 
     Examples
     --------
@@ -148,6 +154,8 @@ class Margins:
     slip_speed: float = 1e-2
     separation: float = 1e-3
     normal_force: float = 1e-2
+    touchdown_rate: float = 1e-3
+    touchdown_armed: float = 1e-3
 
     def __post_init__(self) -> None:
         for name, unit, upper in (
@@ -156,8 +164,11 @@ class Margins:
             ("slip_speed", "m/s", math.inf),
             ("separation", "m/s", math.inf),
             ("normal_force", "1", 0.99),
+            ("touchdown_rate", "1", math.inf),
+            ("touchdown_armed", "1", math.inf),
         ):
-            Parameter(f"Margins.{name}", 0.0, unit, "", lower=0.0, upper=upper).check(getattr(self, name))
+            checked = Parameter(f"Margins.{name}", 0.0, unit, "", lower=0.0, upper=upper).check(getattr(self, name))
+            object.__setattr__(self, name, checked)
 
 
 Target = float | tuple[float, float] | None

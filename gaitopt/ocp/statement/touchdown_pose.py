@@ -5,11 +5,18 @@ import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize
 
 from gaitopt.errors import InputError
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+
+REFINED = 3
+"""Lattice points from which the longest reach is refined."""
+
+MOST_ANGLES = 7
+"""With more angles the lattice, which has three values of each, gives way to random points."""
 
 
 def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]]) -> float:
@@ -19,10 +26,30 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
 
 @functools.lru_cache(maxsize=256)
 def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> float:
-    # The distance is a sum of sines of the angles: extreme at the box's corners when the box is within 90 deg.
-    corners = itertools.product(*np.clip(limits, -np.pi / 2, np.pi / 2))
-    zero = np.zeros(robot.n_q)
-    return max(float(robot.landing(np.array([0, 0, *corner]), zero, p)[0][0]) for corner in corners)
+    """Return the maximum over the box of angles, locally refined from the best points of a lattice.
+
+    The distance is a sum of sines.  Those of absolute angles are extreme in the corners of a box within 90 degrees;
+    those of relative angles, such as a knee's, anywhere.
+    """
+    box = np.clip(limits, -np.pi, np.pi)
+    lower, upper = box.T
+    if len(box) <= MOST_ANGLES:
+        points = np.array(list(itertools.product(*zip(lower, (lower + upper) / 2, upper, strict=True))))
+    else:
+        points = np.random.default_rng(0).uniform(lower, upper, size=(3**MOST_ANGLES, len(box)))
+    q = np.hstack([np.zeros((len(points), 2)), points])
+    distances = robot.landing.map(len(q))(q.T, 0, p)[0].full()[0]
+    if not np.any(np.isfinite(distances)):
+        raise InputError(f"Robot {robot.name!r}: the place of the landing foot is not finite within Limits.angle.")
+    order = np.argsort(-np.where(np.isfinite(distances), distances, -np.inf))
+    landing, still = FastCall(robot.landing, p), np.zeros(robot.n_q)
+
+    def behind(angles: Array) -> tuple[float, Array]:
+        place, _, jacobian = landing([0.0, 0.0, *angles], still)
+        return -place[0], -jacobian.reshape((2, -1), order="F")[0, 2:]
+
+    refined = [minimize(behind, points[k], jac=True, method="L-BFGS-B", bounds=box).fun for k in order[:REFINED]]
+    return float(np.nanmax([distances[order[0]], *np.negative(refined)]))
 
 
 def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Array:
@@ -56,5 +83,8 @@ def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] 
         guard = [float(robot.touchdown(q, unit, p)[1]) for unit in units]  # its rate for each unit of an angle's rate
         return np.vstack([robot.landing(q, still, p)[2].full()[:, 2:], guard])
 
-    found = least_squares(gap, np.full(len(units), 0.1), slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
-    return None if np.max(np.abs(found.fun)) > 1e-6 else tuple(found.x)
+    start = np.full(len(units), 0.1)
+    if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):
+        return None
+    found = least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    return tuple(found.x) if np.max(np.abs(found.fun)) <= 1e-6 else None

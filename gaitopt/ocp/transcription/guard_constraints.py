@@ -32,8 +32,8 @@ class GuardSchedule:
     above : float
         From then until the end of the step the guard is above zero.
     least : float
-        Distance from zero, of what is above or below it, in the middle of its span; so it has its sign between the
-        nodes, too.
+        Distance from zero, of what is above or below it, in the middle of its span, in the unit of the robot's guard or
+        `armed`; so it has its sign between the nodes, too.
     """
 
     unarmed: float

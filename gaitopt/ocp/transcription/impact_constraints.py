@@ -13,6 +13,9 @@ from gaitopt.ocp.transcription.impact_complementarity import OPEN_IMPACT, open_i
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.phase_dynamics import Row
 
+DIRECTION, ARMED = "touchdown direction", "touchdown ahead of the stance foot"
+"""Rows of the guard's rate and of what arms it, in their own units; Margins has their bounds."""
+
 
 def touchdown_block(frame: NlpBuilder, sequence: ContactSequence, phases: tuple[Phase, ...]) -> Block:
     """Return the block that ties the last node through the impact to the first.
@@ -91,8 +94,8 @@ def _table(robot: Robot, law: list[Row]) -> list[Row]:
     table += law
     table += [
         ("touchdown", 0.0, 0.0),
-        ("touchdown direction", -math.inf, -1e-3),
-        ("touchdown ahead of the stance foot", 1e-3, math.inf),
+        (DIRECTION, -math.inf, 0.0),
+        (ARMED, 0.0, math.inf),
         ("separation of the trailing foot", 0.0, math.inf),
         ("step length", 0.0, 0.0),
         ("speed", 0.0, math.inf),

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
+from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
@@ -78,7 +79,8 @@ def search(
     Raises
     ------
     InputError
-        If a number or a sequence cannot be, a sequence leaves something open, or the folder holds another study.
+        If a number or a sequence cannot be, a sequence leaves something open, the robot fails :func:`gaitopt.solve`'s
+        check, or the folder holds another study.
 
     Examples
     --------
@@ -92,6 +94,7 @@ def search(
     ['slip+ stick | slip+', 'stick | stick']
     """
     check_count("starts", starts, 1, 1000)
+    require_valid_step(problem.robot)
     tried = enumerate_sequences(max_phases) if sequences is None else closed_sequences(sequences, "A search")
     tried = tuple(sorted(dict.fromkeys(tried), key=lambda sequence: len(sequence.phases)))
     kept: MutableMapping[str, Gait] = {}

@@ -10,6 +10,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.atomic import check_writable
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
@@ -85,8 +86,8 @@ def sweep(
     Raises
     ------
     InputError
-        If an axis, a number or a sequence cannot be, a sequence leaves something open, no point can be posed, or the
-        file holds another study.
+        If an axis, a number or a sequence is invalid, a sequence is open, no grid point is possible, the robot fails
+        the check of :func:`gaitopt.solve`, or the file holds another study.
     ArchiveError
         If the disk is full, for example; what was finished is kept.
 
@@ -102,6 +103,7 @@ def sweep(
     ([['solved', 'solved']], ('sequence', 'friction'))
     """
     check_count("starts", starts, 1, 1000)
+    require_valid_step(problem.robot)
     named = {"friction": friction, "speed": speed, "step_length": step_length, "slope": slope}
     axes = axis_values({name: axis for name, axis in named.items() if axis is not None} | dict(parameters or {}))
     spelled = closed_sequences([problem.sequence] if sequences is None else sequences, "A sweep")

@@ -17,6 +17,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.hdf5 import open_hdf5
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
+from gaitopt.parameters import Parameter
 from gaitopt.study.gait_metrics import MEASURES, peak_torques
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
@@ -201,6 +202,8 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
         raise InputError(f"The sweep in {path} has no contact sequence {sequence!r}. {suggest(sequence, sequences)}")
     if set(coordinates) != set(axes):
         raise InputError(f"Name a point of the sweep in {path} by {', '.join(map(str, axes))}.")
+    for name, value in coordinates.items():
+        Parameter(name, 0.0, "1", "").check(value)
     index = [int(np.argmin(np.abs(table[name].values - coordinates[str(name)]))) for name in axes]
     with h5py.File(path, "r") as file:
         group = f"{GAITS}/{SweepPoint(sequences.index(sequence), tuple(index)).name}"
