@@ -16,7 +16,7 @@ from typing import Any
 class LazyPackage(ModuleType):
     """A package whose public names are imported from their modules when first used.
 
-    A name that is also the name of its module, such as ``gaitopt.study.sweep.sweep``, is the public object, never the
+    A name that is also the name of its module, such as ``gaitopt.study.sweeps.sweep``, is the public object, never the
     module.
     """
 

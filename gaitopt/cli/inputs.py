@@ -22,7 +22,7 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import search_cycles, sort_cycles
 from gaitopt.stability.section import Section
 from gaitopt.stability.walk_problem import WalkProblem
-from gaitopt.study.basin.basin_file import Basin
+from gaitopt.study.basins.basin_file import Basin
 
 AT_HOME = 1e-4
 """Largest difference of the state after touchdown from that of a gait in which a walk has ended."""

@@ -97,8 +97,8 @@ def sweep(
     """
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import counting, print_sweep, sweep_facts
-    from gaitopt.study.sweep.sweep import sweep as sweep_problem
-    from gaitopt.study.sweep.sweep_grid import FIELDS
+    from gaitopt.study.sweeps.sweep import sweep as sweep_problem
+    from gaitopt.study.sweeps.sweep_grid import FIELDS
 
     began, problem = time.perf_counter(), build_problem(script, setting or [])
     axes = grid(over, MOST_POINTS)

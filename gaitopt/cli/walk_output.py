@@ -14,7 +14,7 @@ from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
-from gaitopt.study.basin.basin_file import Basin
+from gaitopt.study.basins.basin_file import Basin
 
 
 def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:

@@ -154,8 +154,8 @@ def basin(
     from gaitopt.cli.walk_output import basin_facts, print_basin
     from gaitopt.simulation.engine_choice import faster_walks
     from gaitopt.stability.section import Section
-    from gaitopt.study.basin.attractor import SettlingCriterion
-    from gaitopt.study.basin.basin import basin as find_basin
+    from gaitopt.study.basins.attractor import SettlingCriterion
+    from gaitopt.study.basins.basin import basin as find_basin
 
     began = time.perf_counter()
     axes = grid(over, MOST_STARTS)

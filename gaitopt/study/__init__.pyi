@@ -1,10 +1,10 @@
 from gaitopt.parallel.dask_executor import DaskCluster as DaskCluster
-from gaitopt.study.basin.attractor import SettlingCriterion as SettlingCriterion
-from gaitopt.study.basin.basin import basin as basin
-from gaitopt.study.basin.basin import basin_edges as basin_edges
-from gaitopt.study.basin.basin_file import Basin as Basin
-from gaitopt.study.basin.basin_file import load_basin as load_basin
-from gaitopt.study.basin.basin_file import save_basin as save_basin
+from gaitopt.study.basins.attractor import SettlingCriterion as SettlingCriterion
+from gaitopt.study.basins.basin import basin as basin
+from gaitopt.study.basins.basin import basin_edges as basin_edges
+from gaitopt.study.basins.basin_file import Basin as Basin
+from gaitopt.study.basins.basin_file import load_basin as load_basin
+from gaitopt.study.basins.basin_file import save_basin as save_basin
 from gaitopt.study.comparison import Comparison as Comparison
 from gaitopt.study.comparison import compare as compare
 from gaitopt.study.imitation import Imitation as Imitation
@@ -18,6 +18,6 @@ from gaitopt.study.robustness.robustness_margins import assess_robustness as ass
 from gaitopt.study.sequence_search.ranking import RankedGait as RankedGait
 from gaitopt.study.sequence_search.ranking import Ranking as Ranking
 from gaitopt.study.sequence_search.search import search as search
-from gaitopt.study.sweep.sweep import sweep as sweep
-from gaitopt.study.sweep.sweep_file import load_sweep as load_sweep
-from gaitopt.study.sweep.sweep_file import load_sweep_gait as load_sweep_gait
+from gaitopt.study.sweeps.sweep import sweep as sweep
+from gaitopt.study.sweeps.sweep_file import load_sweep as load_sweep
+from gaitopt.study.sweeps.sweep_file import load_sweep_gait as load_sweep_gait

@@ -51,7 +51,7 @@ def test_a_package_lists_its_names_and_refuses_others(package):
 
 
 @pytest.mark.parametrize(
-    "first", ["gaitopt.study.sweep.sweep", "gaitopt.control.joint_pd", "gaitopt.study.sweep.sweep_file"]
+    "first", ["gaitopt.study.sweeps.sweep", "gaitopt.control.joint_pd", "gaitopt.study.sweeps.sweep_file"]
 )
 def test_a_name_never_becomes_the_module_of_that_name(first):
     code = (
@@ -59,8 +59,8 @@ def test_a_name_never_becomes_the_module_of_that_name(first):
         "from gaitopt.study import sweep\n"
         "from gaitopt.control import joint_pd\n"
         "assert {type(sweep), type(joint_pd)} == {types.FunctionType}, (sweep, joint_pd)\n"
-        "from gaitopt.study.sweep.sweep import sweep as again\n"
-        "assert again is sweep is gaitopt.sweep is gaitopt.study.sweep.sweep\n"
+        "from gaitopt.study.sweeps.sweep import sweep as again\n"
+        "assert again is sweep is gaitopt.sweep is gaitopt.study.sweeps.sweep\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
 
@@ -75,7 +75,7 @@ def test_a_wing_imports_none_of_its_modules():
 SNIPPET = """\
 from gaitopt import GaitProblem, compass_biped, solve
 from gaitopt.stability import Cycle
-from gaitopt.study.sweep.sweep import sweep
+from gaitopt.study.sweeps.sweep import sweep
 
 reveal_type(GaitProblem)
 reveal_type(solve)

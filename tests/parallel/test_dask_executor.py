@@ -44,7 +44,7 @@ def test_a_sweep_is_the_same_byte_for_byte(cluster):
 
 
 def test_a_basin_is_the_same_byte_for_byte(cluster, monkeypatch):
-    import gaitopt.study.basin.basin
+    import gaitopt.study.basins.basin
 
     monkeypatch.setattr(gaitopt.study.basin, "CHUNK", 4)
     grid = {"theta_rate": np.linspace(0.1, 3.2, 14)}

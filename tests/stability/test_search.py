@@ -23,7 +23,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.stability.cycle_search import cycle_from, same_gait
 from gaitopt.stability.section import Section
-from gaitopt.study.basin.attractor import classify_walk
+from gaitopt.study.basins.attractor import classify_walk
 
 
 def test_search_finds_every_gait_of_the_study_at_once():

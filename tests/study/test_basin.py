@@ -16,8 +16,8 @@ from gaitopt import (
 )
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.study import basin_edges, save_basin
-from gaitopt.study.basin.basin_file import Basin
-from gaitopt.study.basin.basin_record import BasinRecord, Endings
+from gaitopt.study.basins.basin_file import Basin
+from gaitopt.study.basins.basin_record import BasinRecord, Endings
 
 WHEEL = {"slope": math.radians(13)}
 NATURAL_TIME = math.sqrt((4 / 3) / 9.8)
@@ -32,7 +32,7 @@ def test_basin_of_type_a_without_friction_limit():
 
 
 def test_endings_do_not_depend_on_the_number_of_workers(monkeypatch):
-    import gaitopt.study.basin.basin as module
+    import gaitopt.study.basins.basin as module
 
     monkeypatch.setattr(module, "CHUNK", 10)  # so that two processes have something to do
     grid, friction = {"theta_rate": np.linspace(0.1, 3.2, 31)}, {**WHEEL, "friction": 0.3}
@@ -47,7 +47,7 @@ def test_endings_do_not_depend_on_the_number_of_workers(monkeypatch):
 
 
 def test_interrupted_basin_goes_on(tmp_path, monkeypatch):
-    import gaitopt.study.basin.basin as module
+    import gaitopt.study.basins.basin as module
 
     monkeypatch.setattr(module, "CHUNK", 2)
     path, calls = tmp_path / "basin.h5", []

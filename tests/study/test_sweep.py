@@ -13,8 +13,8 @@ import xarray as xr
 
 from gaitopt import ArchiveError, InputError, load_sweep, load_sweep_gait, solve, sweep
 from gaitopt.study.storage.gait_store import GaitStore
-from gaitopt.study.sweep.sweep_file import GAITS
-from gaitopt.study.sweep.sweep_grid import SweepGrid, tasks
+from gaitopt.study.sweeps.sweep_file import GAITS
+from gaitopt.study.sweeps.sweep_grid import SweepGrid, tasks
 from tests.study.conftest import quick_problem
 
 FRICTION = [0.14, 0.18]

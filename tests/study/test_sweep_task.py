@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import gaitopt.study.sweep.sweep_task as module
+import gaitopt.study.sweeps.sweep_task as module
 from gaitopt import Collocation, LinearGuess, Status
 from gaitopt.study.multistart import objective
-from gaitopt.study.sweep.sweep_grid import SweepGrid, SweepPoint, SweepTask
+from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint, SweepTask
 from tests.study.conftest import quick_problem
 
 BEFORE, BEHIND = SweepPoint(0, (0,)), SweepPoint(0, (1,))

@@ -16,8 +16,8 @@ from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.section import Section
-from gaitopt.study.basin.attractor import SettlingCriterion, WalkEnding, classify_walk
-from gaitopt.study.basin.basin_record import Endings, Index
+from gaitopt.study.basins.attractor import SettlingCriterion, WalkEnding, classify_walk
+from gaitopt.study.basins.basin_record import Endings, Index
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,10 +17,10 @@ from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.study.basin.attractor import SettlingCriterion
-from gaitopt.study.basin.basin_file import Basin, load_basin
-from gaitopt.study.basin.basin_record import BasinRecord
-from gaitopt.study.basin.basin_walk import axis_values_of, walk_over, walk_starts
+from gaitopt.study.basins.attractor import SettlingCriterion
+from gaitopt.study.basins.basin_file import Basin, load_basin
+from gaitopt.study.basins.basin_record import BasinRecord
+from gaitopt.study.basins.basin_walk import axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
 
 CHUNK = 200

@@ -23,9 +23,9 @@ from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.storage.study_key import study_key
-from gaitopt.study.sweep.sweep_file import SweepResults, read_partial_sweep, to_dataset, write_sweep
-from gaitopt.study.sweep.sweep_grid import SweepGrid, axis_values, tasks
-from gaitopt.study.sweep.sweep_task import solve_task
+from gaitopt.study.sweeps.sweep_file import SweepResults, read_partial_sweep, to_dataset, write_sweep
+from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, tasks
+from gaitopt.study.sweeps.sweep_task import solve_task
 
 if TYPE_CHECKING:
     import xarray as xr

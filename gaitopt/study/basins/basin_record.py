@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gaitopt.errors import ArchiveError
 from gaitopt.motion.motion import Array
-from gaitopt.study.basin.basin_file import PENDING, Basin, save_basin
+from gaitopt.study.basins.basin_file import PENDING, Basin, save_basin
 
 SAVE_EVERY, SAVE_SHARE = 1.0, 20.0
 """The file is written at most so often [s], and after so many times what it took: a million starts take 50 MB."""

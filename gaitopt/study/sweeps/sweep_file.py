@@ -21,7 +21,7 @@ from gaitopt.parameters import Parameter
 from gaitopt.study.gait_metrics import MEASURES, peak_torques
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
-from gaitopt.study.sweep.sweep_grid import SweepGrid, SweepPoint
+from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
 
 if TYPE_CHECKING:
     import xarray as xr

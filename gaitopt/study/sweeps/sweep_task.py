@@ -20,7 +20,7 @@ from gaitopt.study.multistart import (
     solve_start,
     verify_best,
 )
-from gaitopt.study.sweep.sweep_grid import SweepGrid, SweepPoint, SweepTask
+from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint, SweepTask
 
 
 def solve_task(grid: SweepGrid, duty: SweepTask, *found: Gait | None) -> Gait:
