@@ -20,7 +20,7 @@ def problem(
     speed=0.633,  # [m/s]; a number, a pair (lower, upper), or None if free
     step_length=0.4713,  # travel per step, foot slip included [m]; as for speed
     torque_limit=6.0,  # of ankle and hip each [N m]
-    objective="cost_of_transport",  # or torque_squared, positive_work
+    objective="cost_of_transport",  # or torque_squared, positive_work, torque_rate, impact_loss, peak_torque, ...
     intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter)
     sequence="slip+ stick | slip+",  # contact sequence: phases | impact
 ):

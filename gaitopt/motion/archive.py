@@ -193,6 +193,7 @@ def _write_solution(group: h5py.Group, solution: Solution) -> None:
         for name, table in getattr(solution, kind).items():
             part = group.create_group(f"{kind}/{name}")
             part.attrs["rows"] = json.dumps(table.rows)
+            part.attrs["keys"] = json.dumps(table.keys)
             for field in ("values", "multipliers"):
                 part.create_dataset(field, data=getattr(table, field)).attrs["unit"] = "SI, of each row its own"
 
@@ -200,7 +201,12 @@ def _write_solution(group: h5py.Group, solution: Solution) -> None:
 def _read_solution(group: h5py.Group) -> Solution:
     parts = {
         kind: {
-            name: Table(tuple(json.loads(part.attrs["rows"])), part["values"][...], part["multipliers"][...])
+            name: Table(
+                tuple(json.loads(part.attrs["rows"])),
+                part["values"][...],
+                part["multipliers"][...],
+                tuple(json.loads(part.attrs.get("keys", "[]"))),
+            )
             for name, part in group[kind].items()
         }
         for kind in _SOLUTION_PARTS

@@ -17,6 +17,8 @@ class Table:
     values : (n_rows, n_places) array
     multipliers : (n_rows, n_places) array
         Of their bounds.
+    keys : tuple of str
+        Identifiers of the rows, by which another solve finds them, whatever is printed; `rows` if not given.
 
     Examples
     --------
@@ -28,6 +30,11 @@ class Table:
     rows: tuple[str, ...]
     values: Array = field(repr=False)
     multipliers: Array = field(repr=False)
+    keys: tuple[str, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.keys:
+            object.__setattr__(self, "keys", self.rows)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

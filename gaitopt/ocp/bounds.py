@@ -5,14 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
-from gaitopt.ocp.transcription.impact_complementarity import OPEN_IMPACT
-from gaitopt.ocp.transcription.impact_constraints import ARMED, DIRECTION
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.nlp_builder import MARGINS
+from gaitopt.ocp.transcription.phase_complementarity import TimeStepping
 from gaitopt.ocp.transcription.relaxation import Relaxation
 from gaitopt.ocp.transcription.transcription import Structure, Transcription
 
@@ -36,20 +37,20 @@ class Bounds:
 def structure(
     problem: GaitProblem, method: Method, relaxation: Relaxation | None = None, landing: GuardSchedule | None = None
 ) -> Structure:
-    """Return what decides the equations of a problem's programme; an open contact sequence needs a relaxation."""
+    """Return the structure of a problem's NLP; an open contact sequence needs a relaxation."""
     if relaxation is None:
         problem.sequence.require_closed("A smooth programme")
     robot, limits = problem.robot, problem.limits
-    torques = limits.torques(robot.actuators)
+    torques, is_open = limits.torques(robot.actuators), problem.sequence.has_open_phases
     return Structure(
         robot=robot,
         sequence=problem.sequence,
         objective=problem.objective,
-        scheme=method.scheme,
+        scheme=TimeStepping() if is_open else method.scheme,
         counts=method.intervals_for(problem.sequence),
         powered=tuple(name for name, limit in zip(robot.actuators, torques, strict=True) if limit > 0),
         free_slope=len(set(problem.slope_range)) > 1,
-        rate_limited=any(map(math.isfinite, limits.torque_rates(robot.actuators))),
+        rate_limited=not is_open and any(map(math.isfinite, limits.torque_rates(robot.actuators))),
         cleared=limits.clearance is not None,
         landing=landing,
         relaxation=relaxation,
@@ -57,7 +58,7 @@ def structure(
 
 
 def data_vector(problem: GaitProblem) -> Array:
-    """Return the data of a solve: robot parameters, the margins that enter constraints, a clearance asked for."""
+    """Return the data of a solve: robot parameters, the margins that enter constraints, the clearance."""
     margins = [getattr(problem.margins, name) for name in MARGINS]
     clearance = [] if problem.limits.clearance is None else [problem.limits.clearance]
     return np.concatenate([problem.robot.vector(problem.values), margins, clearance])
@@ -65,47 +66,77 @@ def data_vector(problem: GaitProblem) -> Array:
 
 def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     """Return the bounds of a problem."""
-    layout, limits = transcription.variables, problem.limits
+    x_lower, x_upper = _bounds_of_unknowns(transcription, problem)
+    g_lower, g_upper = transcription.row_bounds.copy()
+    rows, limits, margins = transcription.constraints, problem.limits, problem.margins
+    speed, actuators = rows.find(Kind.SPEED), problem.robot.actuators
+    g_lower[speed], g_upper[speed] = problem.speed_range.lower, problem.speed_range.upper
+    g_upper[rows.find(Kind.STEP_DURATION)] = limits.longest_step
+    g_lower[rows.find(Kind.SEPARATION)] = margins.separation
+    g_upper[rows.find(Kind.TOUCHDOWN_DIRECTION)] = -margins.touchdown_rate
+    g_lower[rows.find(Kind.TOUCHDOWN_AHEAD)] = margins.touchdown_armed
+    g_lower[rows.find(Kind.NORMAL_FORCE)] = margins.normal_force
+    for actuator, rate in zip(actuators, limits.torque_rates(actuators), strict=True):
+        places = rows.find(Kind.TORQUE_RATE, actuator)
+        g_lower[places], g_upper[places] = -rate, rate
+    return Bounds(x_lower, x_upper, g_lower, g_upper)
+
+
+def _bounds_of_unknowns(transcription: Transcription, problem: GaitProblem) -> tuple[Array, Array]:
+    """Return the lower and upper bounds of the decision vector."""
+    layout, limits, robot = transcription.variables, problem.limits, problem.robot
     lower, upper = np.full(layout.size, -math.inf), np.full(layout.size, math.inf)
-    torque = np.array(limits.torques(problem.robot.actuators))[:, None]
-    low, high = np.array(limits.angles(problem.robot.angles)).T[:, :, None]
-    lower[layout["angles"]], upper[layout["angles"]] = low, high
-    symmetric: dict[str, float | Array] = {"rates": limits.rate, "torque": torque}
-    for name, size in symmetric.items():
-        lower[layout[name]], upper[layout[name]] = -size, size
-    lower[layout["duration"]], upper[layout["duration"]] = limits.shortest_phase, limits.longest_step
-    lower[layout["impulse"][1]] = 0.0
+    low, high = np.array(limits.angles(robot.angles)).T[:, :, None]
+    lower[layout[Unknown.ANGLES]], upper[layout[Unknown.ANGLES]] = low, high
+    lower[layout[Unknown.RATES]], upper[layout[Unknown.RATES]] = -limits.rate, limits.rate
+    for actuator, torque in zip(robot.actuators, limits.torques(robot.actuators), strict=True):
+        places = layout.find(Kind.TORQUE, actuator)
+        lower[places], upper[places] = -torque, torque
+    lower[layout[Unknown.DURATION]], upper[layout[Unknown.DURATION]] = limits.shortest_phase, limits.longest_step
+    lower[layout[Unknown.IMPULSE][1]] = 0.0
     step = problem.step_range
-    lower[layout["travel"]], upper[layout["travel"]] = max(step.lower, 1e-3), step.upper
-    if "slope" in layout:
-        lower[layout["slope"]], upper[layout["slope"]] = problem.slope_range
-    for name in layout.tables:
-        if "power" in name or name == OPEN_IMPACT:
-            lower[layout[name]] = 0.0
+    lower[layout[Unknown.TRAVEL]], upper[layout[Unknown.TRAVEL]] = max(step.lower, 1e-3), step.upper
+    if Unknown.SLOPE in layout:
+        lower[layout[Unknown.SLOPE]], upper[layout[Unknown.SLOPE]] = problem.slope_range
+    if Unknown.OPEN_IMPACT in layout:
+        lower[layout[Unknown.OPEN_IMPACT]] = 0.0
+    for kind in (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER):
+        lower[layout.find(kind)] = 0.0
+    for slack in transcription.slacks:
+        places = layout.find(Kind.SLACK, slack.name)
+        lower[places], upper[places] = slack.lower, slack.upper
+    if transcription.structure.scheme.nodal:
+        _bound_slides(transcription, problem, lower, upper)
+    else:
+        _bound_open_slide(transcription, problem, lower, upper)
+    return lower, upper
+
+
+def _bound_slides(transcription: Transcription, problem: GaitProblem, lower: Array, upper: Array) -> None:
+    """Bound slide and speed of the foot in phases whose mode is known."""
     for phase in transcription.phases:
         if phase.mode.slips:
-            slide, speed = layout[f"slide {phase.number}"]
+            slide, speed = transcription.variables[Unknown.SLIDE, phase.number]
             lower[slide[0]] = upper[slide[0]] = 0.0
-            low, high = _speed_bounds(phase, problem.margins.slip_speed)
-            lower[speed], upper[speed] = low, high
+            lower[speed], upper[speed] = _speed_bounds(phase, problem.margins.slip_speed)
 
-    g_lower, g_upper = transcription.row_bounds.copy()
-    rows = {
-        "speed": (problem.speed_range.lower, problem.speed_range.upper),
-        "step duration": (0.0, limits.longest_step),
-        "separation of the trailing foot": (problem.margins.separation, math.inf),
-        DIRECTION: (-math.inf, -problem.margins.touchdown_rate),
-        ARMED: (problem.margins.touchdown_armed, math.inf),
-    }
-    for name, rate in zip(problem.robot.actuators, limits.torque_rates(problem.robot.actuators), strict=True):
-        rows[f"torque rate of {name}"] = (-rate, rate)
-    for table, names in transcription.constraints.rows.items():
-        for name, places in zip(names, transcription.constraints[table], strict=True):
-            if name in rows:
-                g_lower[places], g_upper[places] = rows[name]
-            elif name.startswith("normal force"):
-                g_lower[places] = problem.margins.normal_force
-    return Bounds(lower, upper, g_lower, g_upper)
+
+def _bound_open_slide(transcription: Transcription, problem: GaitProblem, lower: Array, upper: Array) -> None:
+    """Bound contact forces and the motion of the foot where modes are open, and hold the others to their modes."""
+    layout, sequence = transcription.variables, problem.sequence
+    slide, speed = layout[Unknown.SLIDE]
+    lower[slide[0]] = upper[slide[0]] = 0.0
+    for kind in (Kind.CONTACT_NORMAL, Kind.CONTACT_FRICTION, Kind.SLIP_SPEED):
+        lower[layout.find(kind)] = 0.0
+    lower[layout.find(Kind.CONTACT_NORMAL)] = problem.margins.normal_force
+    modes = [(sequence.impact, speed[:1]), *((phase.mode, speed[list(phase.nodes)]) for phase in transcription.phases)]
+    for mode, places in modes:
+        if mode is Mode.STICK:
+            lower[places] = upper[places] = 0.0
+        elif mode.sign > 0:
+            lower[places] = np.maximum(lower[places], 0.0)
+        elif mode.sign < 0:
+            upper[places] = np.minimum(upper[places], 0.0)
 
 
 def _speed_bounds(phase: Phase, margin: float) -> tuple[Array, Array]:

@@ -11,9 +11,11 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
-from gaitopt.ocp.statement.objective import CostOfTransport, Objective, check_objective, objective_named
+from gaitopt.ocp.statement.objective import Objective, check_objective
+from gaitopt.ocp.statement.objective_names import objective_named
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import Method
@@ -82,7 +84,7 @@ class GaitProblem:
         set_(self, "sequence", ContactSequence.parse(self.sequence).check_periodic())
         set_(self, "objective", objective_named(self.objective))
         self._check_parts()
-        check_objective(self.objective, self.robot.n_u)
+        check_objective(self.objective, self.robot)
         for ground in ("slope", "friction"):
             if ground in self.parameters:
                 raise InputError(f"Give {ground} as GaitProblem({ground}=...), not among the robot's parameters.")

@@ -39,25 +39,20 @@ def solve(
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
 ) -> Gait:
-    """Find an energy-optimal gait.
+    """Find an optimal gait: on a coarse grid first, then with a finer one until the plan is accurate between its nodes.
 
-    The problem is solved on a coarse grid first, then on its own, then with a finer integration until the plan is
-    accurate between its nodes.  Where a start leads nowhere, up to three others are tried.
-
-    A sequence with an open place, such as ``"slip+ stick | any"``, is closed first: the contact laws of the open place
-    enter as complementarity pairs, relaxed and tightened step by step, and propose closed sequences, which are then
-    solved. The gait returned has the cheapest of them; ``gait.proposal`` says how it was found.
+    After a failure up to three other starts are tried.  Open places of the sequence, as in ``"slip+ stick | any"``,
+    enter as relaxed complementarity pairs that propose closed sequences, which are then solved; ``gait.proposal``
+    states how.
 
     Parameters
     ----------
     problem : GaitProblem
     starts : int
-        Number of starts; of several the cheapest gait found is returned.  The first is the problem's own guess, or a
-        straight line; the others are seeded, so that a second call finds the same.
+        Number of starts, the first of them the problem's guess; the gait of lowest objective is returned.
     solver : Newton or Ipopt, optional
-        :class:`gaitopt.Newton` if not given: Ipopt, but for smooth objectives Newton's method is tried first.
+        :class:`gaitopt.Newton` by default: Ipopt, for smooth objectives after an attempt with Newton's method.
     homotopy : Homotopy, optional
-        How open places of the contact sequence are closed.
     observer : SolveObserver
         Receives an :class:`gaitopt.progress.Iteration` per iteration, and a
         :class:`gaitopt.progress.HomotopyIteration` per relaxed problem.
@@ -65,43 +60,57 @@ def solve(
     Returns
     -------
     Gait
-        Look at ``gait.status`` first: a numerical failure is not an exception.  Then :func:`gaitopt.verify` it.
+        Check ``gait.status`` first, a numerical failure is not an exception; then :func:`gaitopt.verify` the gait.
 
     Raises
     ------
     InputError
-        If `starts` is not a whole number of at least 1, `solver` is none, or the robot's leg exchange moves the robot
-        or its touchdown guard does not describe the landing of the foot (see :func:`gaitopt.check_robot`).
+        If `starts` is not a whole number of at least 1, `solver` is not a solver, or the robot fails the check of its
+        leg exchange and touchdown guard (see :func:`gaitopt.check_robot`).
 
     Examples
     --------
     >>> from gaitopt import GaitProblem, Limits, compass_biped, solve
-    >>> problem = GaitProblem(
+    >>> gait = solve(GaitProblem(
     ...     robot=compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
-    ...     limits=Limits(torque=6), objective="torque_squared",
-    ... )
-    >>> gait = solve(problem)
+    ...     limits=Limits(torque=6), objective="torque_squared"))
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
     check_count("starts", starts, 1, 1000)
-    if solver is not None and (isinstance(solver, type) or not hasattr(solver, "minimise")):
-        raise InputError(f"solver must be a Newton(...) or an Ipopt(...), got {solver!r}.")
+    solver = _check_solver(Newton() if solver is None else solver)
     require_valid_step(problem.robot)
-    gaits: list[Gait] = []
     once = (
         functools.partial(solve_open_sequence, homotopy=homotopy or Homotopy())
         if problem.sequence.is_open
         else solve_from_start
     )
-    while True:
-        gaits.append(once(problem, _start(problem, len(gaits)), solver or Newton(), observer))
-        solved = [gait for gait in gaits if gait.status.ok]
-        last = gaits[-1].status
-        if not last.ok and last not in _HOPEFUL:
-            break
-        if len(gaits) >= (starts if solved else starts + RETRIES):
-            break
+    gaits: list[Gait] = []
+    while not _is_finished(gaits, starts):
+        gaits.append(once(problem, _start(problem, len(gaits)), solver, observer))
+    return _best(gaits)
+
+
+def _check_solver(solver: NlpSolver) -> NlpSolver:
+    """Return a solver; raise InputError if it is not one."""
+    if isinstance(solver, type) or not hasattr(solver, "minimise"):
+        raise InputError(f"solver must be a Newton(...) or an Ipopt(...), got {solver!r}.")
+    return solver
+
+
+def _is_finished(gaits: list[Gait], starts: int) -> bool:
+    """Return whether no other start is to be tried."""
+    if not gaits:
+        return False
+    last = gaits[-1].status
+    if not last.ok and last not in _HOPEFUL:
+        return True
+    return len(gaits) >= (starts if any(gait.status.ok for gait in gaits) else starts + RETRIES)
+
+
+def _best(gaits: list[Gait]) -> Gait:
+    """Return the gait of the lowest objective, or if none is solved the one nearest to a gait."""
+    solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: rank_of(gait.solver.objective))
     return min(gaits, key=lambda gait: (gait.status in _HOPEFUL, rank_of(gait.solver.constraint_violation)))

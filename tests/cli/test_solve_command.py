@@ -169,12 +169,11 @@ from gaitopt import GaitProblem, MultipleShooting, Objective, compass_biped
 class AnkleFirst(Objective):
     weight: float = 10.0
     name = "ankle_first"
-    uses_power = False
     per_weight_and_travel = True
     smooth = True
 
-    def integrand(self, torque, positive, negative):
-        return self.weight * torque[0] ** 2 + torque[1] ** 2
+    def integrand(self, point):
+        return self.weight * point.torque[0] ** 2 + point.torque[1] ** 2
 
 
 def problem(friction=0.3, weight=10.0):

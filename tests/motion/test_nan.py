@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import Status, cost_of_transport, ledger, summarise
+from gaitopt import Status, cost_of_transport, ledger
+from gaitopt.motion import summarise
 from gaitopt.motion.gait import cone_margin
 
 FIELDS = ("time", "q", "v", "torque", "force", "power", "work", "friction_work", "kinetic", "potential", "points")

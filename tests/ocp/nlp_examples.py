@@ -3,6 +3,7 @@
 import numpy as np
 
 from gaitopt import ContactSequence, compass_biped
+from gaitopt.ocp.nlp.keys import table_name
 from gaitopt.ocp.transcription.collocation import Lobatto
 from gaitopt.ocp.transcription.shooting import RungeKutta
 from gaitopt.ocp.transcription.transcription import Structure, transcribe
@@ -23,6 +24,6 @@ def programme(sequence, counts, objective, scheme=SCHEMES[0], **options):
 def unknowns(gait, transcription):
     """Return the decision vector of a solved gait in the order of a transcription."""
     x = np.empty(transcription.variables.size)
-    for name, places in transcription.variables.tables.items():
-        x[places] = gait.solution.unknowns[name].values
+    for key, places in transcription.variables.tables.items():
+        x[places] = gait.solution.unknowns[table_name(key)].values
     return x

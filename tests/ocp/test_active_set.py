@@ -10,8 +10,21 @@ import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, Limits, Newton, Status, WarmStart, solve, verify
 from gaitopt.ocp.bounds import Bounds
-from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.nlp.nlp import Block, active_set, assemble_nlp
 from gaitopt.progress import silent
+
+
+@pytest.fixture
+def newton_runs(monkeypatch):
+    """Return the outcomes of all runs of Newton's method so far, None for those that were given up."""
+    found, arrived = [], active_set._Run.arrived
+
+    def run(self, *arguments):
+        found.append(arrived(self, *arguments))
+        return found[-1]
+
+    monkeypatch.setattr(active_set._Run, "arrived", run)
+    return found
 
 
 def programme(cost, constraints, *, typical=1.0, smooth=True):
@@ -56,20 +69,20 @@ def test_an_equality(typical):
     ],
 )
 @pytest.mark.parametrize("start", [(0, 0), (8, -8)])
-def test_inequalities_exactly_with_their_multipliers(x_bounds, g_bounds, x, on_bounds, on_rows, start):
+def test_inequalities_exactly_with_their_multipliers(x_bounds, g_bounds, x, on_bounds, on_rows, start, newton_runs):
     """The point of a polygon nearest to (3, 2): stationarity  2 (x - c) + multipliers = 0  by hand."""
     nlp = programme(lambda x, z: ca.sumsqr(x - ca.vertcat(3, 2)), lambda x, z: [x[0] + x[1]])
     found = minimised(nlp, start, 0.0, x_bounds, g_bounds)
-    assert found.message.startswith("Newton")
+    assert newton_runs[-1] is not None
     np.testing.assert_allclose(found.x, x, atol=1e-9)
     np.testing.assert_allclose(found.multipliers[0], on_bounds, atol=1e-8)
     np.testing.assert_allclose(found.multipliers[1], on_rows, atol=1e-8)
 
 
-def test_constraints_that_repeat_each_other():
+def test_constraints_that_repeat_each_other(newton_runs):
     nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1], 2 * x[0] + 2 * x[1]])
     found = minimised(nlp, [5, -3], 0.0, FREE, [(2, 2), (4, 4)])
-    assert found.message.startswith("Newton")
+    assert newton_runs[-1] is not None
     np.testing.assert_allclose(found.x, [1, 1], atol=1e-8)
 
 
@@ -81,10 +94,12 @@ def test_a_saddle_is_no_answer():
     assert found.objective == pytest.approx(-1, abs=1e-6)
 
 
-def test_a_start_from_which_it_diverges_is_left_to_the_other_solver():
+def test_a_start_from_which_it_diverges_is_left_to_the_other_solver(newton_runs):
     """Newton's method for the root of arctan diverges from beyond 1.39."""
     nlp = programme(lambda x, z: x[0] * ca.atan(x[0]) - ca.log(1 + x[0] ** 2) / 2 + x[1] ** 2, lambda x, z: [x[1]])
-    assert minimised(nlp, [1.0, 0], 0.0, FREE, [(-9, 9)]).message.startswith("Newton")
+    minimised(nlp, [1.0, 0], 0.0, FREE, [(-9, 9)])
+    assert len(newton_runs) == 1
+    assert newton_runs[0] is not None
     alone = minimised(nlp, [3.0, 0], 0.0, FREE, [(-9, 9)], Ipopt())
     seen = []
     found = minimised(nlp, [3.0, 0], 0.0, FREE, [(-9, 9)], observer=lambda step: seen.append(step.number))
@@ -142,23 +157,23 @@ def test_an_interrupt_at_the_last_step_is_not_lost():
     assert found.status is Status.INTERRUPTED
 
 
-@pytest.mark.parametrize(("size", "solver"), [(100, "Newton"), (300, "Solve_Succeeded")])
-def test_a_constraint_of_very_many_unknowns_is_left_to_the_other_solver(size, solver):
+@pytest.mark.parametrize(("size", "by_newton"), [(100, True), (300, False)])
+def test_a_constraint_of_very_many_unknowns_is_left_to_the_other_solver(size, by_newton, newton_runs):
     x, index = ca.SX.sym("x", size), np.arange(size)[:, None]
     block = Block(
         name="all", variables=x, cost=ca.sumsqr(x), constraints=ca.sum1(x), columns=index, rows=np.zeros((1, 1), int)
     )
     nlp = assemble_nlp([block], ca.SX.sym("z"), size, 1, smooth=True)
     found = minimised(nlp, np.zeros(size), 0.0, [(-9, 9)] * size, [(size, size)])
-    assert found.message.startswith(solver)
+    assert bool(newton_runs) is by_newton
     np.testing.assert_allclose(found.x, 1, atol=1e-8)
 
 
-def test_a_constraint_may_need_more_steps_than_the_gradient():
+def test_a_constraint_may_need_more_steps_than_the_gradient(newton_runs):
     """Without an objective, as for a walker that needs no torque, the gradient is right from the start."""
     nlp = programme(lambda x, z: 0 * x[0] + x[1] ** 2, lambda x, z: [ca.exp(x[0])])
     found = minimised(nlp, [1.0, 0], 0.0, FREE, [(9, 9)])
-    assert found.message.startswith("Newton")
+    assert newton_runs[-1] is not None
     np.testing.assert_allclose(found.x, [math.log(9), 0], atol=1e-9)
 
 
@@ -173,13 +188,14 @@ def squared(reference_problem):
 
 
 @pytest.mark.parametrize("changes", [{}, {"friction": 0.14}, {"sequence": "slip+ stick | slip+"}, {"torque": 4.5}])
-def test_gaits_are_those_of_the_interior_point(reference_problem, changes):
+def test_gaits_are_those_of_the_interior_point(reference_problem, changes, newton_runs):
     """Ipopt leaves its bounds by 1e-8, which multipliers turn into a slightly lower cost: never a higher one."""
     problem = reference_problem(**{"objective": "torque_squared", "friction": 0.2, "intervals": 20, **changes})
     gait, other = solve(problem), solve(problem, solver=Ipopt())
     assert gait.solver.objective == pytest.approx(other.solver.objective, rel=1e-5)
     assert gait.solver.objective >= other.solver.objective * (1 - 1e-9)
-    assert gait.solver.message.startswith("Newton")
+    assert newton_runs[-1] is not None
+    assert gait.solver.message == other.solver.message
     assert verify(gait).verification.passed
 
 
@@ -203,8 +219,9 @@ def test_multipliers_are_the_slope_of_the_optimum(squared):
     assert -float(table.multipliers[table.rows.index("speed"), 0]) == pytest.approx(slope, rel=1e-6)
 
 
-def test_an_objective_with_kinks_is_not_for_newton(reference_problem):
-    assert solve(reference_problem(intervals=10)).solver.message == "Solve_Succeeded"
+def test_an_objective_with_kinks_is_not_for_newton(reference_problem, newton_runs):
+    assert solve(reference_problem(intervals=10)).status is Status.SOLVED
+    assert not newton_runs
 
 
 @pytest.mark.parametrize("how", ["raised", "signalled"])
@@ -227,12 +244,12 @@ def test_no_more_steps_than_iterations_are_allowed(squared):
     assert gait.status is Status.ITERATION_LIMIT
 
 
-def test_limits_that_are_held_are_met_exactly(reference_problem):
+def test_limits_that_are_held_are_met_exactly(reference_problem, newton_runs):
     problem = reference_problem(objective="torque_squared", friction=0.2, intervals=20)
     free = solve(problem.replace(limits=Limits(torque=math.inf)))
     largest = np.abs(free.solution.unknowns["torque"].values).max()
     held = solve(problem.replace(limits=Limits(torque=0.97 * largest), guess=WarmStart(free)))
-    assert held.solver.message.startswith("Newton")
+    assert newton_runs[-1] is not None
     assert np.abs(held.solution.unknowns["torque"].values).max() == pytest.approx(0.97 * largest, rel=1e-9)
     assert held.solver.objective > free.solver.objective
 

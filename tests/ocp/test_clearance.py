@@ -8,16 +8,16 @@ from scipy.interpolate import CubicSpline
 
 from gaitopt import ContactSequence, CostOfTransport, Limits, TorqueSquared
 from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.nlp.keys import Group, Key, Kind, Unknown
 from gaitopt.ocp.solve.diagnosis import violations, warnings
 from gaitopt.ocp.solve.swing_foot_checks import lack_of_height
 from gaitopt.ocp.transcription.collocation import lobatto_points
-from gaitopt.ocp.transcription.foot_clearance import CLEARANCE
-from gaitopt.ocp.transcription.phase_complementarity import transcribe_open
 from gaitopt.ocp.transcription.relaxation import ExactPenalty
 from gaitopt.ocp.transcription.transcription import transcribe
 from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
 
 LEG = 1.6
+CLEARANCE = Key(Kind.CLEARANCE).label
 SLIP = "slip+ stick | slip+"
 
 
@@ -40,7 +40,7 @@ def random_motion(reference_problem):
     x = np.zeros(layout.size)
     x[layout["angles"]], x[layout["rates"]] = rng.uniform(-0.3, 0.3, (2, 2, 8))
     x[layout["duration"][0]], x[layout["travel"]] = (0.1, 0.5), 0.47
-    x[layout["slide 0"]] = rng.uniform(0, 0.05, (2, 4))
+    x[layout[Unknown.SLIDE, 0]] = rng.uniform(0, 0.05, (2, 4))
     return problem, transcription, x
 
 
@@ -48,11 +48,11 @@ def random_motion(reference_problem):
 def test_the_height_at_nodes_and_inner_points_is_that_of_the_geometry(random_motion, number):
     problem, transcription, x = random_motion
     layout, phase = transcription.variables, transcription.phases[number]
-    found = constraints(transcription, problem, x)[transcription.constraints[f"clearance {number}"]]
+    found = constraints(transcription, problem, x)[transcription.constraints[Group.CLEARANCE, number]]
     left = list(phase.nodes)[:-1]
     angles, rates = x[layout["angles"][:, left]], x[layout["rates"][:, left]]
     length = x[layout["duration"][0, number]] / phase.count
-    distance = 0.47 - x[layout["slide 0"][0, -1]]
+    distance = 0.47 - x[layout[Unknown.SLIDE, 0][0, -1]]
     for row, part in zip(found, lobatto_points(4)[:-1], strict=True):
         assert row == pytest.approx(over_the_bump(*(angles + part * length * rates), distance, 0.03), abs=1e-15)
 
@@ -60,7 +60,7 @@ def test_the_height_at_nodes_and_inner_points_is_that_of_the_geometry(random_mot
 def test_it_is_asked_for_all_along_but_at_the_ends_of_the_step(random_motion):
     problem, transcription, _ = random_motion
     limits, rows = bounds(transcription, problem), transcription.constraints
-    asked = [i for i, (_, name) in enumerate(rows.labels) if name.startswith(CLEARANCE) and limits.g_lower[i] == 0]
+    asked = [i for i in rows.find(Kind.CLEARANCE) if limits.g_lower[i] == 0]
     assert len(asked) == 3 * 7 - 1
     assert np.all(np.isinf(limits.g_upper[asked]))
     places = {rows.label(i) for i in asked}
@@ -72,7 +72,7 @@ def test_it_is_asked_for_all_along_but_at_the_ends_of_the_step(random_motion):
 
 def test_without_a_clearance_there_is_nothing_of_it(reference_problem):
     transcription = transcribe(structure(reference_problem(), reference_problem().transcription))
-    assert not any(name.startswith(CLEARANCE) for _, name in transcription.constraints.labels)
+    assert not transcription.constraints.find(Kind.CLEARANCE).size
     assert not transcription.structure.cleared
 
 
@@ -85,12 +85,12 @@ def test_problems_that_differ_in_their_clearance_share_a_programme(reference_pro
 
 def test_open_phases_keep_it_too(reference_problem):
     problem = reference_problem(sequence="any | stick", limits=Limits(torque=6, clearance=0.02), intervals=6)
-    transcription = transcribe_open(structure(problem, problem.transcription, ExactPenalty()))
+    transcription = transcribe(structure(problem, problem.transcription, ExactPenalty()))
     rng, layout = np.random.default_rng(8), transcription.variables
     x = rng.uniform(0.1, 0.3, layout.size)
     g, _ = transcription.nlp.derivatives["jac_g"](x, [*data_vector(problem), 1e-3])
-    found = np.asarray(g).ravel()[transcription.constraints["clearance 0"]]
-    distance = x[layout["travel"][0, 0]] - x[layout["slide 0"][0, -1]]
+    found = np.asarray(g).ravel()[transcription.constraints[Group.CLEARANCE, 0]]
+    distance = x[layout["travel"][0, 0]] - x[layout[Unknown.SLIDE][0, -1]]
     assert found[0] == pytest.approx(over_the_bump(*x[layout["angles"]][:, :-1], distance, 0.02))
 
 
@@ -121,7 +121,7 @@ def test_the_lowest_height_between_nodes_is_that_of_the_motion(scuffing):
     angles = np.hstack([_dense(segment) for segment in gait.motion.segments])
     assert lack_of_height(transcription, problem, x) == pytest.approx(-over_the_bump(*angles, 1, 0).min(), abs=1e-6)
     raised = problem.replace(limits=replace(problem.limits, clearance=0.02))
-    distance = float(x[transcription.variables["travel"][0, 0]] - x[transcription.variables["slide 0"][0, -1]])
+    distance = float(x[transcription.variables["travel"][0, 0]] - x[transcription.variables[Unknown.SLIDE, 0][0, -1]])
     least = over_the_bump(*angles, distance, 0.02).min()
     assert lack_of_height(transcription, raised, x) == pytest.approx(-least, abs=1e-6)
 
@@ -144,4 +144,4 @@ def test_every_mode_of_every_scheme_has_it():
             ContactSequence.parse("slip- stick slip+ | slip-"), (2, 3, 2), TorqueSquared(), scheme, cleared=True
         )
         for number, count in enumerate((2, 3, 2)):
-            assert transcription.constraints[f"clearance {number}"].shape == (1 + len(scheme.inner), count)
+            assert transcription.constraints[Group.CLEARANCE, number].shape == (1 + len(scheme.inner), count)

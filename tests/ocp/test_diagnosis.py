@@ -3,6 +3,7 @@ import pytest
 
 from gaitopt import ContactSequence, TorqueSquared
 from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.keys import Group
 from gaitopt.ocp.solve.diagnosis import violations, warnings
 from tests.ocp.nlp_examples import programme
 
@@ -31,7 +32,7 @@ def test_nothing_violated_is_nothing_listed(transcription, wide):
 @pytest.mark.parametrize(("value", "size"), [(1.5, 0.5), (-3.0, 2.0)])
 def test_a_violated_row_is_named_with_its_size(transcription, wide, value, size):
     g = np.zeros(transcription.constraints.size)
-    g[transcription.constraints["interval 1"][5, 2]] = value
+    g[transcription.constraints[Group.INTERVAL, 1][5, 2]] = value
     (violation,) = found(transcription, wide, g=g)
     assert (violation.place, violation.name) == ("phase 2 (stick), node 2", "backward friction cone")
     assert violation.size == pytest.approx(size)
@@ -48,10 +49,10 @@ def test_a_variable_beyond_its_bound_is_named(transcription, wide):
 def test_the_worst_of_each_name_in_each_phase_comes_first(transcription, wide):
     rows = transcription.constraints
     g = np.zeros(rows.size)
-    g[rows["interval 1"][4, 0]] = 1.2  # forward cone
-    g[rows["interval 1"][4, 3]] = 1.4
-    g[rows["interval 1"][6, 1]] = 1.3  # the same cone at mid-interval
-    g[rows["interval 1"][0, 0]] = 1.1
+    g[rows[Group.INTERVAL, 1][4, 0]] = 1.2  # forward cone
+    g[rows[Group.INTERVAL, 1][4, 3]] = 1.4
+    g[rows[Group.INTERVAL, 1][6, 1]] = 1.3  # the same cone at mid-interval
+    g[rows[Group.INTERVAL, 1][0, 0]] = 1.1
     g[rows["touchdown"][0, 0]] = 2.0
     listed = [(v.place, v.name) for v in found(transcription, wide, g=g)]
     assert listed == [

@@ -16,7 +16,8 @@ def test_neighbouring_phases_share_a_node():
 
 
 def test_labels_count_from_one_and_name_the_mode():
-    assert [phase.label for phase in phases("slip+ stick | slip+", 2, 2)] == ["phase 1 (slip+)", "phase 2 (stick)"]
+    labels = [phase.place().label for phase in phases("slip+ stick | slip+", 2, 2)]
+    assert labels == ["phase 1 (slip+)", "phase 2 (stick)"]
 
 
 def test_a_slide_from_a_slipping_impact_starts_in_motion_and_ends_at_rest():

@@ -19,11 +19,12 @@ from gaitopt import (
     solve,
     verify,
 )
+from gaitopt.ocp.nlp.keys import Kind
 from gaitopt.ocp.solve import mesh_refinement
 from gaitopt.ocp.solve.grid_solve import SingleStart
 from gaitopt.ocp.solve.single_start import solve_from_start
 from gaitopt.ocp.solve.swing_foot_checks import EarlyTouchdown, early_touchdown
-from gaitopt.ocp.transcription.grid import divide_into_phases, node_labels
+from gaitopt.ocp.transcription.grid import divide_into_phases, node_places
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, schedule_for, shift_arming
 from gaitopt.ocp.transcription.transcription import transcribe
 from gaitopt.progress import silent
@@ -182,7 +183,7 @@ def test_a_landing_is_asked_for_at_the_nodes_of_any_grid():
         transcription = programme(
             ContactSequence.parse("slip+ stick | slip+"), counts, TorqueSquared(), landing=landing
         )
-        rows, labels = transcription.constraints, node_labels(transcription.phases)
+        rows, labels = transcription.constraints, [place.label for place in node_places(transcription.phases)]
         spans = {"not armed": (1, 2), "guard below zero": (2, 6), "guard above zero": (8, 11)}
         for name, (first, last) in spans.items():
             index = rows[f"touchdown {name}"][0]
@@ -209,7 +210,5 @@ def test_its_rows_are_the_guard_and_what_arms_it():
 
 
 def test_a_programme_without_a_landing_has_no_such_rows():
-    labels = transcribe(
-        programme(ContactSequence.parse("stick | stick"), (8,), TorqueSquared()).structure
-    ).constraints.labels
-    assert not any(name.startswith(("touchdown not", "touchdown guard")) for _, name in labels)
+    rows = transcribe(programme(ContactSequence.parse("stick | stick"), (8,), TorqueSquared()).structure).constraints
+    assert not any(rows.find(kind).size for kind in (Kind.NOT_ARMED, Kind.GUARD_ABOVE, Kind.GUARD_BELOW))

@@ -21,6 +21,7 @@ from gaitopt.cli.script import load_script
 from gaitopt.ocp import FromMotion
 from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.initial.initial_point import initial_point, setting
+from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.statement.initial_guess import Setting
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, touchdown_pose
 from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
@@ -123,7 +124,7 @@ def test_a_start_from_a_solution_is_that_solution(reference_problem, solved):
     transcription = programme(problem.sequence, (10, 40), problem.objective, SCHEMES[1])
     x = initial_point(transcription, problem, problem.guess)
     expected = unknowns(gait, transcription)
-    for name in ("angles", "rates", "torque", "duration", "slide 0"):
+    for name in ("angles", "rates", "torque", "duration", (Unknown.SLIDE, 0)):
         index = transcription.variables[name]
         assert x[index] == pytest.approx(expected[index], abs=1e-6), name
 

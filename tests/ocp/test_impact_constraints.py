@@ -5,6 +5,7 @@ import pytest
 
 from gaitopt import ContactSequence, Mode, TorqueSquared, compass_biped
 from gaitopt.model import solve_impact
+from gaitopt.ocp.nlp.keys import Unknown
 from tests.ocp.nlp_examples import programme
 
 ROBOT = compass_biped()
@@ -42,7 +43,7 @@ def place(transcription, q, v, impact, travel, durations):
     x[layout["travel"]] = travel
     x[layout["duration"][0]] = durations
     if transcription.phases[0].mode.slips:
-        x[layout["slide 0"][1, 0]] = v_next[0]
+        x[layout[Unknown.SLIDE, 0][1, 0]] = v_next[0]
     return x
 
 
@@ -93,7 +94,7 @@ def test_another_outcome_breaks_a_row(mode):
                 if mode.slips
                 else max(0.0, -found["forward impact cone"], -found["backward impact cone"])
             )
-            wrong_way = mode.slips and mode.sign * x[transcription.variables["slide 0"][1, 0]] < 0
+            wrong_way = mode.slips and mode.sign * x[transcription.variables[Unknown.SLIDE, 0][1, 0]] < 0
             assert max(unbalanced, outside) > 1e-9 or wrong_way
 
 
@@ -102,7 +103,7 @@ def test_foot_slide_counts_as_travel():
     transcription = programme(sequence, counts, TorqueSquared())
     friction, q, v, impact = next(impacts(Mode.SLIP_FORWARD))
     x = place(transcription, q, v, impact, 0.4, np.full(2, 0.3))
-    x[transcription.variables["slide 0"][0, -1]] = 0.05
+    x[transcription.variables[Unknown.SLIDE, 0][0, -1]] = 0.05
     length = float(ROBOT.landing(q, v, ROBOT.vector(ROBOT.resolve({})))[0][0])
     assert rows(transcription, x, friction)["step length"] == pytest.approx(length + 0.05 - 0.4)
 
@@ -126,6 +127,6 @@ def test_a_step_that_ends_sliding_takes_its_foot_speed_into_the_impact():
     impact = solve_impact(ROBOT, q, v, p)
     assert impact.mode is Mode.STICK
     x = place(transcription, q, v, impact, 0.4, np.full(2, 0.3))
-    x[transcription.variables["slide 1"][1, -1]] = -0.05
+    x[transcription.variables[Unknown.SLIDE, 1][1, -1]] = -0.05
     found = rows(transcription, x, 0.5)
     assert max(abs(value) for name, value in found.items() if name.startswith("momentum balance")) < 1e-12

@@ -1,4 +1,4 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -6,15 +6,35 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt import CostOfTransport, InputError, Objective, PositiveWork, TorqueSquared
-from gaitopt.ocp.statement.objective import OBJECTIVES, check_objective, objective_named
+from gaitopt import (
+    ContactSequence,
+    CostOfTransport,
+    InputError,
+    Objective,
+    PositiveWork,
+    TorqueSquared,
+    compass_biped,
+)
+from gaitopt.ocp import TorqueRate
+from gaitopt.ocp.statement.instant import symbolic_instant
+from gaitopt.ocp.statement.objective import check_objective
+from gaitopt.ocp.statement.objective_names import OBJECTIVES, objective_named
+from tests.ocp.nlp_examples import programme
 
+COMPASS = compass_biped()
 REAL = st.floats(-10, 10)
 
 
 def value(objective, torque, power):
-    positive, negative = np.maximum(power, 0), np.maximum(-power, 0)
-    return float(ca.DM(objective.integrand(*map(ca.SX, (torque, positive, negative)))))
+    """Return an integrand at an instant of given torques and powers."""
+    columns = {"torque": torque, "positive": np.maximum(power, 0), "negative": np.maximum(-power, 0)}
+    return float(ca.DM(objective.integrand(instant(**columns))))
+
+
+def instant(**columns):
+    """Return an instant of the compass biped with some of its columns given."""
+    symbols = symbolic_instant(COMPASS.angles, COMPASS.actuators, [])
+    return replace(symbols, **{name: ca.DM(column) for name, column in columns.items()})
 
 
 @given(st.tuples(REAL, REAL), st.tuples(REAL, REAL))
@@ -36,7 +56,7 @@ def test_regeneration_gives_back_a_share_of_the_negative_work():
     assert value(PositiveWork(regeneration=0.5), np.zeros(2), np.array([3.0, -2.0])) == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("name", ["cost_of_transport", "torque_squared", "positive_work"])
+@pytest.mark.parametrize("name", OBJECTIVES)
 def test_every_objective_is_known_by_its_name(name):
     assert objective_named(name).name == name
     assert type(objective_named(name)) is OBJECTIVES[name]
@@ -48,8 +68,15 @@ def test_an_objective_stands_for_itself():
 
 
 def test_equal_objectives_share_a_transcription():
-    assert TorqueSquared() == TorqueSquared()
-    assert hash(TorqueSquared()) == hash(TorqueSquared())
+    """Objectives made twice build one NLP, and another parameter or weight builds another."""
+
+    def built(objective):
+        return programme(ContactSequence.parse("stick | stick"), (3,), objective)
+
+    assert built(PositiveWork(regeneration=0.3)) is built(PositiveWork(regeneration=0.3))
+    assert built(PositiveWork(regeneration=0.3)) is not built(PositiveWork(regeneration=0.2))
+    assert built(2 * TorqueSquared() + TorqueRate()) is built(2 * TorqueSquared() + TorqueRate())
+    assert built(2 * TorqueSquared() + TorqueRate()) is not built(3 * TorqueSquared() + TorqueRate())
 
 
 @pytest.mark.parametrize("name", ["torque_sqared", 3, None])
@@ -58,9 +85,12 @@ def test_an_unknown_objective_lists_the_known_ones(name):
         objective_named(name)
 
 
-def test_an_objective_needs_an_integrand():
-    with pytest.raises(TypeError, match="abstract"):
-        Objective()
+def test_an_objective_without_any_term_is_refused():
+    class Nothing(Objective):
+        name = "nothing"
+
+    with pytest.raises(InputError, match=r"Nothing has nothing to minimise: define integrand\(self, point\)"):
+        check_objective(Nothing(), COMPASS)
 
 
 class Own(TorqueSquared):
@@ -71,35 +101,70 @@ class Own(TorqueSquared):
     def __init__(self, integrand):
         object.__setattr__(self, "own", integrand)
 
-    def integrand(self, torque, positive, negative):
-        return self.own(torque)
+    def integrand(self, point):
+        return self.own(point)
 
 
 def test_an_integrand_that_is_no_number_is_refused_with_its_shape():
     with pytest.raises(InputError, match=r"integrand of Own must be one number, it is a table of 2 x 1: sum it"):
-        check_objective(Own(lambda torque: torque), 2)
-    check_objective(Own(lambda torque: 3.0), 2)
+        check_objective(Own(lambda point: point.torque), COMPASS)
+    check_objective(Own(lambda point: 3.0), COMPASS)
 
 
-def test_an_objective_that_does_not_say_what_it_is_is_refused():
-    class Nameless(Objective):
-        uses_power = per_weight_and_travel = smooth = False
+def test_powers_without_uses_power_are_refused():
+    with pytest.raises(InputError, match="integrand of Own contains parts of the joint powers: set uses_power = True"):
+        check_objective(Own(lambda point: ca.sum1(point.positive)), COMPASS)
+
+
+def test_an_integrand_of_the_older_signature_is_refused_with_what_to_write():
+    class Older(Objective):
+        name = "older"
 
         def integrand(self, torque, positive, negative):
             return ca.sumsqr(torque)
 
+    sentence = (
+        r"integrand of Older must take one argument, it takes \(torque, positive, negative\): write integrand\(self"
+    )
+    with pytest.raises(InputError, match=sentence):
+        check_objective(Older(), COMPASS)
+
+
+def test_an_objective_that_does_not_say_what_it_is_is_refused():
+    class Nameless(Objective):
+        def integrand(self, point):
+            return ca.sumsqr(point.torque)
+
     with pytest.raises(InputError, match="Nameless does not say its name: set it in the class"):
-        check_objective(Nameless(), 2)
+        check_objective(Nameless(), COMPASS)
 
 
 def test_an_objective_that_cannot_be_told_from_others_is_refused():
     @dataclass
     class Mutable(Objective):
         weight: float = 1.0
-        name, uses_power, per_weight_and_travel, smooth = "mutable", False, False, True
+        name = "mutable"
 
-        def integrand(self, torque, positive, negative):
-            return self.weight * ca.sumsqr(torque)
+        def integrand(self, point):
+            return self.weight * ca.sumsqr(point.torque)
 
     with pytest.raises(InputError, match="Mutable cannot be told from others: make its class a frozen dataclass"):
-        check_objective(Mutable(), 2)
+        check_objective(Mutable(), COMPASS)
+    with pytest.raises(InputError, match="Mutable cannot be told from others"):
+        check_objective(TorqueSquared() + Mutable(), COMPASS)
+
+
+@pytest.mark.parametrize("weight", [0, -1.0, float("nan"), float("inf"), "half", True])
+def test_a_weight_that_is_not_positive_is_refused(weight):
+    with pytest.raises(InputError, match="The weight of an objective must be a finite positive number"):
+        weight * TorqueRate()
+
+
+def test_weights_multiply_through_a_sum():
+    mixed = 2 * (TorqueSquared() + 3 * TorqueRate())
+    assert mixed.terms() == ((2.0, TorqueSquared()), (6.0, TorqueRate()))
+    assert mixed == 2 * TorqueSquared() + 6 * TorqueRate()
+    assert mixed.name == "2 torque_squared + 6 torque_rate"
+    assert mixed.smooth
+    assert not (mixed + CostOfTransport()).smooth
+    assert (mixed.unit, (2 * TorqueRate()).unit) == ("", "N^2 m^2/s")

@@ -8,20 +8,21 @@ import pytest
 
 from gaitopt import ContactSequence, Homotopy, InputError, Ipopt, Mode, solve, verify
 from gaitopt.ocp import ExactPenalty, Scholtes
-from gaitopt.ocp.bounds import data_vector, structure
+from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.mode_search.candidate_sequences import select_simplest
 from gaitopt.ocp.mode_search.homotopy import follow_homotopy
 from gaitopt.ocp.mode_search.phase_proposal import (
     ModeRun,
+    contact,
     friction_residual,
-    open_bounds,
-    open_start,
     relative_lengths,
     runs_of,
     without_brief,
 )
+from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.statement.initial_guess import LinearGuess
-from gaitopt.ocp.transcription.phase_complementarity import CONTACT, transcribe_open
+from gaitopt.ocp.transcription.transcription import transcribe
 
 STICK, FORWARD, BACKWARD = Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD
 
@@ -63,13 +64,13 @@ def stepped(reference_problem):
     """Return problem, transcription and decision vector of a relaxed time-stepping solve."""
     grid = replace(reference_problem().transcription, intervals=(40,))
     problem = reference_problem(sequence="any | any", friction=0.1, transcription=grid)
-    transcription = transcribe_open(structure(problem, problem.transcription, ExactPenalty()))
+    transcription = transcribe(structure(problem, problem.transcription, ExactPenalty()))
     trail = follow_homotopy(
         Homotopy(),
         transcription,
-        open_start(transcription, problem, LinearGuess()),
+        initial_point(transcription, problem, LinearGuess()),
         data_vector(problem),
-        open_bounds(transcription, problem),
+        bounds(transcription, problem),
         lambda x: friction_residual(transcription, problem, x),
         Ipopt(),
         lambda step: None,
@@ -82,11 +83,11 @@ def test_time_stepping_has_the_robots_accelerations_and_forces(stepped, compass)
     """At each interval's middle the accelerations of sticking and sliding are those of the robot, made elsewhere."""
     problem, transcription, x = stepped
     layout, p = transcription.variables, compass.vector(problem.values)
-    slide, speed = x[layout["slide 0"]]
+    slide, speed = x[layout[Unknown.SLIDE]]
     q = np.vstack([slide, 0 * slide, x[layout["angles"]]])
     v = np.vstack([speed, 0 * slide, x[layout["rates"]]])
     step, torque = relative_lengths(transcription, x), x[layout["torque"]]
-    normal, forward, backward, _ = x[layout[CONTACT]]
+    normal, forward, backward, _ = contact(transcription, x)
     seen = set()
     for k, h in enumerate(step):
         before, after = speed[k], speed[k + 1]
@@ -108,7 +109,7 @@ def test_a_wrong_force_is_seen_by_the_residual(stepped):
     problem, transcription, x = stepped
     assert friction_residual(transcription, problem, x) < 1e-6
     wrong = x.copy()
-    wrong[transcription.variables[CONTACT][1, 5]] += 0.3
+    wrong[transcription.variables[Unknown.CONTACT, 0][1, 5]] += 0.3
     assert friction_residual(transcription, problem, wrong) > 0.1
 
 

@@ -6,6 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gaitopt import Mode, compass_biped
+from gaitopt.ocp.nlp.keys import Key, Kind, equation
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics, rk4
 
 ROBOT = compass_biped()
@@ -99,11 +100,11 @@ def sticking_force(state):
 def test_the_cone_is_held_with_its_margin_on_both_sides():
     stance = PhaseDynamics(ROBOT, Mode.STICK)
     x, u, p, margin = symbols(stance)
-    names, values = stance.path(stance.flow(x, u, p)[1], p, margin)
+    keys, values = stance.path(stance.flow(x, u, p)[1], p, margin)
     found = evaluated(values, x, u, p, margin)(STATES[Mode.STICK], TORQUE, P, 0.05)
     tangential, normal = sticking_force(STATES[Mode.STICK])
     scaled = tangential / (0.95 * 0.14)
-    assert names == ["forward friction cone", "backward friction cone"]
+    assert keys == [Key(Kind.FORWARD_CONE), Key(Kind.BACKWARD_CONE)]
     assert np.asarray(found).ravel() == pytest.approx([(normal - scaled) / WEIGHT, (normal + scaled) / WEIGHT])
 
 
@@ -126,19 +127,19 @@ def test_a_slip_begins_with_the_sticking_force_on_its_side_of_the_cone(slip, sig
     tangential, normal = sticking_force(STATES[Mode.STICK])
     # slip+ needs f_t = -mu f_n, slip- needs f_t = +mu f_n (docs/physics.md)
     assert found == pytest.approx([(normal + sign * tangential / 0.14) / WEIGHT, normal / WEIGHT])
-    assert rows[0] == ("slip onset on the cone", 0.0, 0.0)
+    assert rows[0] == equation(Kind.SLIP_ONSET)
 
 
 @pytest.mark.parametrize("mode", [Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD])
 def test_a_sliding_foot_only_presses(mode):
     stance = PhaseDynamics(ROBOT, mode)
     x, u, p, margin = symbols(stance)
-    names, values = stance.path(stance.flow(x, u, p)[1], p, margin)
+    keys, values = stance.path(stance.flow(x, u, p)[1], p, margin)
     state = STATES[mode]
     found = evaluated(values, x, u, p, margin)(state, TORQUE, P, 0.0)
     q, v = [state[4], 0, *state[:2]], [state[5], 0, *state[2:4]]
     force = np.asarray(ROBOT.acceleration[mode](q, v, TORQUE, P)[1]).ravel()
-    assert names == ["normal force"]
+    assert keys == [Key(Kind.NORMAL_FORCE)]
     assert float(found) == pytest.approx(force[1] / WEIGHT)
 
 

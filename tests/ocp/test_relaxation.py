@@ -10,6 +10,7 @@ from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
 from gaitopt.ocp.mode_search.homotopy import follow_homotopy
 from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group
 from gaitopt.ocp.nlp.layout import Rows
 from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
 from gaitopt.ocp.transcription.relaxation import Pair, relax
@@ -22,13 +23,14 @@ class Small:
 
     def __init__(self, relaxation, target):
         x, t = ca.SX.sym("x", 2), ca.SX.sym("t")
-        table, values, cost = relax(relaxation, [Pair("y beside x", x[0], x[1])], t, 1.0)
+        table, values, penalty = relax(relaxation, [Pair("y beside x", x[0], x[1])], t, 1.0)
         rows = Rows()
-        index = rows.add("pair", table, ["here"])
+        index = rows.add(Group.TOUCHDOWN, table, [TOUCHDOWN])
         block = Block(
             name="small",
             variables=x,
-            cost=ca.sumsqr(x - ca.DM(target)) + cost,
+            cost=ca.sumsqr(x - ca.DM(target)),
+            penalty=penalty,
             constraints=values,
             columns=np.array([[0], [1]]),
             rows=index,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gaitopt import LinearGuess, Status, solve
+from gaitopt import LinearGuess, RandomPerturbation, Status, solve
 from gaitopt.ocp import FromMotion
 from gaitopt.ocp.nlp import ipopt
 from gaitopt.ocp.transcription.transcription import transcribe
@@ -53,8 +53,19 @@ def test_a_solve_from_its_own_answer_agrees(reference_problem, solved):
     assert cold.problem["guess"] == "line"
 
 
-def test_a_given_guess_is_the_only_start(reference_problem):
-    assert solve(reference_problem(intervals=8, guess=LinearGuess())).problem["guess"] == "line"
+def test_a_given_guess_is_the_only_start(reference_problem, solved, monkeypatch):
+    motion = solved(sequence="stick | stick").motion
+
+    def refuse(*_):
+        raise AssertionError("another start was tried")
+
+    for other in (LinearGuess, RandomPerturbation):
+        monkeypatch.setattr(other, "sample", refuse)
+    gait = solve(reference_problem(intervals=8, guess=FromMotion(motion, label="a given motion")))
+    assert gait.status.ok
+    assert gait.problem["guess"] == "a given motion"
+    with pytest.raises(AssertionError, match="another start was tried"):
+        solve(reference_problem(intervals=8))
 
 
 def test_a_gait_carries_its_resolved_problem_and_versions(solved):

@@ -6,6 +6,7 @@ import pytest
 from gaitopt import ContactSequence, CostOfTransport, Limits, Margins, Mode, TorqueSquared, compass_biped
 from gaitopt.model import solve_impact
 from gaitopt.ocp.bounds import bounds, data_vector
+from gaitopt.ocp.nlp.keys import Group, Unknown
 from tests.ocp.nlp_examples import programme
 
 ROBOT = compass_biped()
@@ -62,7 +63,7 @@ def test_a_defect_is_zero_on_a_trajectory_and_only_there():
     layout, x = transcription.variables, np.zeros(transcription.variables.size)
     # Standing upright at rest without torque is an equilibrium.
     x[layout["duration"]], x[layout["travel"]] = 0.7, 0.4
-    defects = transcription.constraints["interval 0"][:4, 0]
+    defects = transcription.constraints[Group.INTERVAL, 0][:4, 0]
     residual = transcription.nlp.derivatives["jac_g"]
     assert np.asarray(residual(x, p)[0]).ravel()[defects] == pytest.approx(np.zeros(4), abs=1e-15)
     x[layout["torque"][0, 0]] = 1.0
@@ -110,7 +111,7 @@ def test_limits_become_bounds_of_variables(slipping):
     assert box(layout["travel"]) == ({0.4713}, {0.4713})
     assert box(layout["impulse"][1]) == ({0.0}, {math.inf})
     assert box(layout["power"]) == ({0.0}, {math.inf})
-    assert box(layout["inner power 1"]) == ({0.0}, {math.inf})
+    assert box(layout[Unknown.INNER_POWER, 1]) == ({0.0}, {math.inf})
 
 
 def test_targets_and_margins_become_bounds_of_rows(slipping):
@@ -133,7 +134,7 @@ def test_targets_and_margins_become_bounds_of_rows(slipping):
 
 def test_a_foot_slides_the_right_way_and_rests_where_it_should(slipping):
     _, transcription, limits = slipping
-    forward, backward = (transcription.variables[name][1] for name in ("slide 0", "slide 2"))
+    forward, backward = (transcription.variables[name][1] for name in ((Unknown.SLIDE, 0), (Unknown.SLIDE, 2)))
     # From a slipping impact to rest: at least the margin, fading to an exact zero at the end.
     assert limits.x_lower[forward] == pytest.approx([0.04, 0.04, 0.04, 0.02, 0.0])
     assert limits.x_upper[forward].tolist() == [math.inf] * 4 + [0.0]
@@ -144,7 +145,7 @@ def test_a_foot_slides_the_right_way_and_rests_where_it_should(slipping):
 
 def test_a_slide_counts_from_its_own_start(slipping):
     _, transcription, limits = slipping
-    for name in ("slide 0", "slide 2"):
+    for name in ((Unknown.SLIDE, 0), (Unknown.SLIDE, 2)):
         start = transcription.variables[name][0, 0]
         assert limits.x_lower[start] == limits.x_upper[start] == 0
 
@@ -156,7 +157,7 @@ def test_a_breakaway_row_is_the_slip_acceleration():
     x[transcription.variables["angles"][:, 0]] = [-0.2, -0.2]
     x[transcription.variables["rates"][:, 0]] = [0.8, -0.3]
     x[transcription.variables["duration"]] = x[transcription.variables["travel"]] = 0.5
-    row = transcription.constraints["start 0"][0, 0]
+    row = transcription.constraints[Group.START, 0][0, 0]
     found = np.asarray(transcription.nlp.derivatives["jac_g"](x, [*p, 0, 0])[0]).ravel()[row]
     acceleration = ROBOT.acceleration[Mode.SLIP_FORWARD]([0, 0, -0.2, -0.2], [0, 0, 0.8, -0.3], [0, 0], p)[0]
     assert found == pytest.approx(float(acceleration[0]))

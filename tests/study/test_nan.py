@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Status, compare, find_cycles, imitate, load_sweep_gait, sweep
+from gaitopt import InputError, Status, compare, find_cycles, load_sweep_gait, sweep
 from gaitopt.study import attempt as attempt_module
+from gaitopt.study import imitate
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.gait_metrics import shortest_phase
 from gaitopt.study.multistart import best, objective, solve_coarse

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import GainSearchOptions, SensitivityNorm, SpectralRadius, compass_biped, controller_family_named
+from gaitopt import GainSearchOptions, SensitivityNorm, SpectralRadius, compass_biped
 from gaitopt.progress import silent
+from gaitopt.tuning import controller_family_named
 from gaitopt.tuning import search as search_module
 from gaitopt.tuning.gain_search import LARGE_VIOLATION, GainSearch
 

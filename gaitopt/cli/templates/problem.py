@@ -16,13 +16,13 @@ class WorkAndTorque(Objective):
 
     price: float  # [W / (N m)^2]
     name = "work_and_torque"
-    uses_power = True  # positive and negative hold the parts of the joint powers
+    unit = "1"
+    uses_power = True  # point.positive and point.negative hold the parts of the joint powers
     per_weight_and_travel = True  # the integral is divided by weight times travel
-    smooth = False  # the powers have kinks where they change sign
 
-    def integrand(self, torque, positive, negative):
-        """Return what is integrated over the step [W]."""
-        return ca.sum1(positive) + ca.sum1(negative) + self.price * ca.sumsqr(torque)
+    def integrand(self, point):
+        """Return the scalar that is integrated over the step [W]; `point` is the gait at one instant."""
+        return ca.sum1(point.positive) + ca.sum1(point.negative) + self.price * ca.sumsqr(point.torque)
 
 
 # Every keyword here can be changed with --set; give it a default of its kind, and say its unit.

@@ -6,8 +6,9 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector
+from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.statement.initial_guess import Guess, Setting
+from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
 
@@ -42,21 +43,46 @@ def point_from_guess(transcription: Transcription, problem: GaitProblem, guess: 
     ]
     time = np.concatenate([pieces[0], *[piece[1:] for piece in pieces[1:]]])
     sample = guess.sample(aim, time)
+    nodal = transcription.structure.scheme.nodal
+    driven = sample if nodal else guess.sample(aim, (time[1:] + time[:-1]) / 2)
     x = np.zeros(layout.size)
-    x[layout["angles"]], x[layout["rates"]], x[layout["torque"]] = sample.angles, sample.rates, sample.torque
-    x[layout["duration"][0]] = durations
-    x[layout["travel"]] = aim.step
+    x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]] = sample.angles, sample.rates
+    x[layout[Unknown.TORQUE]] = driven.torque
+    x[layout[Unknown.DURATION][0]] = durations
+    x[layout[Unknown.TRAVEL]] = aim.step
+    if Unknown.SLOPE in layout:
+        x[layout[Unknown.SLOPE]] = aim.values["slope"]
+    if Unknown.PEAK in layout:
+        x[layout[Unknown.PEAK]] = transcription.structure.objective.typical
+    for slack in transcription.slacks:
+        x[layout.find(Kind.SLACK, slack.name)] = slack.start
+    data = data_vector(problem)
+    if nodal:
+        _fill_slides(transcription, x, sample)
+        _fill_accelerations(transcription, x, data)
+    else:
+        _fill_contact(transcription, x, sample)
+    _fill_powers(transcription, x, driven, data)
+    return x
+
+
+def _fill_slides(transcription: Transcription, x: Array, sample: Sample) -> None:
+    """Set slide and speed of the foot in slip phases."""
     for phase in transcription.phases:
         if phase.mode.slips:
-            own = list(phase.nodes)
-            slide, speed = layout[f"slide {phase.number}"]
-            x[slide], x[speed] = sample.slide[own] - sample.slide[own[0]], sample.slide_rate[own]
-    if "slope" in layout:
-        x[layout["slope"]] = aim.values["slope"]
-    data = data_vector(problem)
-    _fill_accelerations(transcription, x, data)
-    _fill_powers(transcription, x, data)
-    return x
+            nodes = list(phase.nodes)
+            slide, speed = transcription.variables[Unknown.SLIDE, phase.number]
+            x[slide], x[speed] = sample.slide[nodes] - sample.slide[nodes[0]], sample.slide_rate[nodes]
+
+
+def _fill_contact(transcription: Transcription, x: Array, sample: Sample) -> None:
+    """Set slide and speed of the foot along a step with open phases, and a contact force that carries the weight."""
+    layout = transcription.variables
+    x[layout[Unknown.SLIDE]] = sample.slide - sample.slide[0], sample.slide_rate
+    x[layout.find(Kind.CONTACT_NORMAL)] = 1.0
+    for phase in transcription.phases:
+        slip = layout[Unknown.CONTACT, phase.number][-1]
+        x[slip] = np.abs(sample.slide_rate[list(phase.nodes)[1:]])
 
 
 def _fill_accelerations(transcription: Transcription, x: Array, data: Array) -> None:
@@ -64,19 +90,19 @@ def _fill_accelerations(transcription: Transcription, x: Array, data: Array) -> 
     layout, inner = transcription.variables, np.array(transcription.structure.scheme.inner)
     robot = transcription.structure.robot
     for phase in transcription.phases:
-        if f"acceleration {phase.number}" not in layout:
+        if (Unknown.ACCELERATION, phase.number) not in layout:
             continue
         nodes = list(phase.nodes)
         q, v = np.zeros((2, robot.n_q, len(nodes)))
-        q[2:], v[2:] = x[layout["angles"][:, nodes]], x[layout["rates"][:, nodes]]
+        q[2:], v[2:] = x[layout[Unknown.ANGLES][:, nodes]], x[layout[Unknown.RATES][:, nodes]]
         if phase.mode.slips:
-            q[0], v[0] = x[layout[f"slide {phase.number}"]]
+            q[0], v[0] = x[layout[Unknown.SLIDE, phase.number]]
         p = np.tile(data[: len(robot.parameters), None], len(nodes))
-        found = robot.acceleration[phase.mode].map(len(nodes))(q, v, x[layout["torque"][:, nodes]], p)[0]
+        found = robot.acceleration[phase.mode].map(len(nodes))(q, v, x[layout[Unknown.TORQUE][:, nodes]], p)[0]
         of_all = np.nan_to_num(np.asarray(found))  # a singular robot is the solver's to report
         moving = np.vstack([of_all[2:], of_all[: phase.mode.slips]])
-        x[layout[f"acceleration {phase.number}"]] = moving
-        x[layout[f"inner acceleration {phase.number}"]] = _inside(moving, inner)
+        x[layout[Unknown.ACCELERATION, phase.number]] = moving
+        x[layout[Unknown.INNER_ACCELERATION, phase.number]] = _inside(moving, inner)
 
 
 def _inside(values: Array, inner: Array) -> Array:
@@ -85,25 +111,31 @@ def _inside(values: Array, inner: Array) -> Array:
     return np.vstack([left + fraction * (right - left) for fraction in inner])
 
 
-def _fill_powers(transcription: Transcription, x: Array, data: Array) -> None:
-    """Set impulse, power parts and integral to values that fit the guessed motion."""
-    robot, layout = transcription.structure.robot, transcription.variables
-    p = data[: len(robot.parameters)]
-    weight = (
-        float(robot.mass(p)) * dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))["gravity"]
-    )
-    x[layout["impulse"][1]] = 0.1 * weight
-    if not transcription.structure.objective.uses_power:
+def _fill_powers(transcription: Transcription, x: Array, driven: Sample, data: Array) -> None:
+    """Set impulse, power parts and integral to values that fit the guessed motion.
+
+    `driven` is the guess at the instants at which torques are unknown.
+    """
+    structure, layout = transcription.structure, transcription.variables
+    robot, p = structure.robot, data[: len(structure.robot.parameters)]
+    names = [parameter.name for parameter in robot.parameters]
+    mass = float(robot.mass(p))
+    weight = mass * p[names.index("gravity")]
+    # With open phases it is the momentum of a walk at about 1 m/s.
+    x[layout[Unknown.IMPULSE][1]] = 0.1 * weight if structure.scheme.nodal else mass
+    if not structure.objective.uses_power:
         return
-    q = np.vstack([np.zeros((2, transcription.n_nodes)), x[layout["angles"]]])
-    v = np.vstack([np.zeros((2, transcription.n_nodes)), x[layout["rates"]]])
-    rates = np.asarray(robot.joint_rates.map(transcription.n_nodes)(q, v, np.tile(p[:, None], transcription.n_nodes)))
-    powered = [robot.actuators.index(name) for name in transcription.structure.powered]
-    power = (x[layout["torque"]] * rates)[powered]
+    count = driven.torque.shape[1]
+    q, v = (np.vstack([np.zeros((2, count)), part]) for part in (driven.angles, driven.rates))
+    rates = np.asarray(robot.joint_rates.map(count)(q, v, np.tile(p[:, None], count)))
+    power = (driven.torque * rates)[[robot.actuators.index(name) for name in structure.powered]]
     parts = np.vstack([np.maximum(power, 0), np.maximum(-power, 0)])
-    x[layout["power"]] = parts
+    if structure.scheme.nodal:
+        x[layout[Unknown.POWER]] = parts
     for phase in transcription.phases:
-        own = _inside(parts[:, list(phase.nodes)], np.array(transcription.structure.scheme.inner))
-        x[layout[f"inner power {phase.number}"]] = own
-    if transcription.structure.objective.per_weight_and_travel:
-        x[layout["integral"]] = 0.02 * weight * x[layout["travel"]]
+        inside = parts[:, list(phase.nodes)[: None if structure.scheme.nodal else -1]]
+        if structure.scheme.nodal:
+            inside = _inside(inside, np.array(structure.scheme.inner))
+        x[layout[Unknown.INNER_POWER, phase.number]] = inside
+    if structure.objective.per_weight_and_travel:
+        x[layout[Unknown.INTEGRAL]] = 0.02 * weight * x[layout[Unknown.TRAVEL]]

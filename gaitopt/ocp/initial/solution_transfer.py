@@ -1,7 +1,7 @@
-"""Carrying a solution from one programme to another: another grid, another scheme, another contact sequence.
+"""Transfer of a solution from one NLP to another: another grid, another scheme, another contact sequence.
 
-Tables of the same name are matched, row by row where the rows have the same names; along a phase they are interpolated
-at equal fractions.  What has no counterpart keeps its start (unknowns) or is zero (multipliers).
+Tables with equal keys are matched, row by row where the rows have equal keys; along a phase they are interpolated
+at equal fractions.  Unknowns without a counterpart keep their start, multipliers without one are zero.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,9 +10,9 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution, Table
+from gaitopt.ocp.nlp.keys import Kind, TableKey, table_name
 from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
-from gaitopt.ocp.transcription.phase_constraints import DYNAMICS
 from gaitopt.ocp.transcription.transcription import NODE_TABLES, Transcription
 
 
@@ -21,8 +21,13 @@ def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
 
     def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
         return {
-            name: Table(layout.rows[name], values[places], multipliers[places])
-            for name, places in layout.tables.items()
+            table_name(key): Table(
+                rows=tuple(row.label for row in layout.rows[key]),
+                values=values[places],
+                multipliers=multipliers[places],
+                keys=_identifiers(layout, key),
+            )
+            for key, places in layout.tables.items()
         }
 
     on_bounds, on_rows = outcome.multipliers
@@ -34,7 +39,7 @@ def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
 
 
 def transfer_solution(solution: Solution, transcription: Transcription, x: Array) -> tuple[Array, tuple[Array, Array]]:
-    """Return a start and multipliers for a programme.
+    """Return a start and multipliers for an NLP.
 
     Parameters
     ----------
@@ -46,21 +51,21 @@ def transfer_solution(solution: Solution, transcription: Transcription, x: Array
     counts = transcription.structure.counts
 
     def laid(tables: Mapping[str, Table], layout: Layout, found: Array, part: Callable[[Table], Array]) -> Array:
-        for name, places in layout.tables.items():
-            if name not in tables:
+        for key, places in layout.tables.items():
+            if table_name(key) not in tables:
                 continue
-            table, own = tables[name], part(tables[name])
-            if solution.intervals == counts and own.shape == places.shape and table.rows == layout.rows[name]:
-                found[places] = own  # nothing to interpolate
+            table = tables[table_name(key)]
+            values, identifiers = part(table), _identifiers(layout, key)
+            if solution.intervals == counts and values.shape == places.shape and table.keys == identifiers:
+                found[places] = values  # nothing to interpolate
                 continue
-            before = _fractions(name, own.shape[1], solution.intervals)
-            after = _fractions(name, places.shape[1], counts)
-            for row, index in enumerate(places):
-                label = layout.rows[name][row]
-                if label in table.rows:
-                    found[index] = np.interp(after, before, own[table.rows.index(label)])
-                    if part is _multipliers and not label.startswith(DYNAMICS):
-                        found[index] *= own.shape[1] / places.shape[1]  # they are densities in time
+            before = _fractions(key, values.shape[1], solution.intervals)
+            after = _fractions(key, places.shape[1], counts)
+            for row, identifier, index in zip(layout.rows[key], identifiers, places, strict=True):
+                if identifier in table.keys:
+                    found[index] = np.interp(after, before, values[table.keys.index(identifier)])
+                    if part is _multipliers and row.kind is not Kind.DYNAMICS:
+                        found[index] *= values.shape[1] / places.shape[1]  # they are densities in time
         return found
 
     zero = np.zeros_like(x)
@@ -71,9 +76,16 @@ def transfer_solution(solution: Solution, transcription: Transcription, x: Array
 
 
 def covers_transcription(solution: Solution, transcription: Transcription) -> bool:
-    """Return whether a solution has a value for every unknown of a programme."""
+    """Return whether a solution has a value for every unknown of an NLP."""
     layout, known = transcription.variables, solution.unknowns
-    return all(name in known and set(rows) <= set(known[name].rows) for name, rows in layout.rows.items())
+    return all(
+        table_name(key) in known and set(_identifiers(layout, key)) <= set(known[table_name(key)].keys)
+        for key in layout.tables
+    )
+
+
+def _identifiers(layout: Layout, key: TableKey) -> tuple[str, ...]:
+    return tuple(row.identifier for row in layout.rows[key])
 
 
 def _values(table: Table) -> Array:
@@ -84,9 +96,9 @@ def _multipliers(table: Table) -> Array:
     return table.multipliers
 
 
-def _fractions(name: str, places: int, counts: tuple[int, ...]) -> Array:
+def _fractions(key: TableKey, places: int, counts: tuple[int, ...]) -> Array:
     """Return where the places of a table are: along the step for nodes of all phases, else along their phase."""
-    if name not in NODE_TABLES:
+    if key not in NODE_TABLES:
         return np.linspace(0, 1, places)
     pieces = [(i + np.arange(1, count + 1) / count) / len(counts) for i, count in enumerate(counts)]
     return np.concatenate([[0.0], *pieces])

@@ -1,6 +1,5 @@
 """Homotopy: relaxed problems solved in turn until the complementarity pairs hold."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -17,7 +16,7 @@ from gaitopt.parameters import Parameter
 from gaitopt.progress import HomotopyIteration, SolveObserver
 
 LEAST_BARRIER, MOST_BARRIER = 1e-8, 1e-2
-"""A relaxed problem goes on from the one before with a tenth of its parameter as barrier, within these."""
+"""Bounds of the barrier parameter of a warm-started relaxed problem, which is a tenth of its relaxation parameter."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +40,7 @@ class Homotopy:
     Raises
     ------
     InputError
-        If the relaxation or a number cannot be.
+        If the relaxation or a number is invalid.
 
     Examples
     --------
@@ -69,7 +68,7 @@ class Homotopy:
 
 @dataclass(frozen=True, eq=False)
 class HomotopyPath:
-    """What a homotopy left.
+    """Result of a homotopy.
 
     Attributes
     ----------
@@ -111,7 +110,6 @@ def follow_homotopy(
     """
     steps: list[HomotopyIteration] = []
     multipliers, t = None, homotopy.first
-    plain_cost = transcription.nlp.derivatives["grad_f"]
     while True:
         barrier = min(max(0.1 * t, LEAST_BARRIER), MOST_BARRIER)
         outcome = solver.minimise(transcription.nlp, x, np.append(data, t), limits, observer, multipliers, barrier)
@@ -119,7 +117,7 @@ def follow_homotopy(
             HomotopyIteration(
                 number=len(steps) + 1,
                 relaxation=t,
-                objective=float(plain_cost(outcome.x, np.append(data, math.inf))[0]),  # penalties cost 1 / t
+                objective=float(transcription.nlp.objective(outcome.x, np.append(data, t))),
                 complementarity=residual(outcome.x),
                 iterations=outcome.iterations,
                 status=outcome.status.key,

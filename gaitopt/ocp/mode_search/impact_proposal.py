@@ -1,4 +1,4 @@
-"""Contact sequences whose impact alone is open: the closed programme with the impact law's pairs in it."""
+"""Contact sequences whose impact alone is open: the smooth NLP with the impact law as complementarity pairs."""
 
 import numpy as np
 
@@ -12,10 +12,12 @@ from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.mode_search.candidate_sequences import Candidates, RelaxedSolution, select_admitted, select_simplest
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
 from gaitopt.ocp.mode_search.homotopy import Homotopy, follow_homotopy
+from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solve.trajectory import planned_states, solved_parameters
 from gaitopt.ocp.statement.initial_guess import Guess, Sample
+from gaitopt.ocp.transcription.nlp_builder import slide_columns
 from gaitopt.ocp.transcription.transcription import Transcription, transcribe
 from gaitopt.progress import SolveObserver
 
@@ -43,11 +45,11 @@ def propose_impact(
     modes = outcomes_near(*impulse_and_speed(transcription, problem, x), problem)
     sequences = select_admitted([ContactSequence(problem.sequence.phases, mode) for mode in modes], problem.sequence)
     sequences = sequences or [select_simplest(problem.sequence)]
-    begun = _as_guess(transcription, problem, x, solution_of(transcription, trail.outcome))
+    start_found = _as_guess(transcription, problem, x, solution_of(transcription, trail.outcome))
     return Candidates(
         trail=trail,
         sequences=tuple(sequences),
-        guesses=(begun,) * len(sequences),
+        guesses=(start_found,) * len(sequences),
         agreement=AGREEMENT,
         biactive=len(modes) > 1,
     )
@@ -57,8 +59,9 @@ def impulse_and_speed(transcription: Transcription, problem: GaitProblem, x: Arr
     """Return the impulse per mass, tangential and normal, and the speed of the landing foot after it [m/s]."""
     layout, robot, first = transcription.variables, transcription.structure.robot, transcription.phases[0]
     p = robot.vector(solved_parameters(transcription, problem, x))
-    tangential, normal = x[layout["impulse"][:, 0]] / float(robot.mass(p))
-    speed = x[layout[f"slide {first.number}"][1, 0]] if first.slides else 0.0
+    tangential, normal = x[layout[Unknown.IMPULSE][:, 0]] / float(robot.mass(p))
+    columns = slide_columns(layout, first, [first.first])
+    speed = x[columns[1, 0]] if columns.size else 0.0
     return float(tangential), float(normal), float(speed)
 
 
@@ -90,7 +93,7 @@ def outcomes_near(tangential: float, normal: float, speed: float, problem: GaitP
 
 def _as_guess(transcription: Transcription, problem: GaitProblem, x: Array, solution: Solution) -> RelaxedSolution:
     layout = transcription.variables
-    durations = x[layout["duration"][0]]
+    durations = x[layout[Unknown.DURATION][0]]
     ends = np.concatenate([[0.0], np.cumsum(durations)])
     slide, speed = np.zeros((2, transcription.n_nodes))
     time, place = np.zeros(transcription.n_nodes), 0.0
@@ -102,5 +105,5 @@ def _as_guess(transcription: Transcription, problem: GaitProblem, x: Array, solu
             states = planned_states(transcription, phase, x)[0]
             slide[own], speed[own] = place + states[-2], states[-1]
         place = slide[own[-1]]
-    found = Sample(x[layout["angles"]], x[layout["rates"]], x[layout["torque"]], slide, speed)
+    found = Sample(x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]], x[layout[Unknown.TORQUE]], slide, speed)
     return RelaxedSolution(durations, time, found, solution, f"what was found for '{problem.sequence}'")

@@ -1,4 +1,4 @@
-"""Closing an open sequence: relaxed problems propose closed sequences, which are solved as smooth programmes."""
+"""Closing an open sequence: relaxed problems propose closed sequences, which are solved as smooth NLPs."""
 
 import math
 import time
@@ -22,6 +22,9 @@ from gaitopt.progress import SolveObserver, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
+NEGLIGIBLE = 1e-6
+"""Share of a typical objective below which an optimum counts as zero when costs are compared."""
+
 
 @dataclass(frozen=True, eq=False)
 class CandidateCheck:
@@ -32,7 +35,7 @@ class CandidateCheck:
     sequence : ContactSequence
     step : Step
     start : Relaxed
-        For the contact sequence on the problem's own grid.
+        For the contact sequence on the grid of the problem.
     """
 
     sequence: ContactSequence
@@ -90,6 +93,7 @@ def _judge_candidate(
     """Return a gait with the record of its proposal, and with another status if the two disagree."""
     last, reasons = found.trail.steps[-1], []
     after = checks[0].step.outcome.objective if checks else math.nan
+    scale = max(abs(last.objective), NEGLIGIBLE * problem.objective.typical)
     if not found.trail.ended:
         reasons.append(
             f"the homotopy stopped at t = {last.relaxation:.0e} ({last.status}) with complementarity residual "
@@ -97,7 +101,7 @@ def _judge_candidate(
         )
     if not gait.status.ok:
         reasons.append(f"the proposed contact sequence '{gait.sequence}' is not solved ({gait.status.key})")
-    elif found.trail.ended and not abs(after - last.objective) <= found.agreement * abs(last.objective):
+    elif found.trail.ended and not abs(after - last.objective) <= found.agreement * scale:
         reasons.append(
             f"the proposed sequence '{gait.sequence}' costs {after:.6g}, the relaxed problem {last.objective:.6g}"
         )

@@ -27,7 +27,7 @@ from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp.ipopt import ONE_AT_A_TIME, Ipopt
 from gaitopt.ocp.nlp.iteration_callback import handle_interrupt
 from gaitopt.ocp.nlp.nlp import Nlp
-from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
 from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.status import Status
 
@@ -37,7 +37,7 @@ MOST_STEPS = 15
 SOFT, STIFF = 1e-11, 1e12
 """Compliance of active constraints; stiffness of what is held, whose inverse is the compliance of what is let go."""
 
-_MESSAGES = {Status.SOLVED: "Newton's method converged to a minimum", Status.INTERRUPTED: "User_Requested_Stop"}
+_MESSAGES = {Status.SOLVED: CONVERGED, Status.INTERRUPTED: "User_Requested_Stop"}
 
 EQUAL_COST = 1e-4
 """Newton's method may leave another solver's minimum dearer by this share and still has stayed with it."""
@@ -89,7 +89,7 @@ class Newton:
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
     ) -> NlpResult:
-        """Solve a programme from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
+        """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         if not nlp.smooth or _longest_row(nlp) > MOST_ENTRIES:
             return self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
 

@@ -16,7 +16,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback, defer_interrupt, handle_interrupt
 from gaitopt.ocp.nlp.nlp import Nlp
-from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
 from gaitopt.parameters import Parameter
 from gaitopt.progress import Observer
 from gaitopt.status import Status
@@ -98,7 +98,7 @@ class Ipopt:
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
     ) -> NlpResult:
-        """Solve a programme from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
+        """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         with defer_interrupt():
             solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
@@ -121,6 +121,8 @@ class Ipopt:
         elif interrupted:
             message = "User_Requested_Stop"
         status = _STATUS.get(message, Status.FAILED)
+        if status is Status.SOLVED:
+            message = CONVERGED
         if status in STOPPED and kept is not None:
             answer = kept.values
             message = f"{message}; kept is iterate {kept.number}, the best one that meets the constraints"
@@ -175,6 +177,6 @@ def _alone() -> Iterator[None]:
 
 @functools.lru_cache(maxsize=32)
 def _compiled(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, IterationCallback]:
-    """Return the solver of a programme and its tap; built once for equal options."""
+    """Return the solver of an NLP and its tap; built once for equal options."""
     tap = IterationCallback(nlp)
     return nlp.solver("gait", "ipopt", {**options._options(nlp.typical, barrier), "iteration_callback": tap}), tap

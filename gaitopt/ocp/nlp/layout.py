@@ -1,4 +1,4 @@
-"""Named places in a long vector: what each variable and each constraint is called and where it sits."""
+"""Places in a long vector: which table, row and column an entry belongs to."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -6,46 +6,83 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.ocp.nlp.keys import Key, Kind, Place, Row, TableKey
+
 Index = NDArray[np.intp]
 
 
 @dataclass
 class Layout:
-    """A vector divided into named tables; rows of a table are quantities, columns are places along the gait.
+    """A vector divided into tables; rows of a table are quantities, columns are places along the gait.
+
+    Attributes
+    ----------
+    size : int
+    tables : dict of TableKey to (n_rows, n_places) int array
+        Where the entries of a table are in the vector.
+    rows : dict of TableKey to tuple of Key
+    entries : list of (Place, Key)
+        Place and quantity of each entry of the vector.
 
     Examples
     --------
+    >>> from gaitopt.ocp.nlp.keys import GROUND, STEP, Unknown
     >>> layout = Layout()
-    >>> layout.add("angles", ["th1", "th2"], ["node 0", "node 1"])
+    >>> layout.add(Unknown.ANGLES, [Key(Kind.ANGLE, "th1"), Key(Kind.ANGLE, "th2")], [STEP, GROUND])
     array([[0, 2],
            [1, 3]])
     >>> layout.label(3)
-    ('node 1', 'th2')
+    ('ground', 'th2')
+    >>> layout.find(Kind.ANGLE, "th2")
+    array([1, 3])
     """
 
     size: int = 0
-    tables: dict[str, Index] = field(default_factory=dict)
-    rows: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    labels: list[tuple[str, str]] = field(default_factory=list)
+    tables: dict[TableKey, Index] = field(default_factory=dict)
+    rows: dict[TableKey, tuple[Key, ...]] = field(default_factory=dict)
+    entries: list[tuple[Place, Key]] = field(default_factory=list)
 
-    def add(self, name: str, rows: Sequence[str], places: Sequence[str]) -> Index:
+    def add(self, table: TableKey, rows: Sequence[Key], places: Sequence[Place]) -> Index:
         """Append a table and return its indices, shape (len(rows), len(places))."""
         count = len(rows) * len(places)
-        table = np.arange(self.size, self.size + count).reshape(len(places), len(rows)).T
-        self.tables[name], self.rows[name] = table, tuple(rows)
-        self.labels += [(place, row) for place in places for row in rows]
+        index = np.arange(self.size, self.size + count).reshape(len(places), len(rows)).T
+        self.tables[table], self.rows[table] = index, tuple(rows)
+        self.entries += [(place, row) for place in places for row in rows]
         self.size += count
-        return table
+        return index
 
-    def __getitem__(self, name: str) -> Index:
-        return self.tables[name]
+    def __getitem__(self, table: TableKey) -> Index:
+        return self.tables[table]
 
-    def __contains__(self, name: str) -> bool:
-        return name in self.tables
+    def __contains__(self, table: TableKey) -> bool:
+        return table in self.tables
+
+    def find(self, kind: Kind, of: str | None = None) -> Index:
+        """Return where all quantities of a kind are, at nodes and inner points, shape (n,).
+
+        Parameters
+        ----------
+        kind : Kind
+        of : str, optional
+            Only those of one angle, actuator or other payload.
+        """
+        found = [
+            self.tables[table][i]
+            for table, rows in self.rows.items()
+            for i, key in enumerate(rows)
+            if key.kind is kind and of in (None, key.of)
+        ]
+        return np.concatenate(found) if found else np.empty(0, dtype=np.intp)
 
     def label(self, index: int) -> tuple[str, str]:
-        """Return (place, quantity) of an entry."""
-        return self.labels[index]
+        """Return what is printed for an entry: its place and its quantity."""
+        place, key = self.entries[index]
+        return place.label, key.label
+
+    @property
+    def labels(self) -> list[tuple[str, str]]:
+        """Labels of all entries."""
+        return [self.label(index) for index in range(self.size)]
 
 
 class Rows:
@@ -55,13 +92,13 @@ class Rows:
         self.layout = Layout()
         self._bounds: list[tuple[float, float]] = []
 
-    def add(self, table: str, rows: Sequence[tuple[str, float, float]], places: Sequence[str]) -> Index:
-        """Append rows given as (name, lower, upper) at each place; return their indices (rows, places)."""
-        self._bounds += [(lower, upper) for _ in places for _, lower, upper in rows]
-        return self.layout.add(table, [name for name, _, _ in rows], places)
+    def add(self, table: TableKey, rows: Sequence[Row], places: Sequence[Place]) -> Index:
+        """Append rows at each place; return their indices (rows, places)."""
+        self._bounds += [(row.lower, row.upper) for _ in places for row in rows]
+        return self.layout.add(table, [row.key for row in rows], places)
 
     def bound(self, index: int, lower: float, upper: float) -> None:
-        """Give a row other bounds than its place in the table has."""
+        """Give one entry other bounds than its row has."""
         self._bounds[index] = (lower, upper)
 
     def bounds(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A partially separable nonlinear programme: many instances of few small functions.
+"""A partially separable NLP: many instances of few small functions.
 
 minimise    sum over blocks and instances of cost(w[columns], z)
 subject to  lower <= g <= upper,  g[rows] += constraint(w[columns], z)
@@ -9,12 +9,14 @@ cost, whatever the number of intervals, and evaluation runs at the speed of a fu
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
+from gaitopt.ocp.sparse_entries import Entries, scatter
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -28,25 +30,44 @@ class Block:
         Local variables.
     cost : SX or None
         Scalar added to the objective.
+    penalty : SX or None
+        Scalar that the solver minimises besides, and that is no part of the objective.
     constraints : SX, shape (m, 1)
         Added to the constraint rows; several blocks may add to the same row.
     columns : (n, instances) int array
         Position of the local variables in the decision vector.
     rows : (m, instances) int array
         Position of the constraints.
+    symbols : SX, shape (k, 1)
+        Symbols whose values differ from instance to instance but are known.
+    constants : (k, instances) array
+        Their values.
     """
 
     name: str
     variables: ca.SX
     cost: ca.SX | None = None
+    penalty: ca.SX | None = None
     constraints: ca.SX
     columns: Index
     rows: Index
+    symbols: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    constants: Array = field(default_factory=lambda: np.empty((0, 0)))
+
+    @property
+    def minimised(self) -> ca.SX | None:
+        """Cost and penalty."""
+        return self.cost if self.penalty is None else self.penalty if self.cost is None else self.cost + self.penalty
+
+    @property
+    def inputs(self) -> list[ca.SX]:
+        """Local variables, followed by the symbols of constants if there are any."""
+        return [self.variables, self.symbols] if self.symbols.numel() else [self.variables]
 
 
 @dataclass(frozen=True, eq=False)
 class Nlp:
-    """The programme as CasADi Functions, in the form an NLP solver takes.
+    """The NLP as CasADi Functions, in the form a solver takes.
 
     Attributes
     ----------
@@ -54,6 +75,8 @@ class Nlp:
         ``x``, ``p``, ``f``, ``g`` expressions.
     derivatives : dict
         ``grad_f``, ``jac_g``, ``hess_lag`` Functions.
+    objective : (x, p) -> scalar
+        The objective, without the penalties of a relaxation.
     n_variables, n_constraints : int
     typical : float
         Size of the objective, by which a solver scales it.
@@ -63,16 +86,17 @@ class Nlp:
 
     functions: dict[str, ca.MX]
     derivatives: dict[str, ca.Function]
+    objective: ca.Function
     n_variables: int
     n_constraints: int
     typical: float = 1.0
     smooth: bool = False
 
     def solver(self, name: str, plugin: str, options: dict[str, object]) -> ca.Function:
-        """Return a CasADi solver of the programme."""
-        own = {**self.derivatives, "no_nlp_grad": True, "calc_lam_p": False}
-        own |= {"print_time": False, "show_eval_warnings": False}
-        return ca.nlpsol(name, plugin, self.functions, {**own, **options})
+        """Return a CasADi solver of the NLP."""
+        fixed = {**self.derivatives, "no_nlp_grad": True, "calc_lam_p": False}
+        fixed |= {"print_time": False, "show_eval_warnings": False}
+        return ca.nlpsol(name, plugin, self.functions, {**fixed, **options})
 
 
 def assemble_nlp(
@@ -84,7 +108,7 @@ def assemble_nlp(
     typical: float = 1.0,
     smooth: bool = False,
 ) -> Nlp:
-    """Assemble blocks into one programme.
+    """Assemble blocks into one NLP.
 
     Parameters
     ----------
@@ -102,65 +126,94 @@ def assemble_nlp(
     -------
     Nlp
     """
-    x, z = ca.MX.sym("x", n_variables), ca.MX.sym("z", data.numel())
-    lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", n_constraints)
-    cost, gradient = ca.MX(0), ca.MX.zeros(n_variables)
-    g_values, g_index, j_values, j_index, h_values, h_index = ([] for _ in range(6))
+    assembly = _Assembly(data.numel(), n_variables, n_constraints)
     for block in blocks:
-        count = block.columns.shape[1]
-        local = ca.reshape(x[_flat(block.columns)], block.columns.shape[0], count)
-        block = _shared(block)
-        g_values.append(_mapped(block, data, "g", [block.constraints])(local, z))
-        g_index.append(_flat(block.rows))
+        assembly.add(_shared(block), data)
+    return assembly.finish(typical, smooth)
 
+
+class _Assembly:
+    """Sums of the blocks so far, as expressions of the whole decision vector."""
+
+    def __init__(self, n_data: int, n_variables: int, n_constraints: int) -> None:
+        self.x, self.z = ca.MX.sym("x", n_variables), ca.MX.sym("z", n_data)
+        self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", n_constraints)
+        self.cost, self.penalty, self.gradient = ca.MX(0), ca.MX(0), ca.MX.zeros(n_variables)
+        self.constraints, self.jacobian, self.hessian = Entries(), Entries(), Entries()
+
+    def add(self, block: Block, data: ca.SX) -> None:
+        """Add the instances of a block."""
+        count = block.columns.shape[1]
+        local = [ca.reshape(self.x[_flat(block.columns)], block.columns.shape[0], count)]
+        if block.symbols.numel():
+            local.append(ca.DM(block.constants))
+        local.append(self.z)
+        self.constraints.add(_flat(block.rows), [0], _mapped(block, data, "g", [block.constraints])(*local))
         jacobian = ca.jacobian(block.constraints, block.variables)
         rows, columns = _triplets(jacobian.sparsity())
-        j_values.append(_mapped(block, data, "j", [_nonzeros(jacobian)])(local, z))
-        j_index.append((_flat(block.rows[rows]), _flat(block.columns[columns])))
+        values = _mapped(block, data, "j", [_nonzeros(jacobian)])(*local)
+        self.jacobian.add(_flat(block.rows[rows]), _flat(block.columns[columns]), values)
+        if block.minimised is not None:
+            self._add_cost(block, data, local)
+        self._add_hessian(block, data, local)
 
+    def _add_cost(self, block: Block, data: ca.SX, local: list[ca.MX]) -> None:
+        assert block.minimised is not None
+        slope = ca.gradient(block.minimised, block.variables)
+        parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
+        cost, penalty, slopes = _mapped(block, data, "c", [*parts, ca.densify(slope)])(*local)
+        self.cost += ca.sum2(cost)
+        if block.penalty is not None:
+            self.penalty += ca.sum2(penalty)
+        self.gradient += scatter(_flat(block.columns), self.x.numel(), ca.vec(slopes))
+
+    def _add_hessian(self, block: Block, data: ca.SX, local: list[ca.MX]) -> None:
         multipliers, weight = ca.SX.sym("m", block.constraints.numel()), ca.SX.sym("s")
         lagrangian = ca.dot(multipliers, block.constraints)
-        if block.cost is not None:
-            lagrangian += weight * block.cost
-            slope = ca.gradient(block.cost, block.variables)
-            value, slopes = _mapped(block, data, "c", [block.cost, ca.densify(slope)])(local, z)
-            cost += ca.sum2(value)
-            gradient += _scatter(_flat(block.columns), n_variables, ca.vec(slopes))
+        if block.minimised is not None:
+            lagrangian += weight * block.minimised
         hessian = ca.hessian(lagrangian, block.variables)[0]
         rows, columns = _triplets(hessian.sparsity())
-        own = ca.Function(f"{block.name}_h", [block.variables, data, multipliers, weight], [_nonzeros(hessian)]).map(
-            block.name + "_h_map", "serial", count, [1, 3], []
-        )
-        local_multipliers = ca.reshape(lam_g[_flat(block.rows)], block.rows.shape[0], count)
-        h_values.append(own(local, z, local_multipliers, lam_f))
-        h_index.append((_flat(block.columns[rows]), _flat(block.columns[columns])))
+        inputs, count = [*block.inputs, data, multipliers, weight], block.columns.shape[1]
+        shared = [len(block.inputs), len(block.inputs) + 2]
+        function = ca.Function(f"{block.name}_h", inputs, [_nonzeros(hessian)])
+        curvature = function.map(f"{block.name}_h_map", "serial", count, shared, [])
+        lam = ca.reshape(self.lam_g[_flat(block.rows)], block.rows.shape[0], count)
+        values = curvature(*local, lam, self.lam_f)
+        self.hessian.add(_flat(block.columns[rows]), _flat(block.columns[columns]), values)
 
-    g = _scatter(np.concatenate(g_index).tolist(), n_constraints, ca.vertcat(*map(ca.vec, g_values)))
-    jac = _matrix(j_index, j_values, (n_constraints, n_variables), upper=False)
-    hess = _matrix(h_index, h_values, (n_variables, n_variables), upper=True)
-    derivatives = {
-        "grad_f": ca.Function("nlp_grad_f", [x, z], [cost, gradient], ["x", "p"], ["f", "grad:f:x"]),
-        "jac_g": ca.Function("nlp_jac_g", [x, z], [g, jac], ["x", "p"], ["g", "jac:g:x"]),
-        "hess_lag": ca.Function(
-            "nlp_hess_l", [x, z, lam_f, lam_g], [hess], ["x", "p", "lam:f", "lam:g"], ["triu:hess:gamma:x:x"]
-        ),
-    }
-    return Nlp({"x": x, "p": z, "f": cost, "g": g}, derivatives, n_variables, n_constraints, typical, smooth)
+    def finish(self, typical: float, smooth: bool) -> Nlp:
+        """Return the NLP."""
+        x, z, n, m = self.x, self.z, self.x.numel(), self.lam_g.numel()
+        g = scatter(np.concatenate(self.constraints.rows).tolist(), m, ca.vertcat(*self.constraints.values))
+        jac, hess = self.jacobian.matrix((m, n), upper=False), self.hessian.matrix((n, n), upper=True)
+        f = self.cost + self.penalty
+        derivatives = {
+            "grad_f": ca.Function("nlp_grad_f", [x, z], [f, self.gradient], ["x", "p"], ["f", "grad:f:x"]),
+            "jac_g": ca.Function("nlp_jac_g", [x, z], [g, jac], ["x", "p"], ["g", "jac:g:x"]),
+            "hess_lag": ca.Function(
+                "nlp_hess_l",
+                [x, z, self.lam_f, self.lam_g],
+                [hess],
+                ["x", "p", "lam:f", "lam:g"],
+                ["triu:hess:gamma:x:x"],
+            ),
+        }
+        objective = ca.Function("objective", [x, z], [self.cost])
+        return Nlp({"x": x, "p": z, "f": f, "g": g}, derivatives, objective, n, m, typical, smooth)
 
 
 def _shared(block: Block) -> Block:
-    """Return the block with common subexpressions merged: cheap here, and all derivatives profit."""
-    if block.cost is None:
-        return replace(block, constraints=ca.cse(block.constraints))
-    constraints, cost = ca.cse([block.constraints, block.cost])
-    return replace(block, constraints=constraints, cost=cost)
+    """Return the block with common subexpressions merged, from which all derivatives profit."""
+    parts = {name: part for name in ("constraints", "cost", "penalty") if (part := getattr(block, name)) is not None}
+    return replace(block, **dict(zip(parts, ca.cse(list(parts.values())), strict=True)))
 
 
 def _mapped(block: Block, data: ca.SX, suffix: str, outputs: list[ca.SX]) -> ca.Function:
-    """Return a function of (local variables, data), mapped over the instances; the data are shared."""
+    """Return a function of (local variables, constants, data), mapped over the instances; the data are shared."""
     name = f"{block.name}_{suffix}"
-    return ca.Function(name, [block.variables, data], outputs).map(
-        name + "_map", "serial", block.columns.shape[1], [1], []
+    return ca.Function(name, [*block.inputs, data], outputs).map(
+        name + "_map", "serial", block.columns.shape[1], [len(block.inputs)], []
     )
 
 
@@ -176,24 +229,3 @@ def _triplets(pattern: ca.Sparsity) -> tuple[list[int], list[int]]:
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
     return matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)
-
-
-def _scatter(index: Sequence[int], size: int, values: ca.MX) -> ca.MX:
-    """Return the vector of `size` whose entry i sums the values with index i."""
-    selection = ca.Sparsity.triplet(size, len(index), list(index), list(range(len(index))))
-    return ca.DM(selection, 1.0) @ values
-
-
-def _matrix(
-    index: list[tuple[list[int], list[int]]], values: list[ca.MX], shape: tuple[int, int], *, upper: bool
-) -> ca.MX:
-    """Return the sparse matrix that sums the given entries (only its upper triangle if `upper`)."""
-    rows = np.concatenate([np.asarray(r, dtype=np.int64) for r, _ in index])
-    columns = np.concatenate([np.asarray(c, dtype=np.int64) for _, c in index])
-    entries = ca.vertcat(*map(ca.vec, values))
-    if upper:
-        keep = np.flatnonzero(rows <= columns)
-        rows, columns, entries = rows[keep], columns[keep], entries[keep.tolist()]
-    key, position = np.unique(columns * shape[0] + rows, return_inverse=True)  # column-major, as CasADi stores
-    pattern = ca.Sparsity.triplet(*shape, (key % shape[0]).tolist(), (key // shape[0]).tolist())
-    return ca.MX(pattern, _scatter(position.tolist(), len(key), entries))

@@ -1,4 +1,4 @@
-"""What a solver of nonlinear programmes is asked, and what it answers."""
+"""Protocol of NLP solvers, and their result."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,16 +9,19 @@ from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
+CONVERGED = "converged to a local optimum"
+"""Message of a solved NLP, the same whichever solver finished."""
+
 
 @dataclass(frozen=True, eq=False)
 class NlpResult:
-    """What a solver returned.
+    """Result of an NLP solver.
 
     Attributes
     ----------
     status : Status
     message : str
-        The solver's own contact sequences.
+        Of a solved NLP `CONVERGED`, otherwise the solver's report.
     x : (n_variables,) array
     g : (n_constraints,) array
     objective : float
@@ -37,7 +40,7 @@ class NlpResult:
 
 
 class NlpSolver(Protocol):
-    """A solver of nonlinear programmes that holds its options."""
+    """A solver of NLPs, an object that holds its options."""
 
     def minimise(
         self,
@@ -49,7 +52,7 @@ class NlpSolver(Protocol):
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
     ) -> NlpResult:
-        """Solve a programme from a starting point.
+        """Solve an NLP from a starting point.
 
         Parameters
         ----------
@@ -60,7 +63,7 @@ class NlpSolver(Protocol):
         observer : Observer
             Called once per iteration.
         multipliers : (n_variables,), (n_constraints,) arrays, optional
-            Of a solution close by, from which the solver then goes on instead of starting anew.
+            Of a nearby solution, from which the solver is warm-started.
         barrier : float
             How close: about the complementarity the start is expected to have (in units of the scaled objective).
         """

@@ -1,13 +1,15 @@
 """Which constraints are not met, by phase, node and name; and what in a solution deserves a look."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from gaitopt.motion.gait import Violation
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.keys import Key, Place, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solve.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
-from gaitopt.ocp.transcription.scheme import INNER
 from gaitopt.ocp.transcription.transcription import Transcription
 
 ROUNDING = 1e-7
@@ -28,7 +30,7 @@ def violations(
     most : int
         Length of the list.
     """
-    found = []
+    found: list[tuple[float, Place, Key]] = []
     for layout, value, lower, upper in (
         (transcription.constraints, g, bounds.g_lower, bounds.g_upper),
         (transcription.variables, x, bounds.x_lower, bounds.x_upper),
@@ -38,10 +40,11 @@ def violations(
         for index in np.argsort(-excess):
             if excess[index] <= above:
                 break
-            found.append(Violation(*layout.label(index), float(excess[index])))
-    worst: dict[tuple[str, str], Violation] = {}
-    for violation in sorted(found, key=lambda violation: -violation.size):
-        worst.setdefault((violation.place.split(",")[0], violation.name.split(INNER)[0]), violation)
+            found.append((float(excess[index]), *layout.entries[index]))
+    worst: dict[tuple[Place, Key], Violation] = {}
+    for size, place, key in sorted(found, key=lambda entry: -entry[0]):
+        section = replace(place, node=None, between=False)
+        worst.setdefault((section, key.at(0)), Violation(place.label, key.label, size))
     return tuple(worst.values())[:most]
 
 
@@ -85,8 +88,8 @@ def warnings(
         )
     shortest = problem.limits.shortest_phase
     for phase in transcription.phases:
-        if x[transcription.variables["duration"][0, phase.number]] < 1.01 * shortest:
+        if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
             found.append(
-                f"{phase.label} lasts {shortest:g} s, the minimum: the sequence without this phase may be better."
+                f"{phase.place().label} lasts {shortest:g} s, the minimum: the sequence without this phase may be better."
             )
     return tuple(found)

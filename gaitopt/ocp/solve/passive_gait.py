@@ -12,13 +12,14 @@ from gaitopt.motion.motion import Motion
 from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solve.trajectory import read_motion
+from gaitopt.ocp.statement.criteria import TorqueSquared
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.limits import Limits
-from gaitopt.ocp.statement.objective import TorqueSquared
 from gaitopt.ocp.transcription.collocation import Collocation
-from gaitopt.ocp.transcription.transcription import transcribe
+from gaitopt.ocp.transcription.transcription import Transcription, transcribe
 from gaitopt.progress import silent
 
 
@@ -27,12 +28,9 @@ def passive_cycle(
 ) -> Motion:
     """Return a cycle in which the robot walks down a slope without torque and without slipping.
 
-    The cycle is computed as a gait whose torques are bounded by zero, with the accuracy of the collocation grid.
-
     Parameters
     ----------
     robot : Robot
-        With actuators (which stay idle).
     slope : float [rad]
     parameters : mapping of str to float, optional
     intervals : int
@@ -66,15 +64,20 @@ def passive_cycle(
         name="passive cycle",
     )
     transcription = transcribe(structure(problem, Collocation(intervals=intervals)))
-    loose = bounds(transcription, problem)
-    lower, upper = loose.x_lower.copy(), loose.x_upper.copy()
-    lower[transcription.variables["torque"]] = upper[transcription.variables["torque"]] = 0.0
-    idle = Bounds(lower, upper, loose.g_lower, loose.g_upper)
-    x = initial_point(transcription, problem, LinearGuess())
-    outcome = Ipopt().minimise(transcription.nlp, np.clip(x, lower, upper), data_vector(problem), idle, silent)
+    limits = _without_torque(transcription, bounds(transcription, problem))
+    x = np.clip(initial_point(transcription, problem, LinearGuess()), limits.x_lower, limits.x_upper)
+    outcome = Ipopt().minimise(transcription.nlp, x, data_vector(problem), limits, silent)
     if not outcome.status.ok:
         raise InputError(
             f"Robot {robot.name!r} has no passive cycle that could be found at a slope of {math.degrees(slope):g} deg "
             f"({outcome.message}); try another slope, or start from Line() or Keyframes(...)."
         )
     return read_motion(transcription, problem.values, outcome.x)
+
+
+def _without_torque(transcription: Transcription, limits: Bounds) -> Bounds:
+    """Return bounds that hold all torques at zero."""
+    lower, upper = limits.x_lower.copy(), limits.x_upper.copy()
+    torques = transcription.variables[Unknown.TORQUE]
+    lower[torques] = upper[torques] = 0.0
+    return Bounds(lower, upper, limits.g_lower, limits.g_upper)

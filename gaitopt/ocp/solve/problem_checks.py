@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.keys import Key
 from gaitopt.ocp.transcription.transcription import Transcription
 
 MOVED = 1e-3
@@ -43,13 +44,13 @@ def report_clipped_guess(transcription: Transcription, limits: Bounds, guessed: 
     """
     excess = np.maximum(limits.x_lower - guessed, guessed - limits.x_upper)
     excess = np.where(np.isnan(excess), np.inf, excess)
-    worst: dict[str, int] = {}
+    worst: dict[Key, int] = {}
     for index in np.flatnonzero(excess > MOVED):
-        name = transcription.variables.label(int(index))[1]
-        if name not in worst or excess[index] > excess[worst[name]]:
-            worst[name] = int(index)
+        key = transcription.variables.entries[int(index)][1]
+        if key not in worst or excess[index] > excess[worst[key]]:
+            worst[key] = int(index)
     return tuple(
-        f"the guess has {name} outside its bounds by {excess[index]:.2g} at {transcription.variables.label(index)[0]}; "
-        f"it was moved inside."
-        for name, index in worst.items()
+        f"the guess has {key.label} outside its bounds by {excess[index]:.2g} at "
+        f"{transcription.variables.label(index)[0]}; it was moved inside."
+        for key, index in worst.items()
     )

@@ -9,10 +9,11 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
+from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solve.trajectory import solved_parameters
 from gaitopt.ocp.transcription.foot_clearance import bump
-from gaitopt.ocp.transcription.grid import node_labels
+from gaitopt.ocp.transcription.grid import node_places
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, schedule_for
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.reductions import worst
@@ -53,8 +54,8 @@ def lack_of_height(transcription: Transcription, problem: GaitProblem, x: Array)
     p = robot.vector(solved_parameters(transcription, problem, x))
     position, velocity = (np.asarray(found) for found in robot.landing.map(q.shape[1])(q, v, p)[:2])
     ahead, height = (_between(values, rates, lengths) for values, rates in zip(position, velocity, strict=True))
-    slid = sum(x[layout[f"slide {phase.number}"][0, -1]] for phase in transcription.phases if phase.mode.slips)
-    distance = x[layout["travel"][0, 0]] - slid
+    slid = sum(x[layout[Unknown.SLIDE, phase.number][0, -1]] for phase in transcription.phases if phase.mode.slips)
+    distance = x[layout[Unknown.TRAVEL][0, 0]] - slid
     return worst(0.0, clearance * bump(ahead, distance) - height)
 
 
@@ -66,7 +67,7 @@ def early_touchdown(transcription: Transcription, problem: GaitProblem, x: Array
     at_nodes, rate, armed_at_nodes = (np.asarray(found)[0] for found in robot.touchdown.map(q.shape[1])(q, v, p))
     unsound = np.flatnonzero(~np.isfinite(at_nodes + rate + armed_at_nodes))
     if unsound.size:  # a guard that cannot be evaluated is no proof that the foot stays above the ground
-        place = node_labels(transcription.phases)[int(unsound[0])]
+        place = node_places(transcription.phases)[int(unsound[0])].label
         guards = (np.nan_to_num(values[:-1]) for values in (at_nodes, armed_at_nodes))
         return EarlyTouchdown(place, schedule_for(transcription.phases, *guards))
     guard, nodes = _between(at_nodes, rate, lengths), np.arange(at_nodes.size)
@@ -78,16 +79,16 @@ def early_touchdown(transcription: Transcription, problem: GaitProblem, x: Array
     if not early.size:
         return None
     landing = schedule_for(transcription.phases, at_nodes[:-1], armed_at_nodes[:-1])
-    return EarlyTouchdown(node_labels(transcription.phases)[int(early[0])], landing)
+    return EarlyTouchdown(node_places(transcription.phases)[int(early[0])].label, landing)
 
 
 def _nodes(transcription: Transcription, x: Array) -> tuple[Array, Array, Array]:
     """Return q and v at all nodes, seen from the stance foot, and the lengths of the intervals [s]."""
     layout = transcription.variables
     q, v = np.zeros((2, transcription.structure.robot.n_q, transcription.n_nodes))
-    q[2:], v[2:] = x[layout["angles"]], x[layout["rates"]]
+    q[2:], v[2:] = x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]]
     counts = transcription.structure.counts
-    return q, v, np.repeat(x[layout["duration"][0]] / counts, counts)
+    return q, v, np.repeat(x[layout[Unknown.DURATION][0]] / counts, counts)
 
 
 def _between(values: Array, rates: Array, lengths: Array) -> Array:

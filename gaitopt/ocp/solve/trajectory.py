@@ -10,6 +10,7 @@ from scipy.integrate import DOP853
 
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_jump, make_motion, make_segment
+from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
@@ -22,9 +23,9 @@ STEPS = 50
 
 def solved_parameters(transcription: Transcription, problem: GaitProblem, x: Array) -> dict[str, float]:
     """Return every parameter by name, the slope as found where it was free."""
-    if "slope" not in transcription.variables:
+    if Unknown.SLOPE not in transcription.variables:
         return problem.values
-    return problem.values | {"slope": float(x[transcription.variables["slope"][0, 0]])}
+    return problem.values | {"slope": float(x[transcription.variables[Unknown.SLOPE][0, 0]])}
 
 
 def read_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
@@ -55,7 +56,7 @@ def _segment(
     robot, layout, count = transcription.structure.robot, transcription.variables, phase.count
     n_u = robot.n_u
     state, torque = planned_states(transcription, phase, x)
-    duration = x[layout["duration"][0, phase.number]]
+    duration = x[layout[Unknown.DURATION][0, phase.number]]
     begun, parts = np.vstack([state[:, :-1], np.zeros((n_u + 1, count))]), _parts(transcription, phase, x)
     middle, end = _halve_interval(stance, begun, _subdivided(torque, parts), duration / count, p)
     n_x, samples = stance.n_x, 2 * count + 1
@@ -107,7 +108,7 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
     for phase, stance in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         states, torque = planned_states(transcription, phase, x)
         parts = _parts(transcription, phase, x)
-        step = x[transcription.variables["duration"][0, phase.number]] / (phase.count * parts)
+        step = x[transcription.variables[Unknown.DURATION][0, phase.number]] / (phase.count * parts)
         begun = np.concatenate([reached, states[reached.size :, 0], np.zeros(robot.n_u + 1)])
         fine = _subdivided(torque, parts)
         follow = _follower(stance, parts * phase.count, 1)
@@ -144,9 +145,9 @@ def _parts(transcription: Transcription, phase: Phase, x: Array) -> int:
 
     At least four: a force that leaves its cone just behind a node is met at a quarter of the interval at the latest.
     """
-    durations = x[transcription.variables["duration"][0]]
-    share = durations[phase.number] / durations.sum() if durations.sum() > 0 else 0.0
-    return int(2 ** max(2, math.ceil(math.log2(max(STEPS * share / phase.count, 1.0)))))
+    durations = x[transcription.variables[Unknown.DURATION][0]]
+    steps = STEPS * durations[phase.number] / (durations.sum() * phase.count)
+    return int(2 ** max(2, math.ceil(math.log2(steps))))
 
 
 def _halve_interval(stance: PhaseDynamics, begun: Array, fine: Array, length: float, p: Array) -> tuple[Array, Array]:
@@ -196,16 +197,16 @@ def _one_step(stance: PhaseDynamics) -> ca.Function:
 def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:
     """Return the reduced states and the torques at the nodes of a phase, shapes (n_x, N+1) and (n_u, N+1)."""
     layout, nodes = transcription.variables, list(phase.nodes)
-    columns = [layout["angles"][:, nodes], layout["rates"][:, nodes]]
+    columns = [layout[Unknown.ANGLES][:, nodes], layout[Unknown.RATES][:, nodes]]
     if phase.mode.slips:
-        columns.append(layout[f"slide {phase.number}"])
-    return x[np.vstack(columns)], x[layout["torque"][:, nodes]]
+        columns.append(layout[Unknown.SLIDE, phase.number])
+    return x[np.vstack(columns)], x[layout[Unknown.TORQUE][:, nodes]]
 
 
 def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Jump:
     robot, layout, first = transcription.structure.robot, transcription.variables, transcription.phases[0]
-    speed = x[layout[f"slide {first.number}"][1, 0]] if first.mode.slips else 0.0
-    v_next = np.concatenate([[speed, 0.0], x[layout["rates"][:, 0]]])
+    speed = x[layout[Unknown.SLIDE, first.number][1, 0]] if first.mode.slips else 0.0
+    v_next = np.concatenate([[speed, 0.0], x[layout[Unknown.RATES][:, 0]]])
     q = last.q[:, -1]
     return make_jump(
         robot,
@@ -213,7 +214,7 @@ def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Ju
         step=0,
         time=float(last.time[-1]),
         mode=transcription.structure.sequence.impact,
-        impulse=x[layout["impulse"][:, 0]],
+        impulse=x[layout[Unknown.IMPULSE][:, 0]],
         q=q,
         v_minus=last.v[:, -1],
         v_plus=np.asarray(robot.unswap(q, v_next, p)).ravel(),

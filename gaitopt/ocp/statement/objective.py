@@ -1,166 +1,236 @@
-"""What an optimal gait makes small."""
+"""Objectives: what an optimal gait makes small."""
 
-from abc import ABC, abstractmethod
+import inspect
+import math
 from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
-from gaitopt.errors import InputError, suggest
-from gaitopt.parameters import Parameter
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Motion
+from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary, symbolic_instant
+from gaitopt.ocp.statement.objective_value import value_of_term
 
 
-class Objective(ABC):
-    """An integral over the step, optionally per weight and travel.
+class Objective:
+    """A scalar of the step: an integral over time, a term of the step's boundary, a peak, or several of them.
 
-    To add one, derive from this class and register its name in ``OBJECTIVES``.  Joint power enters through its exact
-    split P = positive - negative with both parts >= 0, so that absolute values stay smooth.
-    """
-
-    name: str
-    uses_power: bool
-    per_weight_and_travel: bool
-    typical: float = 1.0
-    """Size of a typical optimum; the solver is given the objective divided by it, so that its tolerance means as much
-    for a small cost of transport as for a large sum of squares."""
-    smooth: bool
-    """Whether the integrand is smooth in time; where it has kinks, it is integrated by trapezoids."""
-
-    @abstractmethod
-    def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
-        """Return the scalar to integrate over time.
-
-        Parameters
-        ----------
-        torque : SX, shape (n_u, 1) [N m]
-        positive, negative : SX, shape (n_u, 1) [W]
-            Parts of the joint powers; empty unless `uses_power`.
-        """
-
-
-@dataclass(frozen=True)
-class CostOfTransport(Objective):
-    """Integral of the absolute joint powers over weight times travel (dimensionless).
-
-    Examples
-    --------
-    >>> CostOfTransport().name
-    'cost_of_transport'
-    """
-
-    name = "cost_of_transport"
-    uses_power = True
-    per_weight_and_travel = True
-    typical = 0.01
-    smooth = False
-
-    def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
-        """Return the sum of absolute powers [W]."""
-        return ca.sum1(positive) + ca.sum1(negative)
-
-
-@dataclass(frozen=True)
-class PositiveWork(Objective):
-    """Integral of the positive joint powers, less what braking gives back, over weight times travel (dimensionless).
+    To define one, derive a frozen dataclass from this class, set its name and override at least one of `integrand`,
+    `boundary` and `peak`.  Objectives are added and weighted, ``0.7 * CostOfTransport() + 0.3 * TorqueRate()``.
 
     Attributes
     ----------
-    regeneration : float
-        Share of the negative work that is stored and used again, from 0 to less than 1.
-
-    Raises
-    ------
-    InputError
-        If `regeneration` is not in [0, 1): at 1 power could be shuffled to and fro for nothing.
+    name : str
+    unit : str
+        Of the value.
+    uses_power : bool
+        Whether the parts of the joint powers are needed; they cost unknowns.
+    per_weight_and_travel : bool
+        Whether integral and boundary term are divided by weight times travel.
+    smooth : bool
+        Whether the integrand is smooth in time; it is integrated by trapezoids if it is not, so that no part of a kink
+        is lost.
+    typical : float
+        Size of a typical optimum.  The solver minimises the objective divided by it, so that its tolerance is of the
+        same use for a small cost of transport and for a large sum of squares.
 
     Examples
     --------
-    >>> PositiveWork(regeneration=0.5).name
-    'positive_work'
+    >>> @dataclass(frozen=True)
+    ... class HipTorque(Objective):
+    ...     name, unit, smooth = "hip_torque", "N^2 m^2 s", True
+    ...     def integrand(self, point):
+    ...         return point.torque_of("hip") ** 2
+    >>> (2 * HipTorque() + HipTorque()).name
+    '2 hip_torque + hip_torque'
     """
 
-    regeneration: float = 0.0
+    name: str
+    unit: str = ""
+    uses_power: bool = False
+    per_weight_and_travel: bool = False
+    smooth: bool = False
+    typical: float = 1.0
 
-    name = "positive_work"
-    uses_power = True
-    per_weight_and_travel = True
-    typical = 0.01
-    smooth = False
+    def integrand(self, point: Instant) -> Any:
+        """Return the scalar to integrate over time; 0 by default."""
+        return 0.0
 
-    def __post_init__(self) -> None:
-        share = Parameter("regeneration", 0.0, "1", "", lower=0.0, upper=0.999).check(self.regeneration)
-        object.__setattr__(self, "regeneration", share)
+    def boundary(self, step: StepBoundary) -> Any:
+        """Return the scalar to add for the boundary of the step; 0 by default."""
+        return 0.0
 
-    def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
-        """Return the sum of positive powers less the share of the negative ones that is regenerated [W]."""
-        return ca.sum1(positive) - self.regeneration * ca.sum1(negative)
+    def peak(self, point: Instant) -> Peak | None:
+        """Return quantities whose largest value over the step is added; none by default.
+
+        The largest value is an unknown of the NLP, bounded from below at all nodes and inner points.
+        """
+        return None
+
+    def terms(self) -> "tuple[tuple[float, Objective], ...]":
+        """Return the weighted objectives this one is the sum of."""
+        return ((1.0, self),)
+
+    def evaluate(self, motion: Motion) -> float:
+        """Return the value of the first step of a motion, computed from its samples alone.
+
+        Parameters
+        ----------
+        motion : Motion
+            Of an optimised gait, its replay or any simulation whose first step reached its touchdown.
+
+        Raises
+        ------
+        InputError
+            If the first step did not reach its touchdown.
+        """
+        return value_of_term(self, motion)
+
+    def __add__(self, other: "Objective") -> "WeightedSum":
+        if not isinstance(other, Objective):
+            return NotImplemented
+        return WeightedSum((*self.terms(), *other.terms()))
+
+    def __mul__(self, weight: float) -> "WeightedSum":
+        if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 < weight < math.inf:
+            raise InputError(f"The weight of an objective must be a finite positive number, got {weight!r}.")
+        return WeightedSum(tuple((weight * inner, term) for inner, term in self.terms()))
+
+    __rmul__ = __mul__
 
 
 @dataclass(frozen=True)
-class TorqueSquared(Objective):
-    """Integral of the sum of squared torques [N^2 m^2 s].
+class WeightedSum(Objective):
+    """A sum of weighted objectives.
+
+    Attributes
+    ----------
+    parts : tuple of (float, Objective)
 
     Examples
     --------
-    >>> TorqueSquared().uses_power
-    False
+    >>> from gaitopt import CostOfTransport, TorqueSquared
+    >>> mixed = 0.7 * CostOfTransport() + 0.001 * TorqueSquared()
+    >>> mixed.name, mixed.uses_power, mixed.smooth
+    ('0.7 cost_of_transport + 0.001 torque_squared', True, False)
     """
 
-    name = "torque_squared"
-    uses_power = False
-    per_weight_and_travel = False
-    smooth = True
+    parts: tuple[tuple[float, Objective], ...]
 
-    def integrand(self, torque: ca.SX, positive: ca.SX, negative: ca.SX) -> ca.SX:
-        """Return the sum of squared torques [N^2 m^2]."""
-        return ca.sumsqr(torque)
+    @property
+    def name(self) -> str:  # type: ignore[override]
+        """Weights and names."""
+        return " + ".join(term.name if weight == 1 else f"{weight:g} {term.name}" for weight, term in self.parts)
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """Unit of the parts, or nothing if they differ."""
+        units = {term.unit for _, term in self.parts}
+        return units.pop() if len(units) == 1 else ""
+
+    @property
+    def uses_power(self) -> bool:  # type: ignore[override]
+        """Whether any part does."""
+        return any(term.uses_power for _, term in self.parts)
+
+    @property
+    def per_weight_and_travel(self) -> bool:  # type: ignore[override]
+        """Whether any part is divided by weight times travel."""
+        return any(term.per_weight_and_travel for _, term in self.parts)
+
+    @property
+    def smooth(self) -> bool:  # type: ignore[override]
+        """Whether all parts are smooth."""
+        return all(term.smooth for _, term in self.parts)
+
+    @property
+    def typical(self) -> float:  # type: ignore[override]
+        """Sum of the typical sizes of the parts."""
+        return sum(weight * term.typical for weight, term in self.parts)
+
+    def terms(self) -> tuple[tuple[float, Objective], ...]:
+        """Return the parts."""
+        return self.parts
+
+    def evaluate(self, motion: Motion) -> float:
+        """Return the weighted sum of the values of the parts."""
+        return sum(weight * term.evaluate(motion) for weight, term in self.parts)
 
 
-OBJECTIVES: dict[str, type[Objective]] = {
-    objective.name: objective for objective in (CostOfTransport, TorqueSquared, PositiveWork)
-}
+def overrides(objective: Objective, method: str) -> bool:
+    """Return whether an objective defines `integrand`, `boundary` or `peak`."""
+    return getattr(type(objective), method) is not getattr(Objective, method)
 
 
-def objective_named(name: "str | Objective") -> Objective:
-    """Return an objective from its name.
+def is_curved(objective: Objective, robot: Robot) -> bool:
+    """Return whether an objective has curvature in the torques or their rates.
 
-    Raises
-    ------
-    InputError
-        If the name is unknown; the message names the nearest.
+    Without it optima need not be unique, or switch torques on and off.
+    """
+    point = symbolic_instant(robot.angles, robot.actuators, [parameter.name for parameter in robot.parameters])
+    torques = ca.vertcat(point.torque, point.torque_rate)
+    integrands = (ca.SX(term.integrand(point)) for _, term in objective.terms())
+    return any(ca.hessian(integrand, torques)[0].nnz() for integrand in integrands)
+
+
+def check_objective(objective: Objective, robot: Robot) -> None:
+    """Raise InputError unless an objective is complete and its terms are numbers; its own errors are passed on.
 
     Examples
     --------
-    >>> objective_named("torque_squared")
-    TorqueSquared()
+    >>> from gaitopt import TorqueSquared, compass_biped
+    >>> check_objective(TorqueSquared(), compass_biped())
     """
-    if isinstance(name, Objective):
-        return name
-    if name not in OBJECTIVES:
-        raise InputError(f"There is no objective {name!r}. {suggest(str(name), OBJECTIVES)}")
-    return OBJECTIVES[name]()
+    for _, term in objective.terms():
+        _check_declaration(term)
+        _check_terms(term, robot)
 
 
-def check_objective(objective: Objective, n_u: int) -> None:
-    """Raise InputError unless an objective has what it needs and integrates one number; its own errors come through.
-
-    Examples
-    --------
-    >>> check_objective(TorqueSquared(), 2)
-    """
+def _check_declaration(objective: Objective) -> None:
     kind = type(objective).__name__
-    missing = [
-        name for name in ("name", "uses_power", "per_weight_and_travel", "smooth") if not hasattr(objective, name)
-    ]
-    if missing:
-        raise InputError(f"The objective {kind} does not say its {', '.join(missing)}: set it in the class.")
+    if not hasattr(objective, "name"):
+        raise InputError(f"The objective {kind} does not say its name: set it in the class.")
     if not isinstance(objective, Hashable):
         raise InputError(f"The objective {kind} cannot be told from others: make its class a frozen dataclass.")
-    torque = ca.SX.sym("torque", n_u)
-    positive, negative = (ca.SX.sym(part, n_u if objective.uses_power else 0) for part in ("positive", "negative"))
-    rows, columns = ca.SX(objective.integrand(torque, positive, negative)).shape
-    if (rows, columns) != (1, 1):
-        raise InputError(
-            f"The integrand of {kind} must be one number, it is a table of {rows} x {columns}: sum it over the joints, "
-            "for example by ca.sum1 or ca.sumsqr."
-        )
+    methods = ("integrand", "boundary", "peak")
+    if not any(overrides(objective, method) for method in methods):
+        raise InputError(f"The objective {kind} has nothing to minimise: define integrand(self, point) in its class.")
+    for method in methods:
+        names = list(inspect.signature(getattr(objective, method)).parameters)
+        if len(names) != 1:
+            raise InputError(
+                f"The {method} of {kind} must take one argument, it takes ({', '.join(names)}): write "
+                f"{method}(self, {'step' if method == 'boundary' else 'point'}) and use point.torque, point.positive, "
+                "point.negative and whatever else of the instant is needed."
+            )
+
+
+def _check_terms(objective: Objective, robot: Robot) -> None:
+    names = [parameter.name for parameter in robot.parameters]
+    kind, point = type(objective).__name__, symbolic_instant(robot.angles, robot.actuators, names)
+    terms = {"integrand": objective.integrand(point), "boundary": objective.boundary(_symbolic_boundary(robot))}
+    for method, value in terms.items():
+        rows, columns = ca.SX(value).shape
+        if (rows, columns) != (1, 1):
+            raise InputError(
+                f"The {method} of {kind} must be one number, it is a table of {rows} x {columns}: sum it over the "
+                "joints, for example by ca.sum1 or ca.sumsqr."
+            )
+    if not objective.uses_power and ca.depends_on(
+        ca.SX(terms["integrand"]), ca.vertcat(point.positive, point.negative)
+    ):
+        raise InputError(f"The integrand of {kind} contains parts of the joint powers: set uses_power = True.")
+
+
+def _symbolic_boundary(robot: Robot) -> StepBoundary:
+    columns = {
+        **dict.fromkeys(("q_first", "v_first", "q_last", "v_last", "velocity_jump"), robot.n_q),
+        **{"impulse": 2, "duration": 1, "travel": 1, "energy_lost": 1},
+    }
+    return StepBoundary(
+        parameters={parameter.name: ca.SX.sym(parameter.name) for parameter in robot.parameters},
+        **{name: ca.SX.sym(name, size) for name, size in columns.items()},
+    )

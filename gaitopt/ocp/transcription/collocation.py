@@ -17,9 +17,10 @@ from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.keys import Key, Kind
 from gaitopt.ocp.transcription.method import Method, check_count
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
-from gaitopt.ocp.transcription.scheme import Point, Scheme, at_inner_point
+from gaitopt.ocp.transcription.scheme import Point, Scheme
 
 MOST_POINTS = 6
 """Refinement raises the order up to this many points; beyond, the torque's grid is what limits a plan."""
@@ -42,23 +43,23 @@ class Lobatto(Scheme):
         """Zeros of P'_(s-1), shifted to (0, 1)."""
         return tuple(float(c) for c in lobatto_points(self.points)[1:-1])
 
-    def node_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+    def node_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
         """Return the accelerations of a node."""
-        return tuple(f"acceleration of {name}" for name in stance.moving)
+        return tuple(Key(Kind.ACCELERATION, name) for name in stance.moving)
 
-    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
         """Return the accelerations of all inner points, one point after the other."""
         inner = range(1, self.points - 1)
-        return tuple(name + at_inner_point(i) for i in inner for name in self.node_unknowns(stance))
+        return tuple(key.at(i) for i in inner for key in self.node_unknowns(stance))
 
-    def residuals(self, stance: PhaseDynamics) -> tuple[str, ...]:
+    def residuals(self, stance: PhaseDynamics) -> tuple[Key, ...]:
         """Return the equations of motion."""
-        return tuple(f"equation of motion of {name}" for name in stance.moving)
+        return tuple(Key(Kind.EQUATION_OF_MOTION, name) for name in stance.moving)
 
     def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
         """Return the point with the given accelerations."""
         residual, force = stance.balance(state, unknowns, torque, p)
-        return Point(state, torque, unknowns, force, residual)
+        return Point(state, torque, unknowns, force, residual, stance.slip_speed(state))
 
     def advance(
         self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX

@@ -4,16 +4,14 @@ import math
 
 import casadi as ca
 
+from gaitopt.ocp.nlp.keys import Group, Key, Kind, Place, Row, Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
-from gaitopt.ocp.transcription.scheme import at_inner_point
-
-CLEARANCE = "foot clearance"
 
 
 def bump(ahead: ca.SX, distance: ca.SX) -> ca.SX:
-    """Return the share of the clearance asked for where the foot is `ahead` of the stance foot [m].
+    """Return the share of the requested clearance if the foot is `ahead` of the stance foot [m].
 
     It is (1 - (ahead / distance)^2)^2: 1 beside the stance foot, and 0 with slope 0 in both footprints, `distance`
     behind and ahead of it, so that a foot that rises or comes down at any rate is high enough there.
@@ -29,7 +27,7 @@ def clearance_rows(
     p: ca.SX,
     *,
     number: int,
-    places: list[str],
+    places: list[Place],
 ) -> tuple[ca.SX, Index]:
     """Return values that keep the swing foot high enough, and their rows.
 
@@ -44,16 +42,16 @@ def clearance_rows(
     p : SX
     number : int
         Of the intervals' phase, from 0.
-    places : list of str
-        Names of the first nodes of the intervals.
+    places : list of Place
+        Keys of the first nodes of the intervals.
     """
     distance, heights = _touchdown_distance(frame, local), []
     for state in states:
         q, v = stance.full(state)
         foot = frame.robot.landing(q, v, p)[0] - q[:2]
         heights.append(foot[1] - frame.clearance() * bump(foot[0], distance))
-    names = [CLEARANCE, *(CLEARANCE + at_inner_point(i) for i in range(1, len(states)))]
-    rows = frame.rows.add(f"clearance {number}", [(name, 0.0, math.inf) for name in names], places)
+    table = [Row(Key(Kind.CLEARANCE, inner=i), 0.0, math.inf) for i in range(len(states))]
+    rows = frame.rows.add((Group.CLEARANCE, number), table, places)
     if number == 0:
         frame.rows.bound(rows[0, 0], -math.inf, math.inf)  # the step begins on the ground
     return ca.vertcat(*heights), rows
@@ -64,7 +62,5 @@ def _touchdown_distance(frame: NlpBuilder, local: BlockVariables) -> ca.SX:
 
     A periodic step starts with the foot as far behind.
     """
-    variables = frame.variables
-    slides = [table for name, table in variables.tables.items() if name.startswith("slide ")]
-    slid = [local.add("slid", table[:1, [-1]]) for table in slides]
-    return local.add("travel", variables["travel"]) - sum(slid, ca.SX(0))
+    slides = frame.slides(local)
+    return local.add("travel", frame.variables[Unknown.TRAVEL]) - sum(slides, ca.SX(0))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.ocp.nlp.keys import Place, Section
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,16 +49,14 @@ class Phase:
         """Nodes of the phase, both ends included."""
         return range(self.first, self.first + self.count + 1)
 
-    @property
-    def label(self) -> str:
-        """Name of the phase for people, counted from 1."""
-        return f"phase {self.number + 1} ({self.mode.value})"
+    def place(self, node: int | None = None, *, between: bool = False) -> Place:
+        """Return the key of the phase, of one of its nodes counted from its start, or of the interval after it."""
+        return Place(Section.PHASE, self.number, self.mode, node, between)
 
 
-def node_labels(phases: Sequence[Phase]) -> list[str]:
-    """Return what each node of the step is called; one between two phases belongs to the earlier."""
-    later = [f"{phase.label}, node {k}" for phase in phases for k in range(1, phase.count + 1)]
-    return [f"{phases[0].label}, node 0", *later]
+def node_places(phases: Sequence[Phase]) -> list[Place]:
+    """Return the key of each node of the step; a node between two phases belongs to the earlier one."""
+    return [phases[0].place(0), *(phase.place(k) for phase in phases for k in range(1, phase.count + 1))]
 
 
 def divide_into_phases(sequence: ContactSequence, counts: Sequence[int]) -> tuple[Phase, ...]:

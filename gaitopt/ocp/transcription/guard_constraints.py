@@ -14,8 +14,9 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown
 from gaitopt.ocp.nlp.nlp import Block
-from gaitopt.ocp.transcription.grid import Phase, node_labels
+from gaitopt.ocp.transcription.grid import Phase, node_places
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 
 
@@ -47,19 +48,20 @@ def guard_blocks(frame: NlpBuilder, phases: tuple[Phase, ...], landing: GuardSch
     unarmed, below, above = (_node(phases, at) for at in (landing.unarmed, landing.below, landing.above))
     end, least = phases[-1].nodes[-1], landing.least
     spans = [
-        _Span("touchdown not armed", "armed", -1, range(1, unarmed + 1), least * np.ones(unarmed)),
-        _Span("touchdown guard above zero", "guard", 1, range(above, end), least * _fading(end - above)),
+        _Span(Group.NOT_ARMED, Kind.NOT_ARMED, "armed", -1, range(1, unarmed + 1), least * np.ones(unarmed)),
+        _Span(Group.GUARD_ABOVE, Kind.GUARD_ABOVE, "guard", 1, range(above, end), least * _fading(end - above)),
     ]
     if below > unarmed:
         nodes = range(unarmed, below + 1)
-        spans.append(_Span("touchdown guard below zero", "guard", -1, nodes, least * _fading(len(nodes))))
+        spans.append(_Span(Group.GUARD_BELOW, Kind.GUARD_BELOW, "guard", -1, nodes, least * _fading(len(nodes))))
     return [_block(frame, phases, span) for span in spans if span.nodes]
 
 
 class _Span(NamedTuple):
     """Nodes at which an output of the robot's touchdown, times a sign, has a least value."""
 
-    name: str
+    table: Group
+    kind: Kind
     output: str
     sign: int
     nodes: range
@@ -69,19 +71,15 @@ class _Span(NamedTuple):
 def _block(frame: NlpBuilder, phases: tuple[Phase, ...], span: _Span) -> Block:
     robot, nodes, local = frame.robot, list(span.nodes), BlockVariables(frame, len(span.nodes))
     p = local.parameters()
-    q, v = (ca.vertcat(0, 0, local.add(part, frame.variables[part][:, nodes])) for part in ("angles", "rates"))
+    q, v = (
+        ca.vertcat(0, 0, local.add(part, frame.variables[part][:, nodes])) for part in (Unknown.ANGLES, Unknown.RATES)
+    )
     values = robot.touchdown.call({"q": q, "v": v, "p": p})
-    labels = node_labels(phases)
-    rows = frame.rows.add(span.name, [(span.name, 0.0, math.inf)], [labels[k] for k in nodes])
+    places = node_places(phases)
+    rows = frame.rows.add(span.table, [Row(Key(span.kind), 0.0, math.inf)], [places[k] for k in nodes])
     for index, least in zip(rows[0], span.least, strict=True):
         frame.rows.bound(index, least, math.inf)
-    return Block(
-        name=span.name.replace(" ", "_"),
-        variables=local.variables,
-        constraints=span.sign * values[span.output],
-        columns=local.columns,
-        rows=rows,
-    )
+    return local.block(span.kind.name.lower(), span.sign * values[span.output], rows)
 
 
 def _fading(count: int) -> Array:

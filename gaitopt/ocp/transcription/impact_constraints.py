@@ -4,101 +4,120 @@ import math
 
 import casadi as ca
 
+from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
+from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.transcription.grid import Phase
-from gaitopt.ocp.transcription.impact_complementarity import OPEN_IMPACT, open_impact
+from gaitopt.ocp.transcription.impact_complementarity import open_impact
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.phase_dynamics import Row
-
-DIRECTION, ARMED = "touchdown direction", "touchdown ahead of the stance foot"
-"""Rows of the guard's rate and of what arms it, in their own units; Margins has their bounds."""
+from gaitopt.ocp.transcription.objective_blocks import boundary_cost, named_parameters, peak_cost
+from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 
 
-def touchdown_block(frame: NlpBuilder, sequence: ContactSequence, phases: tuple[Phase, ...]) -> Block:
+def touchdown_block(
+    frame: NlpBuilder, sequence: ContactSequence, phases: tuple[Phase, ...], stance: PhaseDynamics
+) -> Block:
     """Return the block that ties the last node through the impact to the first.
 
     The momentum balance is written with the first state of the next step, mapped back through the leg swap, so no copy
-    of the post-impact state is needed.
+    of the post-impact state is needed.  The boundary terms and the peaks of the objective are added here.
     """
-    robot, variables, local = frame.robot, frame.variables, BlockVariables(frame, 1)
-    p, margin = local.parameters(), frame.data[len(robot.parameters) + 1]
-    friction = p[frame.names().index("friction")]
-    slides = [phase for phase in phases if phase.slides]
-    final, first = phases[-1], phases[0]
-
-    before, rates_before = (local.add(f"{part} before", variables[part][:, [-1]]) for part in ("angles", "rates"))
-    after, rates_after = (local.add(f"{part} after", variables[part][:, [0]]) for part in ("angles", "rates"))
-    impulse, travel = local.add("impulse", variables["impulse"]), local.add("travel", variables["travel"])
-    durations = local.add("durations", variables["duration"].T)
-    speed_before = speed_after = ca.SX(0)
-    slid = [local.add("slide", variables[f"slide {phase.number}"][:1, [-1]]) for phase in slides]
-    if final.slides:
-        speed_before = local.add("speed before", variables[f"slide {final.number}"][1:, [-1]])
-    if first.slides:
-        speed_after = local.add("speed after", variables[f"slide {first.number}"][1:, [0]])
-
-    zero = ca.SX(1, 1)
-    q = ca.vertcat(zero, zero, before)
-    v_minus = ca.vertcat(speed_before, zero, rates_before)
-    v_next = ca.vertcat(speed_after, zero, rates_after)
-    v_plus = robot.unswap(q, v_next, p)
-    momentum, _ = robot.impact(q, v_minus, v_plus, impulse, p)
+    robot, local = frame.robot, BlockVariables(frame, 1)
+    p = local.parameters()
+    step, v_plus, foot_speed = _boundary(frame, phases, local, p)
+    q, v_minus = step.q_last, step.v_last
+    momentum, _ = robot.impact(q, v_minus, v_plus, step.impulse, p)
     guard, guard_rate, armed = robot.touchdown(q, v_minus, p)
     relabelled = robot.swap(q, v_minus, p)[0][2:]
-    distance = robot.landing(q, v_minus, p)[0][0]
-    length = distance + sum(slid)
-    if OPEN_IMPACT in variables:
-        mass = robot.mass(p)
-        law, excess, cost = open_impact(frame, local, impulse, speed_after, friction, mass)
-    else:
-        # An open impact before a sticking phase can only stick.
-        mode = Mode.STICK if sequence.impact is Mode.ANY else sequence.impact
-        law, excess, cost = _cone(mode), robot.contact_model.impact.excess(impulse, friction, mode, margin), None
-    period = ca.sum1(durations)
+    length = robot.landing(q, v_minus, p)[0][0] + sum(frame.slides(local))
+    law, excess, penalty = _impact_law(frame, sequence, local, step.impulse, foot_speed, p)
     constraints = ca.vertcat(
-        after - relabelled,
+        step.q_first[2:] - relabelled,
         momentum,
         excess,
         guard,
         guard_rate,
         armed,
         v_plus[1],
-        length - travel,
-        travel / period,
-        period,
+        length - step.travel,
+        step.travel / step.duration,
+        step.duration,
     )
-    return Block(
-        name="touchdown",
-        variables=local.variables,
-        cost=cost,
-        constraints=constraints,
-        columns=local.columns,
-        rows=frame.rows.add("touchdown", _table(robot, law), ["touchdown"]),
+    rows = frame.rows.add(Group.TOUCHDOWN, _table(robot, law), [TOUCHDOWN])
+    cost = boundary_cost(frame, stance, step, p) + peak_cost(frame, local)
+    return local.block("touchdown", constraints, rows, cost, penalty)
+
+
+def _boundary(
+    frame: NlpBuilder, phases: tuple[Phase, ...], local: BlockVariables, p: ca.SX
+) -> tuple[StepBoundary, ca.SX, ca.SX]:
+    """Return the boundary of the step, the rates after the impact, and the speed of the landing foot after it."""
+    robot, variables, final, first = frame.robot, frame.variables, phases[-1], phases[0]
+    parts = (Unknown.ANGLES, Unknown.RATES)
+    before, rates_before = (local.add(f"{part} before", variables[part][:, [-1]]) for part in parts)
+    after, rates_after = (local.add(f"{part} after", variables[part][:, [0]]) for part in parts)
+    impulse, travel = local.add("impulse", variables[Unknown.IMPULSE]), local.add("travel", variables[Unknown.TRAVEL])
+    duration = ca.sum1(local.shared(Unknown.DURATION))
+
+    def speed(phase: Phase, node: int) -> ca.SX:
+        columns = frame.slide_columns(phase, [node])[1:]
+        return local.add("speed", columns) if columns.size else ca.SX(0)
+
+    zero = ca.SX(1, 1)
+    speed_before, speed_after = speed(final, final.nodes[-1]), speed(first, first.first)
+    q, v_minus = ca.vertcat(zero, zero, before), ca.vertcat(speed_before, zero, rates_before)
+    v_next = ca.vertcat(speed_after, zero, rates_after)
+    v_plus = robot.unswap(q, v_next, p)
+    step = StepBoundary(
+        q_first=ca.vertcat(zero, zero, after),
+        v_first=v_next,
+        q_last=q,
+        v_last=v_minus,
+        velocity_jump=v_plus - v_minus,
+        impulse=impulse,
+        duration=duration,
+        travel=travel,
+        parameters=named_parameters(frame, p),
+        energy_lost=Deferred(lambda: robot.energy(q, v_minus, p)[0] - robot.energy(q, v_plus, p)[0]),
     )
+    return step, v_plus, speed_after
+
+
+def _impact_law(
+    frame: NlpBuilder, sequence: ContactSequence, local: BlockVariables, impulse: ca.SX, foot_speed: ca.SX, p: ca.SX
+) -> tuple[list[Row], ca.SX, ca.SX | None]:
+    """Return rows, values and penalty of the friction law of the impact."""
+    friction, margin = p[frame.names().index("friction")], frame.data[len(frame.robot.parameters) + 1]
+    if Unknown.OPEN_IMPACT in frame.variables:
+        return open_impact(frame, local, impulse, foot_speed, friction, frame.robot.mass(p))
+    # An open impact before a sticking phase can only stick.
+    mode = Mode.STICK if sequence.impact is Mode.ANY else sequence.impact
+    return _cone(mode), frame.robot.contact_model.impact.excess(impulse, friction, mode, margin), None
 
 
 def _cone(impact: Mode) -> list[Row]:
     """Return the rows of an impact whose outcome is known."""
     if impact.slips:
-        return [("impact friction cone", 0.0, 0.0)]
-    return [("forward impact cone", 0.0, math.inf), ("backward impact cone", 0.0, math.inf)]
+        return [equation(Kind.IMPACT_CONE)]
+    return [Row(Key(kind), 0.0, math.inf) for kind in (Kind.FORWARD_IMPACT_CONE, Kind.BACKWARD_IMPACT_CONE)]
 
 
 def _table(robot: Robot, law: list[Row]) -> list[Row]:
     """Return name, lower and upper bound of each row of the touchdown, in order."""
-    table = [(f"leg swap of {angle}", 0.0, 0.0) for angle in robot.angles]
-    table += [(f"momentum balance {i + 1}", 0.0, 0.0) for i in range(robot.n_q)]
+    table = [equation(Kind.LEG_SWAP, angle) for angle in robot.angles]
+    table += [equation(Kind.MOMENTUM, str(i + 1)) for i in range(robot.n_q)]
     table += law
     table += [
-        ("touchdown", 0.0, 0.0),
-        (DIRECTION, -math.inf, 0.0),
-        (ARMED, 0.0, math.inf),
-        ("separation of the trailing foot", 0.0, math.inf),
-        ("step length", 0.0, 0.0),
-        ("speed", 0.0, math.inf),
-        ("step duration", 0.0, math.inf),
+        equation(Kind.TOUCHDOWN),
+        Row(Key(Kind.TOUCHDOWN_DIRECTION), -math.inf, 0.0),
+        Row(Key(Kind.TOUCHDOWN_AHEAD), 0.0, math.inf),
+        Row(Key(Kind.SEPARATION), 0.0, math.inf),
+        equation(Kind.STEP_LENGTH),
+        Row(Key(Kind.SPEED), 0.0, math.inf),
+        Row(Key(Kind.STEP_DURATION), 0.0, math.inf),
     ]
     return table

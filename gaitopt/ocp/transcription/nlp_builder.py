@@ -1,16 +1,19 @@
-"""What the blocks of one programme share."""
+"""Data that the blocks of one NLP share, and the local variables of a block."""
 
+import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.keys import STEP, Group, Kind, Row, TableKey, Unknown, equation, table_name
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
-from gaitopt.ocp.statement.objective import Objective
+from gaitopt.ocp.nlp.nlp import Block
+from gaitopt.ocp.statement.objective import Objective, overrides
 from gaitopt.ocp.transcription.grid import Phase
-from gaitopt.ocp.transcription.phase_dynamics import Row
 from gaitopt.ocp.transcription.relaxation import Pair, Relaxation, relax
 from gaitopt.ocp.transcription.scheme import Scheme
 
@@ -20,7 +23,7 @@ MARGINS = ("cone", "impact_cone")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class NlpBuilder:
-    """The programme under construction.
+    """An NLP under construction.
 
     Attributes
     ----------
@@ -34,7 +37,7 @@ class NlpBuilder:
     variables : Layout
         The decision vector.
     rows : Rows
-        The constraint rows so far; every block appends its own.
+        The constraint rows so far, to which every block appends.
     data : SX
         Robot parameters, then the margins, the clearance where one is asked for, and the relaxation's parameter where
         there is one.
@@ -55,14 +58,37 @@ class NlpBuilder:
     cleared: bool = False
     relaxation: Relaxation | None = None
 
+    @functools.cached_property
+    def terms(self) -> tuple[tuple[float, Objective], ...]:
+        """Weights and parts of the objective."""
+        return self.objective.terms()
+
+    @functools.cached_property
+    def peaks(self) -> tuple[tuple[int, Objective], ...]:
+        """Numbers and parts of the objective of which the peak over the step counts."""
+        return tuple((i, term) for i, (_, term) in enumerate(self.terms) if overrides(term, "peak"))
+
     def names(self) -> list[str]:
         """Return the names of the robot's parameters."""
         return [parameter.name for parameter in self.robot.parameters]
 
-    def relax(self, pairs: list[Pair]) -> tuple[list[Row], ca.SX, ca.SX]:
-        """Return rows, values and cost that stand for complementarity pairs."""
+    def relax(self, local: "BlockVariables", table: TableKey, pairs: list[Pair]) -> tuple[list[Row], ca.SX, ca.SX]:
+        """Return rows, values and penalty that stand for complementarity pairs.
+
+        Parameters
+        ----------
+        local : BlockVariables
+            Local variables of the block, which gain the slacks of the relaxation.
+        table : TableKey
+            Table of the slacks, those of one pair after the other.
+        pairs : list of Pair
+        """
         if self.relaxation is None:
             raise ValueError("complementarity pairs need a relaxation")
+        count = len(self.relaxation.slacks)
+        if count:
+            slacks = local.add("slacks", self.variables[table])
+            pairs = [replace(pair, slacks=slacks[i * count : (i + 1) * count]) for i, pair in enumerate(pairs)]
         return relax(self.relaxation, pairs, self.data[-1], self.objective.typical)
 
     def clearance(self) -> ca.SX:
@@ -71,24 +97,49 @@ class NlpBuilder:
 
     def integral_row(self) -> int:
         """Return the row that sums the integral of the objective."""
-        if "integral" not in self.rows.layout:
-            self.rows.add("integral", [("integral of the objective", 0.0, 0.0)], ["step"])
-        return int(self.rows.layout["integral"][0, 0])
+        if Group.INTEGRAL not in self.rows.layout:
+            self.rows.add(Group.INTEGRAL, [equation(Kind.INTEGRAL)], [STEP])
+        return int(self.rows.layout[Group.INTEGRAL][0, 0])
 
     def state_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
         """Return where a phase's reduced states at some nodes are, shape (n_x, len(nodes))."""
-        nodes, variables = list(nodes), self.variables
-        parts = [variables["angles"][:, nodes], variables["rates"][:, nodes]]
-        if phase.mode.slips:
-            parts.append(variables[f"slide {phase.number}"][:, [k - phase.first for k in nodes]])
-        return np.vstack(parts)
+        places = list(nodes)
+        parts = [self.variables[Unknown.ANGLES][:, places], self.variables[Unknown.RATES][:, places]]
+        return np.vstack([*parts, self.slide_columns(phase, nodes)])
+
+    def slide_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
+        """Return where slide and speed of the foot are, shape (2, len(nodes)), or nothing if it cannot slide."""
+        return slide_columns(self.variables, phase, nodes)
+
+    def torque_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
+        """Return where the torques at some nodes are, or if they belong to intervals, in those after the nodes."""
+        last = self.variables[Unknown.TORQUE].shape[1] - 1
+        return self.variables[Unknown.TORQUE][:, np.minimum(list(nodes), last)]
 
     def node_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
-        """Return where the scheme's own unknowns at some nodes are, shape (n_unknowns, len(nodes))."""
-        name = f"acceleration {phase.number}"
-        if name not in self.variables:
+        """Return where the scheme's further unknowns at some nodes are, shape (n_unknowns, len(nodes))."""
+        if (Unknown.ACCELERATION, phase.number) not in self.variables:
             return np.empty((0, len(nodes)), dtype=np.intp)
-        return self.variables[name][:, [k - phase.first for k in nodes]]
+        return self.variables[Unknown.ACCELERATION, phase.number][:, [k - phase.first for k in nodes]]
+
+    def slides(self, local: "BlockVariables") -> list[ca.SX]:
+        """Return the distances by which the foot slides in the phases, forward positive [m]."""
+        tables = [table for key, table in self.variables.tables.items() if is_slide(key)]
+        return [local.add("slide", table[:1, [-1]]) for table in tables]
+
+
+def slide_columns(variables: Layout, phase: Phase, nodes: Sequence[int]) -> Index:
+    """Return where slide and speed of the foot are, shape (2, len(nodes)), or nothing if it cannot slide."""
+    if Unknown.SLIDE in variables:  # all along the step
+        return variables[Unknown.SLIDE][:, list(nodes)]
+    if (Unknown.SLIDE, phase.number) in variables:
+        return variables[Unknown.SLIDE, phase.number][:, [k - phase.first for k in nodes]]
+    return np.empty((0, len(nodes)), dtype=np.intp)
+
+
+def is_slide(key: TableKey) -> bool:
+    """Return whether a table holds slides of the foot."""
+    return key is Unknown.SLIDE or (isinstance(key, tuple) and key[0] is Unknown.SLIDE)
 
 
 class BlockVariables:
@@ -105,6 +156,9 @@ class BlockVariables:
         self.frame, self.count = frame, count
         self._symbols: list[ca.SX] = []
         self._columns: list[Index] = []
+        self._constants: list[ca.SX] = []
+        self._values: list[Array] = []
+        self._shared: dict[TableKey, ca.SX] = {}
 
     def add(self, name: str, columns: Index) -> ca.SX:
         """Return a symbol for each row of `columns`, shape (n,); a single column serves all instances."""
@@ -113,19 +167,55 @@ class BlockVariables:
         self._columns.append(np.broadcast_to(columns, (columns.shape[0], self.count)))
         return symbol
 
+    def add_constant(self, name: str, values: Array) -> ca.SX:
+        """Return a symbol for a number that differs from instance to instance, given with shape (count,)."""
+        self._constants.append(ca.SX.sym(name))
+        self._values.append(values)
+        return self._constants[-1]
+
+    def shared(self, key: TableKey) -> ca.SX:
+        """Return a symbol for a whole table, the same for all instances; added once, when first needed."""
+        if key not in self._shared:
+            self._shared[key] = self.add(table_name(key), self.frame.variables[key].reshape(-1, 1, order="F"))
+        return self._shared[key]
+
     def parameters(self) -> ca.SX:
         """Return the robot's parameters, among them the slope as a local variable where it is free."""
         p = self.frame.data[: len(self.frame.robot.parameters)]
-        if "slope" in self.frame.variables:
-            p[self.frame.names().index("slope")] = self.add("slope", self.frame.variables["slope"])
+        if Unknown.SLOPE in self.frame.variables:
+            p[self.frame.names().index("slope")] = self.add("slope", self.frame.variables[Unknown.SLOPE])
         return p
 
-    @property
-    def variables(self) -> ca.SX:
-        """All symbols so far, one below the other."""
-        return ca.vertcat(*self._symbols)
+    def block(
+        self,
+        name: str,
+        constraints: ca.SX,
+        rows: Index,
+        cost: ca.SX | None = None,
+        penalty: ca.SX | None = None,
+    ) -> Block:
+        """Return the finished block.
 
-    @property
-    def columns(self) -> Index:
-        """Where they live, shape (n, count)."""
-        return np.vstack(self._columns)
+        Parameters
+        ----------
+        name : str
+        constraints : SX, shape (m, 1)
+        rows : (m, count) int array
+            Where the constraints are.
+        cost, penalty : SX, optional
+        """
+        return Block(
+            name=name,
+            variables=ca.vertcat(*self._symbols),
+            cost=_unless_zero(cost),
+            penalty=_unless_zero(penalty),
+            constraints=constraints,
+            columns=np.vstack(self._columns),
+            rows=rows,
+            symbols=ca.vertcat(*self._constants) if self._constants else ca.SX(0, 1),
+            constants=np.array(self._values).reshape(-1, self.count),
+        )
+
+
+def _unless_zero(cost: ca.SX | None) -> ca.SX | None:
+    return None if cost is None or cost.is_zero() else cost

@@ -1,172 +1,219 @@
-"""The blocks of a phase: its intervals, its ends, and the objective gathered along it."""
+"""The blocks of a phase: its intervals and its ends."""
 
 import math
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.lazy import Deferred
+from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
+from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.transcription.foot_clearance import clearance_rows
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics, Row
-from gaitopt.ocp.transcription.scheme import Point, at_inner_point
+from gaitopt.ocp.transcription.objective_blocks import InstantMaker, mean_integrand, peak_rows
+from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
+from gaitopt.ocp.transcription.scheme import Point
 
-DYNAMICS = "dynamics of "
-"""How the rows that tie one node to the next are called, before the name of the state."""
+
+class Equations:
+    """Rows and values of a block under construction."""
+
+    def __init__(self) -> None:
+        self.table: list[Row] = []
+        self._values: list[ca.SX] = []
+
+    def add(self, rows: Sequence[Row], values: ca.SX, inner: int = 0) -> None:
+        """Append rows with their values, at an inner point of the interval or at its node."""
+        self.table += [row._replace(key=row.key.at(inner)) for row in rows]
+        self._values.append(values)
+
+    @property
+    def values(self) -> ca.SX:
+        """All values, one below the other."""
+        return ca.vertcat(*self._values)
 
 
 def interval_block(frame: NlpBuilder, phase: Phase, stance: PhaseDynamics) -> Block:
     """Return the block of a phase's intervals: dynamics, path constraints at start and inside, powers, objective."""
-    variables, scheme = frame.variables, frame.scheme
-    left = list(phase.nodes)[:-1]
-    right = [k + 1 for k in left]
-    local = BlockVariables(frame, phase.count)
-    p = local.parameters()
-    start = _node(frame, phase, stance, local, left, p)
-    end = _node(frame, phase, stance, local, right, p)
-    step = local.add("duration", variables["duration"][:, [phase.number]]) / phase.count
-    between = f"inner acceleration {phase.number}"
-    unknowns = local.add("inner", variables[between]) if between in variables else ca.SX(0, 1)
-    gap, inner = scheme.advance(stance, start, end, unknowns, step, p)
+    return _Intervals(frame, phase, stance).block()
 
-    table: list[Row] = [(DYNAMICS + name, 0.0, 0.0) for name in stance.state_names]
-    values = [gap]
-    if frame.rate_limited:
-        names = [frame.robot.actuators[i] for i in frame.powered]
-        table += [(f"torque rate of {name}", -math.inf, math.inf) for name in names]
-        values.append((end.torque - start.torque)[list(frame.powered)] / step)
-    powers: list[ca.SX] = []
-    if frame.objective.uses_power:
-        half = local.add("inner power", variables[f"inner power {phase.number}"])
-        powers = [
-            local.add("power", variables["power"][:, left]),
-            *ca.vertsplit(half, half.numel() // len(inner)),
-            local.add("power after", variables["power"][:, right]),
+
+class _Intervals:
+    """The block of a phase's intervals under construction.
+
+    Attributes
+    ----------
+    points : list of Point
+        Start, inner points and end of an interval.
+    held : list of (int, Point)
+        The points at which constraints are held, with their numbers: 0 is the node.
+    powers : list of SX
+        Parts of the joint powers at the points, or nothing.
+    instants : list of Instant or None
+        The points as objectives see them; None at a node at which no force is known.
+    """
+
+    def __init__(self, frame: NlpBuilder, phase: Phase, stance: PhaseDynamics) -> None:
+        self.frame, self.phase, self.stance = frame, phase, stance
+        self.local, self.equations, self.penalty = BlockVariables(frame, phase.count), Equations(), ca.SX(0)
+        self.left = list(phase.nodes)[:-1]
+        self.right = [k + 1 for k in self.left]
+        self.p = self.local.parameters()
+        start = point_at(frame, phase, stance, self.local, self.left, self.p)
+        end = point_at(frame, phase, stance, self.local, self.right, self.p)
+        self.step = self.local.add("duration", frame.variables[Unknown.DURATION][:, [phase.number]]) / phase.count
+        table = (frame.scheme.inner_table, phase.number)
+        unknowns = self.local.add("inner", frame.variables[table]) if table in frame.variables else ca.SX(0, 1)
+        self.gap, inner = frame.scheme.advance(stance, start, end, unknowns, self.step, self.p)
+        self.points = [start, *inner, end]
+        self.held = list(enumerate(self.points))[0 if frame.scheme.nodal else 1 : -1]
+        self.powers = self._split_powers() if frame.objective.uses_power else []
+        self.instants = self._instants()
+
+    def block(self) -> Block:
+        """Return the block."""
+        frame, phase, local = self.frame, self.phase, self.local
+        self._add_dynamics()
+        for inner, point in self.held:
+            self._add_point(inner, point)
+        places = [phase.place(k) for k in range(phase.count)]
+        rows = frame.rows.add((Group.INTERVAL, phase.number), self.equations.table, places)
+        values = [self.equations.values]
+        plain, relative = (self.step * mean for mean in mean_integrand(frame, self.instants))
+        if frame.cleared:
+            states = [point.state for point in self.points[:-1]]
+            heights, clear = clearance_rows(
+                frame, local, self.stance, states, self.p, number=phase.number, places=places
+            )
+            values.append(heights)
+            rows = np.vstack([rows, clear])
+        if frame.objective.per_weight_and_travel:
+            values.append(relative)
+            rows = np.vstack([rows, np.full(phase.count, frame.integral_row())])
+        return local.block(f"interval_{phase.number}", ca.vertcat(*values), rows, plain, self.penalty)
+
+    def _split_powers(self) -> list[ca.SX]:
+        """Return the unknown parts of the powers at all points, empty at the nodes if they are not known there."""
+        frame, count = self.frame, len(self.points) - 2
+        inside = self.local.add("inner power", frame.variables[Unknown.INNER_POWER, self.phase.number])
+        inner = ca.vertsplit(inside, inside.numel() // count)
+        if not frame.scheme.nodal:
+            return [ca.SX(0, 1), *inner, ca.SX(0, 1)]
+        table = frame.variables[Unknown.POWER]
+        return [
+            self.local.add("power", table[:, self.left]),
+            *inner,
+            self.local.add("power after", table[:, self.right]),
         ]
-    for i, point in enumerate((start, *inner)):
-        suffix = at_inner_point(i) if i else ""
-        held, value = _held(frame, stance, point, p, sliding=bool(i))
-        table += [(name + suffix, low, high) for name, low, high in held]
-        values.append(value)
-        if powers:
-            split, value = _power_split(frame, stance, point, powers[i], p)
-            table += [(name + suffix, low, high) for name, low, high in split]
-            values.append(value)
 
-    places = [f"{phase.label}, node {k}" for k in range(phase.count)]
-    share = step * _integrand(frame, [start, *inner, end], powers)
-    index = frame.rows.add(f"interval {phase.number}", table, places)
-    if frame.cleared:
-        states = [point.state for point in (start, *inner)]
-        heights, rows = clearance_rows(frame, local, stance, states, p, number=phase.number, places=places)
-        values.append(heights)
-        index = np.vstack([index, rows])
-    cost: ca.SX | None = share
-    if frame.objective.per_weight_and_travel:
-        cost = None
-        values.append(share)
-        index = np.vstack([index, np.full(phase.count, frame.integral_row())])
-    return Block(
-        name=f"interval_{phase.number}",
-        variables=local.variables,
-        cost=cost,
-        constraints=ca.vertcat(*values),
-        columns=local.columns,
-        rows=index,
-    )
+    def _instants(self) -> list[Instant | None]:
+        frame, nodes = self.frame, np.arange(self.phase.count)
+        maker = InstantMaker(frame, self.local, self.phase, self.stance, self.p, nodes)
+        fractions = (0.0, *frame.scheme.inner, 1.0)
+        rate = (self.points[-1].torque - self.points[0].torque) / self.step
+        found: list[Instant | None] = []
+        for i, point in enumerate(self.points):
+            at_node = i in (0, len(self.points) - 1)
+            power = self.powers[i] if self.powers else None
+            known = frame.scheme.nodal or not at_node
+            found.append(maker.make(point, power, rate, fractions[i]) if known else None)
+        return found
+
+    def _add_dynamics(self) -> None:
+        frame = self.frame
+        self.equations.add([Row(key, 0.0, 0.0) for key in frame.scheme.defects(self.stance)], self.gap)
+        if frame.rate_limited:
+            names = [frame.robot.actuators[i] for i in frame.powered]
+            rates = (self.points[-1].torque - self.points[0].torque)[list(frame.powered)] / self.step
+            self.equations.add([Row(Key(Kind.TORQUE_RATE, name), -math.inf, math.inf) for name in names], rates)
+
+    def _add_point(self, inner: int, point: Point) -> None:
+        """Add what holds at a point of the interval."""
+        frame, equations = self.frame, self.equations
+        equations.add(*_path(frame, self.stance, point, self.p, sliding=bool(inner)), inner)
+        if point.pairs:
+            rows, values, penalty = frame.relax(self.local, (Unknown.RELAXATION, self.phase.number), point.pairs)
+            equations.add(rows, values)
+            self.penalty += penalty
+        if self.powers:
+            equations.add(*_power_split(frame, self.stance, point, self.powers[inner], self.p), inner)
+        instant = self.instants[inner]
+        if frame.peaks and instant is not None:
+            equations.add(*peak_rows(frame, self.local, instant), inner)
 
 
 def end_block(frame: NlpBuilder, phase: Phase, stance: PhaseDynamics) -> Block:
     """Return the block of a phase's last node: its path constraints, or the onset of the slip that begins there."""
-    local = BlockVariables(frame, 1)
+    local, equations, node = BlockVariables(frame, 1), Equations(), phase.nodes[-1]
     p = local.parameters()
-    last = _node(frame, phase, stance, local, [phase.nodes[-1]], p)
+    last = point_at(frame, phase, stance, local, [node], p)
     if phase.onset is None:
-        table, values = _held(frame, stance, last, p, sliding=False)
+        equations.add(*_path(frame, stance, last, p, sliding=False))
     else:
-        table, values = stance.onset(last.force, p, phase.onset)
-        table = _balance(frame, stance) + table
-        values = ca.vertcat(last.residual, values)
-    return Block(
-        name=f"end_{phase.number}",
-        variables=local.variables,
-        constraints=values,
-        columns=local.columns,
-        rows=frame.rows.add(f"end {phase.number}", table, [f"{phase.label}, node {phase.count}"]),
-    )
+        equations.add(_balance(frame, stance), last.residual)
+        equations.add(*stance.onset(last.force, p, phase.onset))
+    if frame.peaks:
+        power = local.add("power", frame.variables[Unknown.POWER][:, [node]]) if frame.objective.uses_power else None
+        maker = InstantMaker(frame, local, phase, stance, p, np.array([phase.count]))
+        rate = Deferred(lambda: _rate_before(frame, phase, local, last))
+        equations.add(*peak_rows(frame, local, maker.make(last, power, rate)))
+    rows = frame.rows.add((Group.END, phase.number), equations.table, [phase.place(phase.count)])
+    return local.block(f"end_{phase.number}", equations.values, rows)
 
 
 def start_block(frame: NlpBuilder, phase: Phase, stance: PhaseDynamics) -> Block:
-    """Return the condition under which a foot at rest slides at once: its slip acceleration has the slip's sign."""
+    """Return the condition under which a foot at rest slides immediately: its slip acceleration has the slip's sign."""
     local = BlockVariables(frame, 1)
     p = local.parameters()
-    first = _node(frame, phase, stance, local, [phase.first], p)
-    table = [("breakaway acceleration", 0.0, math.inf)]
-    return Block(
-        name=f"start_{phase.number}",
-        variables=local.variables,
-        constraints=phase.mode.sign * first.acceleration[-1],
-        columns=local.columns,
-        rows=frame.rows.add(f"start {phase.number}", table, [f"{phase.label}, node 0"]),
-    )
+    first = point_at(frame, phase, stance, local, [phase.first], p)
+    table = [Row(Key(Kind.BREAKAWAY), 0.0, math.inf)]
+    rows = frame.rows.add((Group.START, phase.number), table, [phase.place(0)])
+    return local.block(f"start_{phase.number}", phase.mode.sign * first.acceleration[-1], rows)
 
 
 def last_power_block(frame: NlpBuilder, phase: Phase, stance: PhaseDynamics) -> Block:
     """Return the power split at the last node of the step."""
     local, node = BlockVariables(frame, 1), phase.nodes[-1]
     p = local.parameters()
-    last = _node(frame, phase, stance, local, [node], p)
-    table, value = _power_split(frame, stance, last, local.add("split", frame.variables["power"][:, [node]]), p)
-    return Block(
-        name="last_power",
-        variables=local.variables,
-        constraints=value,
-        columns=local.columns,
-        rows=frame.rows.add("last power", table, [f"{phase.label}, node {phase.count}"]),
-    )
+    last = point_at(frame, phase, stance, local, [node], p)
+    table, value = _power_split(frame, stance, last, local.add("split", frame.variables[Unknown.POWER][:, [node]]), p)
+    rows = frame.rows.add(Group.LAST_POWER, table, [phase.place(phase.count)])
+    return local.block("last_power", value, rows)
 
 
-def quotient_block(frame: NlpBuilder, stance: PhaseDynamics) -> Block:
-    """Return the objective, an integral over weight and travel, and close the row that defines the integral."""
-    local = BlockVariables(frame, 1)
-    p = local.parameters()
-    integral = local.add("integral", frame.variables["integral"])
-    travel = local.add("travel", frame.variables["travel"])
-    return Block(
-        name="quotient",
-        variables=local.variables,
-        cost=integral / (stance.weight(p) * travel),
-        constraints=-integral,
-        columns=local.columns,
-        rows=np.array([[frame.integral_row()]]),
-    )
-
-
-def _node(
+def point_at(
     frame: NlpBuilder, phase: Phase, stance: PhaseDynamics, local: BlockVariables, nodes: list[int], p: ca.SX
 ) -> Point:
     """Return the point at a node, one of `nodes` in each instance of the block."""
     state = local.add("state", frame.state_columns(phase, nodes))
-    torque = local.add("torque", frame.variables["torque"][:, nodes])
-    own = frame.node_columns(phase, nodes)
-    unknowns = local.add("acceleration", own) if len(own) else ca.SX(0, 1)
+    torque = local.add("torque", frame.torque_columns(phase, nodes))
+    columns = frame.node_columns(phase, nodes)
+    unknowns = local.add("acceleration", columns) if len(columns) else ca.SX(0, 1)
     return frame.scheme.node(stance, state, torque, unknowns, p)
 
 
+def _rate_before(frame: NlpBuilder, phase: Phase, local: BlockVariables, last: Point) -> ca.SX:
+    """Return the torque rate in the interval before the last node of a phase."""
+    before = local.add("torque before", frame.torque_columns(phase, [phase.nodes[-2]]))
+    return (last.torque - before) * phase.count / local.shared(Unknown.DURATION)[phase.number]
+
+
 def _balance(frame: NlpBuilder, stance: PhaseDynamics) -> list[Row]:
-    return [(name, 0.0, 0.0) for name in frame.scheme.residuals(stance)]
+    return [Row(key, 0.0, 0.0) for key in frame.scheme.residuals(stance)]
 
 
-def _held(
+def _path(
     frame: NlpBuilder, stance: PhaseDynamics, point: Point, p: ca.SX, *, sliding: bool
 ) -> tuple[list[Row], ca.SX]:
     """Return rows and values of what holds at a point: the scheme's equations, the cone, and slip's direction."""
-    names, values = stance.path(point.force, p, frame.data[len(frame.robot.parameters)])
-    table = _balance(frame, stance) + [(name, 0.0, math.inf) for name in names]
+    keys, values = stance.path(point.force, p, frame.data[len(frame.robot.parameters)])
+    table = _balance(frame, stance) + [Row(key, 0.0, math.inf) for key in keys]
     values = ca.vertcat(point.residual, values)
     if sliding and stance.mode.slips:
-        table.append(("foot speed", 0.0, math.inf))
+        table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
         values = ca.vertcat(values, stance.mode.sign * point.state[-1])
     return table, values
 
@@ -177,18 +224,4 @@ def _power_split(
     """Return P = positive part - negative part for every actuator that may work."""
     names = [frame.robot.actuators[i] for i in frame.powered]
     power = stance.power(point.state, point.torque, p)[list(frame.powered)]
-    return [(f"power split of {name}", 0.0, 0.0) for name in names], split[: len(names)] - split[len(names) :] - power
-
-
-def _integrand(frame: NlpBuilder, points: list[Point], powers: list[ca.SX]) -> ca.SX:
-    """Return the mean of the objective's integrand over an interval."""
-    objective, scheme = frame.objective, frame.scheme
-    weights = scheme.smooth_weights() if objective.smooth else scheme.kinked_weights()
-    mean = ca.SX(0)
-    for i, (weight, point) in enumerate(zip(weights, points, strict=True)):
-        positive, negative = ca.SX.zeros(frame.robot.n_u), ca.SX.zeros(frame.robot.n_u)
-        if powers:
-            positive[list(frame.powered)] = powers[i][: len(frame.powered)]
-            negative[list(frame.powered)] = powers[i][len(frame.powered) :]
-        mean += float(weight) * objective.integrand(point.torque, positive, negative)
-    return mean
+    return [equation(Kind.POWER_SPLIT, name) for name in names], split[: len(names)] - split[len(names) :] - power

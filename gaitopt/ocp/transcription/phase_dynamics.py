@@ -1,18 +1,17 @@
 """The continuous physics of one phase, in the reduced state of its contact mode.
 
-State of a sticking phase: (angles, rates).  State of a slip phase: (angles, rates, foot slide, foot speed); slide
-counts from the start of the phase.
+State of a sticking phase: (angles, rates).  State of a slip phase, and of one whose mode is open: (angles, rates, foot
+slide, foot speed); slide counts from the start of the phase, or of the step if the mode is open.
 """
 
+import math
 from collections.abc import Callable
 
 import casadi as ca
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
-
-Row = tuple[str, float, float]
-"""Name, lower and upper bound of a constraint."""
+from gaitopt.ocp.nlp.keys import Key, Kind, Row, equation
 
 
 class PhaseDynamics:
@@ -26,10 +25,11 @@ class PhaseDynamics:
 
     def __init__(self, robot: Robot, mode: Mode) -> None:
         self.robot, self.mode = robot, mode
+        self.slides = mode.slips or mode is Mode.ANY
         self.n_angles = len(robot.angles)
         self.state_names = (*robot.angles, *(f"{name} rate" for name in robot.angles))
         self.moving = robot.angles
-        if mode.slips:
+        if self.slides:
             self.state_names += ("foot slide", "foot speed")
             self.moving += ("foot",)
         self.n_x, self.n_a = len(self.state_names), len(self.moving)
@@ -37,21 +37,27 @@ class PhaseDynamics:
     def full(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return q and v of a reduced state, each of shape (n_q, 1)."""
         n = self.n_angles
-        slide, speed = (state[2 * n], state[2 * n + 1]) if self.mode.slips else (ca.SX(0), ca.SX(0))
+        slide, speed = (state[2 * n], state[2 * n + 1]) if self.slides else (ca.SX(0), ca.SX(0))
         zero = ca.SX(1, 1)
         return ca.vertcat(slide, zero, state[:n]), ca.vertcat(speed, zero, state[n : 2 * n])
 
     def parts(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return positions and velocities of `moving` in a reduced state, each of shape (n_a, 1)."""
         n = self.n_angles
-        foot = (state[2 * n], state[2 * n + 1]) if self.mode.slips else (ca.SX(0, 1), ca.SX(0, 1))
+        foot = (state[2 * n], state[2 * n + 1]) if self.slides else (ca.SX(0, 1), ca.SX(0, 1))
         return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
 
     def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
         """Return the reduced state with given positions and velocities of `moving`; undoes :meth:`parts`."""
         n = self.n_angles
-        foot = (positions[n], velocities[n]) if self.mode.slips else ()
+        foot = (positions[n], velocities[n]) if self.slides else ()
         return ca.vertcat(positions[:n], velocities[:n], *foot)
+
+    def full_acceleration(self, acceleration: ca.SX) -> ca.SX:
+        """Return the rates of v for accelerations of `moving`, shape (n_q, 1)."""
+        n, zero = self.n_angles, ca.SX(1, 1)
+        foot = acceleration[n] if self.slides else zero
+        return ca.vertcat(foot, zero, acceleration[:n])
 
     def flow(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return the state's rate, shape (n_x, 1), and the contact force (f_t, f_n) [N]."""
@@ -70,13 +76,11 @@ class PhaseDynamics:
         """
         q, v = self.full(state)
         mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
-        n, zero = self.n_angles, ca.SX(1, 1)
-        foot = acceleration[n] if self.mode.slips else zero
-        excess = mass_matrix @ ca.vertcat(foot, zero, acceleration[:n]) + bias - actuation @ torque
+        excess = mass_matrix @ self.full_acceleration(acceleration) + bias - actuation @ torque
         force = excess[:2]
         residual = excess[2:]
         if self.mode.slips:
-            friction = -self.mode.sign * self._friction(p) * force[1]
+            friction = -self.mode.sign * self.friction(p) * force[1]
             residual = ca.vertcat(residual, force[0] - friction)
             force = ca.vertcat(friction, force[1])
         return residual / self.weight(p), force
@@ -124,24 +128,39 @@ class PhaseDynamics:
         gravity = self.robot.index("gravity")
         return self.robot.mass(p) * p[gravity]
 
-    def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[str], ca.SX]:
-        """Return names and values of what must be >= 0 along the phase, forces per weight.
+    def balance_of(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, force: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the residual of the equations of motion, shape (n_q, 1); it and the given contact force per weight."""
+        q, v = self.full(state)
+        mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
+        excess = mass_matrix @ self.full_acceleration(acceleration) + bias - actuation @ torque
+        return excess / self.weight(p) - ca.vertcat(force, ca.SX.zeros(self.n_angles))
+
+    def slip_speed(self, state: ca.SX) -> ca.SX:
+        """Return the absolute speed of the foot [m/s]."""
+        return self.mode.sign * state[2 * self.n_angles + 1] if self.mode.slips else ca.SX(0)
+
+    def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[Key], ca.SX]:
+        """Return keys and values of what must be >= 0 along the phase, forces per weight.
 
         Written with 1/mu, so that an unlimited friction (mu = inf) leaves f_n >= 0.
         """
+        if self.mode is Mode.ANY:
+            return [], ca.SX(0, 1)
         tangential, normal = ca.vertsplit(force / self.weight(p))
         if self.mode.slips:
-            return ["normal force"], normal
-        scaled = tangential / ((1 - margin) * self._friction(p))
-        return ["forward friction cone", "backward friction cone"], ca.vertcat(normal - scaled, normal + scaled)
+            return [Key(Kind.NORMAL_FORCE)], normal
+        scaled = tangential / ((1 - margin) * self.friction(p))
+        return [Key(Kind.FORWARD_CONE), Key(Kind.BACKWARD_CONE)], ca.vertcat(normal - scaled, normal + scaled)
 
     def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
         """Return the condition at which a sticking foot starts to slip: the force exactly on the cone."""
         tangential, normal = ca.vertsplit(force / self.weight(p))
-        excess = normal + slip.sign * tangential / self._friction(p)
-        return [("slip onset on the cone", 0.0, 0.0), ("normal force", 0.0, float("inf"))], ca.vertcat(excess, normal)
+        excess = normal + slip.sign * tangential / self.friction(p)
+        table = [equation(Kind.SLIP_ONSET), Row(Key(Kind.NORMAL_FORCE), 0.0, math.inf)]
+        return table, ca.vertcat(excess, normal)
 
-    def _friction(self, p: ca.SX) -> ca.SX:
+    def friction(self, p: ca.SX) -> ca.SX:
+        """Return the Coulomb coefficient."""
         return p[self.robot.index("friction")]
 
 

@@ -1,9 +1,10 @@
-"""Relaxations: how complementarity pairs are put to a solver for smooth programmes.
+"""Relaxations: forms in which complementarity pairs are passed to a solver for smooth NLPs.
 
-A pair asks for  0 <= x, 0 <= y, x y = 0.  Every relaxation has one number t > 0 that is data of the programme: the same
-compiled programme serves a homotopy in which t falls, and for t -> 0 the pairs hold.
+A pair asks for  0 <= x, 0 <= y, x y = 0.  Every relaxation has one number t > 0 that is data of the NLP: the same
+compiled NLP serves a homotopy in which t falls, and for t -> 0 the pairs hold.
 """
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +12,34 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from gaitopt.ocp.transcription.phase_dynamics import Row
+from gaitopt.ocp.nlp.keys import Key, Kind, Row
+
+NamedBounds = tuple[str, float, float]
+"""Name of a constraint, for the diagnosis, and its lower and upper bound."""
+
+
+@dataclass(frozen=True)
+class Slack:
+    """An unknown that a relaxation adds to each pair.
+
+    Attributes
+    ----------
+    name : str
+    lower, upper : float
+        Bounds.
+    start : float
+        Value at which the first solve starts.
+
+    Examples
+    --------
+    >>> Slack("excess", lower=0.0).start
+    0.0
+    """
+
+    name: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    start: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,61 +50,74 @@ class Pair:
     ----------
     name : str
     left : SX, shape (1, 1)
-        An unknown, whose own bound keeps it from being negative.
+        An unknown with the lower bound 0.
     right : SX, shape (1, 1)
         Any expression.
+    slacks : SX, shape (n_slacks, 1)
+        Unknowns that the relaxation adds, see :attr:`Relaxation.slacks`.
     """
 
     name: str
     left: ca.SX
     right: ca.SX
+    slacks: Any = ()
 
 
 class Relaxation(ABC):
-    """A way to relax complementarity pairs; derive from it to add one.
+    """A way to relax complementarity pairs.
+
+    To define one, derive a frozen dataclass from this class; it is passed as ``Homotopy(relaxation=...)`` and needs no
+    registration.  The parameter t is finite and positive in every expression.
 
     Attributes
     ----------
     name : str
+    slacks : tuple of Slack
+        Unknowns added to each pair, passed to the methods as ``pair.slacks``; none by default.
     """
 
     name: str
+    slacks: tuple[Slack, ...] = ()
 
     @abstractmethod
-    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[Row], ca.SX]:
+    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[NamedBounds], ca.SX]:
         """Return the constraints, besides x >= 0 and y >= 0, that stand for a pair, and their values."""
 
-    def price(self, t: Any) -> Any:
-        """Return what the product of a pair's sides adds to the objective, in units of a typical one; 0 by default."""
+    def penalty(self, pair: Pair, t: ca.SX) -> Any:
+        """Return what a pair adds to the objective, in units of a typical one; 0 by default.
+
+        Penalties are kept apart from the objective, so that the objective of a relaxed solution is reported without.
+        """
         return 0.0
 
 
 def relax(relaxation: Relaxation, pairs: list[Pair], t: ca.SX, typical: float) -> tuple[list[Row], ca.SX, ca.SX]:
-    """Return rows, values and cost that stand for complementarity pairs.
+    """Return rows, values and penalty that stand for complementarity pairs.
 
     Parameters
     ----------
     relaxation : Relaxation
     pairs : list of Pair
+        With their slacks, if the relaxation has any.
     t : SX
         The relaxation's parameter.
     typical : float
         Size of a typical objective.
     """
     table: list[Row] = []
-    values, cost = [], ca.SX(1, 1)
+    values, penalty = [], ca.SX(1, 1)
     for pair in pairs:
         rows, value = relaxation.rows(pair, t)
-        table.append((pair.name, 0.0, np.inf))
-        table += [(f"{pair.name}, {name}", lower, upper) for name, lower, upper in rows]
+        table.append(Row(Key(Kind.PAIR, pair.name), 0.0, np.inf))
+        table += [Row(Key(Kind.RELAXATION, f"{pair.name}, {name}"), lower, upper) for name, lower, upper in rows]
         values += [pair.right, value]
-        cost += typical * relaxation.price(t) * pair.left * pair.right
-    return table, ca.vertcat(*values), cost
+        penalty += typical * relaxation.penalty(pair, t)
+    return table, ca.vertcat(*values), penalty
 
 
 @dataclass(frozen=True)
 class Scholtes(Relaxation):
-    """x y <= t: the feasible set is widened, so that it has an inside.
+    """x y <= t: the feasible set is widened, so that it has an interior.
 
     S. Scholtes, Convergence properties of a regularization scheme for mathematical programs with complementarity
     constraints, SIAM Journal on Optimization 11 (2001).
@@ -89,7 +130,7 @@ class Scholtes(Relaxation):
 
     name = "scholtes"
 
-    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[Row], ca.SX]:
+    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[NamedBounds], ca.SX]:
         """Return x y - t <= 0."""
         return [("product", -np.inf, 0.0)], pair.left * pair.right - t
 
@@ -109,7 +150,7 @@ class FischerBurmeister(Relaxation):
 
     name = "fischer_burmeister"
 
-    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[Row], ca.SX]:
+    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[NamedBounds], ca.SX]:
         """Return the smoothed function, which must vanish."""
         x, y = pair.left, pair.right
         return [("Fischer-Burmeister function", 0.0, 0.0)], x + y - ca.sqrt(x**2 + y**2 + 2 * t)
@@ -130,10 +171,10 @@ class ExactPenalty(Relaxation):
 
     name = "l1_penalty"
 
-    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[Row], ca.SX]:
-        """Return nothing: the product is only dear."""
+    def rows(self, pair: Pair, t: ca.SX) -> tuple[list[NamedBounds], ca.SX]:
+        """Return no constraint rows; the product is only penalised in the objective."""
         return [], ca.SX(0, 1)
 
-    def price(self, t: Any) -> Any:
-        """Return 1 / t."""
-        return 1 / t
+    def penalty(self, pair: Pair, t: ca.SX) -> ca.SX:
+        """Return x y / t."""
+        return pair.left * pair.right / t

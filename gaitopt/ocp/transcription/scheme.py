@@ -1,20 +1,15 @@
-"""Schemes: how the motion within one interval becomes unknowns and equations."""
+"""Schemes: the unknowns and equations of the motion within one interval."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.keys import Key, Kind, Unknown
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
-
-INNER = ", inner point "
-
-
-def at_inner_point(number: int) -> str:
-    """Return what is added to the name of a quantity at an inner point of an interval, counted from 1."""
-    return f"{INNER}{number}"
+from gaitopt.ocp.transcription.relaxation import Pair
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +23,11 @@ class Point:
     acceleration : SX, shape (n_a, 1)
     force : SX, shape (2, 1) [N]
     residual : SX
-        Must vanish; empty where the acceleration is computed rather than an unknown.
+        Must vanish; empty if the acceleration is computed rather than an unknown.
+    slip_speed : SX [m/s]
+        Absolute speed of the foot.
+    pairs : list of Pair
+        Complementarity pairs of friction, if the contact mode is open.
     """
 
     state: ca.SX
@@ -36,10 +35,12 @@ class Point:
     acceleration: ca.SX
     force: ca.SX
     residual: ca.SX
+    slip_speed: ca.SX = field(default_factory=lambda: ca.SX(0))
+    pairs: list[Pair] = field(default_factory=list)
 
 
 class Scheme(ABC):
-    """How an interval between two nodes is integrated.
+    """Integration of an interval between two nodes.
 
     To add one, derive from this class and offer it through a :class:`gaitopt.ocp.transcription.method.Method`.  States
     and torques at the nodes are unknowns of every scheme, torques are linear between nodes, and the friction cone, the
@@ -49,21 +50,32 @@ class Scheme(ABC):
     ----------
     inner : tuple of float
         Fractions of the interval, strictly between 0 and 1, at which the motion is known besides the nodes.
+    nodal : bool
+        Whether torques, powers and forces are known at the nodes.  If not, each interval has one torque, and all
+        constraints apply at the inner points.
+    inner_table : Unknown
+        Table of the unknowns inside the intervals.
     """
 
     inner: tuple[float, ...]
+    nodal: bool = True
+    inner_table: Unknown = Unknown.INNER_ACCELERATION
 
     @abstractmethod
-    def node_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
-        """Return the names of a node's unknowns besides state and torque."""
+    def node_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+        """Return the keys of a node's unknowns besides state and torque."""
 
     @abstractmethod
-    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
-        """Return the names of the unknowns inside an interval."""
+    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+        """Return the keys of the unknowns inside an interval."""
 
     @abstractmethod
-    def residuals(self, stance: PhaseDynamics) -> tuple[str, ...]:
-        """Return the names of the residuals of a point."""
+    def residuals(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+        """Return the keys of the residuals of a point."""
+
+    def defects(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+        """Return the keys of the equations that tie a node to the next."""
+        return tuple(Key(Kind.DYNAMICS, name) for name in stance.state_names)
 
     @abstractmethod
     def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
@@ -73,7 +85,7 @@ class Scheme(ABC):
     def advance(
         self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX
     ) -> tuple[ca.SX, list[Point]]:
-        """Return what must vanish for `right` to follow from `left`, shape (n_x, 1), and the inner points.
+        """Return what must vanish for `right` to follow from `left`, and the inner points.
 
         Parameters
         ----------

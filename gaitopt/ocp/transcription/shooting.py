@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
+from gaitopt.ocp.nlp.keys import Key
 from gaitopt.ocp.transcription.method import Method, check_count
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.scheme import Point, Scheme
@@ -27,22 +28,22 @@ class RungeKutta(Scheme):
     substeps: int = 1
     inner = (0.5,)
 
-    def node_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+    def node_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
         """Return nothing: accelerations follow from the state."""
         return ()
 
-    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[str, ...]:
+    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
         """Return nothing: the middle follows from the left node."""
         return ()
 
-    def residuals(self, stance: PhaseDynamics) -> tuple[str, ...]:
+    def residuals(self, stance: PhaseDynamics) -> tuple[Key, ...]:
         """Return nothing."""
         return ()
 
     def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
         """Return the point by forward dynamics."""
         rate, force = stance.flow(state, torque, p)
-        return Point(state, torque, stance.parts(rate)[1], force, ca.SX(0, 1))
+        return Point(state, torque, stance.parts(rate)[1], force, ca.SX(0, 1), stance.slip_speed(state))
 
     def advance(
         self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX

@@ -1,11 +1,13 @@
-"""Transcription: from the structure of a gait problem to a nonlinear programme.
+"""Transcription: from the structure of a gait problem to an NLP.
 
 Unknowns per node: angles, rates, torques (continuous and linear between nodes); per slip phase also the foot's slide
 and slide rate; one duration per phase; the landing impulse; the travel of the step; what the scheme adds.  The last
-node of a phase *is* the first node of the next.
+node of a phase *is* the first node of the next.  If phases are open, the scheme is time stepping: torques and contact
+forces belong to intervals, and one slide of the foot runs through the whole step.
 """
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -14,32 +16,30 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Block, Nlp, assemble_nlp
-from gaitopt.ocp.statement.objective import Objective
-from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_labels
+from gaitopt.ocp.statement.objective import Objective, is_curved, overrides
+from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_places
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, guard_blocks
-from gaitopt.ocp.transcription.impact_complementarity import OPEN_IMPACT, UNKNOWNS
+from gaitopt.ocp.transcription.impact_complementarity import UNKNOWNS
 from gaitopt.ocp.transcription.impact_constraints import touchdown_block
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, NlpBuilder
-from gaitopt.ocp.transcription.phase_constraints import (
-    end_block,
-    interval_block,
-    last_power_block,
-    quotient_block,
-    start_block,
-)
+from gaitopt.ocp.transcription.objective_blocks import quotient_block
+from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
+from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_block
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
-from gaitopt.ocp.transcription.relaxation import Relaxation
-from gaitopt.ocp.transcription.scheme import Scheme, at_inner_point
+from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
+from gaitopt.ocp.transcription.scheme import Scheme
 
-NODE_TABLES = ("angles", "rates", "torque", "power")
+SLIDE = (Key(Kind.FOOT_SLIDE), Key(Kind.SPEED_OF_FOOT))
+NODE_TABLES = (Unknown.ANGLES, Unknown.RATES, Unknown.TORQUE, Unknown.POWER)
 """Tables of unknowns with one place for each node of the step."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Structure:
-    """What decides the equations of a programme, as against the numbers in them; equal structures share one programme.
+    """Choices on which the equations of an NLP depend, not the numbers in them; equal structures share one NLP.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Structure:
     cleared : bool
         Whether the swing foot keeps a clearance.
     landing : Landing or None
-        What the touchdown's guard keeps to during the step.
+        Schedule of the touchdown's guard during the step.
     relaxation : Relaxation or None
         Of the complementarity pairs, for an open contact sequence.
     """
@@ -106,6 +106,11 @@ class Transcription:
     row_bounds: np.ndarray
     nlp: Nlp
 
+    @property
+    def slacks(self) -> tuple[Slack, ...]:
+        """Unknowns that the relaxation brings with each complementarity pair."""
+        return () if self.structure.relaxation is None else self.structure.relaxation.slacks
+
     @functools.cached_property
     def n_nodes(self) -> int:
         """Number of nodes of the step."""
@@ -114,14 +119,14 @@ class Transcription:
 
 @functools.lru_cache(maxsize=32)
 def transcribe(structure: Structure) -> Transcription:
-    """Transcribe a structure into a nonlinear programme; equal structures return the programme built before."""
-    robot = structure.robot
+    """Transcribe a structure into an NLP; equal structures return the NLP built before."""
+    robot, objective, nodal = structure.robot, structure.objective, structure.scheme.nodal
     phases = divide_into_phases(structure.sequence, structure.counts)
-    dynamics_of_phases = tuple(PhaseDynamics(robot, phase.mode) for phase in phases)
+    dynamics_of_phases = tuple(PhaseDynamics(robot, phase.mode if nodal else Mode.ANY) for phase in phases)
     variables, rows = _variables(structure, phases, dynamics_of_phases), Rows()
     frame = NlpBuilder(
         robot=robot,
-        objective=structure.objective,
+        objective=objective,
         scheme=structure.scheme,
         powered=tuple(robot.actuators.index(name) for name in structure.powered),
         rate_limited=structure.rate_limited,
@@ -131,19 +136,8 @@ def transcribe(structure: Structure) -> Transcription:
         cleared=structure.cleared,
         relaxation=structure.relaxation,
     )
-    blocks: list[Block] = []
-    for phase, stance in zip(phases, dynamics_of_phases, strict=True):
-        blocks.append(interval_block(frame, phase, stance))
-        blocks.append(end_block(frame, phase, stance))
-        if phase.breaks_away:
-            blocks.append(start_block(frame, phase, stance))
-    if structure.objective.uses_power:
-        blocks.append(last_power_block(frame, phases[-1], dynamics_of_phases[-1]))
-    blocks.append(touchdown_block(frame, structure.sequence, phases))
-    if structure.landing is not None:
-        blocks += guard_blocks(frame, phases, structure.landing)
-    if structure.objective.per_weight_and_travel:
-        blocks.append(quotient_block(frame, dynamics_of_phases[0]))
+    smooth = objective.smooth and structure.relaxation is None and not frame.peaks and is_curved(objective, robot)
+    blocks = _blocks(frame, structure, phases, dynamics_of_phases)
     return Transcription(
         structure=structure,
         phases=phases,
@@ -152,47 +146,89 @@ def transcribe(structure: Structure) -> Transcription:
         constraints=rows.layout,
         row_bounds=rows.bounds(),
         nlp=assemble_nlp(
-            blocks,
-            frame.data,
-            variables.size,
-            rows.layout.size,
-            typical=structure.objective.typical,
-            smooth=structure.objective.smooth and structure.relaxation is None,
+            blocks, frame.data, variables.size, rows.layout.size, typical=objective.typical, smooth=smooth
         ),
     )
+
+
+def _blocks(
+    frame: NlpBuilder, structure: Structure, phases: tuple[Phase, ...], dynamics_of_phases: tuple[PhaseDynamics, ...]
+) -> list[Block]:
+    """Return the blocks of the NLP."""
+    blocks: list[Block] = []
+    for phase, stance in zip(phases, dynamics_of_phases, strict=True):
+        blocks.append(interval_block(frame, phase, stance))
+        if frame.scheme.nodal:
+            blocks.append(end_block(frame, phase, stance))
+            if phase.breaks_away:
+                blocks.append(start_block(frame, phase, stance))
+    if frame.scheme.nodal and frame.objective.uses_power:
+        blocks.append(last_power_block(frame, phases[-1], dynamics_of_phases[-1]))
+    blocks.append(touchdown_block(frame, structure.sequence, phases, dynamics_of_phases[0]))
+    if structure.landing is not None:
+        blocks += guard_blocks(frame, phases, structure.landing)
+    if frame.objective.per_weight_and_travel:
+        blocks.append(quotient_block(frame, dynamics_of_phases[0]))
+    return blocks
 
 
 def _variables(
     structure: Structure, phases: tuple[Phase, ...], dynamics_of_phases: tuple[PhaseDynamics, ...]
 ) -> Layout:
     layout, robot, scheme = Layout(), structure.robot, structure.scheme
-    nodes = node_labels(phases)
-    layout.add("angles", robot.angles, nodes)
-    layout.add("rates", [f"{angle} rate" for angle in robot.angles], nodes)
-    layout.add("torque", [f"{actuator} torque" for actuator in robot.actuators], nodes)
-    layout.add("duration", ["duration"], [phase.label for phase in phases])
-    works = structure.objective.uses_power
-    powers = [f"{sign} power of {name}" for sign in ("positive", "negative") for name in structure.powered]
+    nodes = node_places(phases)
+    intervals = [phase.place(k, between=True) for phase in phases for k in range(phase.count)]
+    layout.add(Unknown.ANGLES, [Key(Kind.ANGLE, angle) for angle in robot.angles], nodes)
+    layout.add(Unknown.RATES, [Key(Kind.RATE, angle) for angle in robot.angles], nodes)
+    torques = [Key(Kind.TORQUE, actuator) for actuator in robot.actuators]
+    layout.add(Unknown.TORQUE, torques, nodes if scheme.nodal else intervals)
+    layout.add(Unknown.DURATION, [Key(Kind.DURATION)], [phase.place() for phase in phases])
+    if not scheme.nodal:
+        layout.add(Unknown.SLIDE, SLIDE, nodes)
     for phase, stance in zip(phases, dynamics_of_phases, strict=True):
-        places = [f"{phase.label}, node {k - phase.first}" for k in phase.nodes]
-        between = [f"{phase.label}, between nodes {k} and {k + 1}" for k in range(phase.count)]
-        if phase.mode.slips:
-            layout.add(f"slide {phase.number}", ["foot slide", "foot speed"], places)
-        if scheme.node_unknowns(stance):
-            layout.add(f"acceleration {phase.number}", scheme.node_unknowns(stance), places)
-        if scheme.inner_unknowns(stance):
-            layout.add(f"inner acceleration {phase.number}", scheme.inner_unknowns(stance), between)
-        if works:
-            names = [name + at_inner_point(i + 1) for i in range(len(scheme.inner)) for name in powers]
-            layout.add(f"inner power {phase.number}", names, between)
-    if works:
-        layout.add("power", powers, nodes)
-    layout.add("impulse", ["tangential impulse", "normal impulse"], ["touchdown"])
+        _add_phase(layout, structure, phase, stance)
+    if structure.objective.uses_power and scheme.nodal:
+        layout.add(Unknown.POWER, _powers(structure), nodes)
+    layout.add(Unknown.IMPULSE, [Key(Kind.IMPULSE, part) for part in ("tangential", "normal")], [TOUCHDOWN])
     if structure.sequence.impact is Mode.ANY and phases[0].slides:
-        layout.add(OPEN_IMPACT, UNKNOWNS, ["touchdown"])
-    layout.add("travel", ["step length"], ["step"])
+        layout.add(Unknown.OPEN_IMPACT, UNKNOWNS, [TOUCHDOWN])
+        _add_slacks(layout, structure, Unknown.RELAXATION, len(UNKNOWNS), [TOUCHDOWN])
+    layout.add(Unknown.TRAVEL, [Key(Kind.TRAVEL)], [STEP])
     if structure.free_slope:
-        layout.add("slope", ["slope"], ["ground"])
+        layout.add(Unknown.SLOPE, [Key(Kind.SLOPE)], [GROUND])
     if structure.objective.per_weight_and_travel:
-        layout.add("integral", ["integral of the objective"], ["step"])
+        layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
+    peaks = [term for _, term in structure.objective.terms() if overrides(term, "peak")]
+    if peaks:
+        layout.add(Unknown.PEAK, [Key(Kind.PEAK, f"{term.name} {i + 1}") for i, term in enumerate(peaks)], [STEP])
     return layout
+
+
+def _add_phase(layout: Layout, structure: Structure, phase: Phase, stance: PhaseDynamics) -> None:
+    """Add the tables of unknowns of one phase."""
+    scheme, number = structure.scheme, phase.number
+    places = [phase.place(k - phase.first) for k in phase.nodes]
+    between = [phase.place(k, between=True) for k in range(phase.count)]
+    if phase.mode.slips and scheme.nodal:
+        layout.add((Unknown.SLIDE, number), SLIDE, places)
+    if scheme.node_unknowns(stance):
+        layout.add((Unknown.ACCELERATION, number), scheme.node_unknowns(stance), places)
+    if scheme.inner_unknowns(stance):
+        layout.add((scheme.inner_table, number), scheme.inner_unknowns(stance), between)
+    if structure.objective.uses_power:
+        keys = [key.at(i + 1) for i in range(len(scheme.inner)) for key in _powers(structure)]
+        layout.add((Unknown.INNER_POWER, number), keys, between)
+    if stance.mode is Mode.ANY:
+        _add_slacks(layout, structure, (Unknown.RELAXATION, number), FRICTION_PAIRS, between)
+
+
+def _add_slacks(layout: Layout, structure: Structure, table: TableKey, pairs: int, places: Sequence[Place]) -> None:
+    """Add the unknowns that the relaxation brings with each complementarity pair."""
+    slacks = () if structure.relaxation is None else structure.relaxation.slacks
+    if slacks:
+        layout.add(table, [Key(Kind.SLACK, slack.name, i) for i in range(pairs) for slack in slacks], places)
+
+
+def _powers(structure: Structure) -> list[Key]:
+    kinds = (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER)
+    return [Key(kind, name) for kind in kinds for name in structure.powered]

@@ -1,0 +1,240 @@
+"""Typed keys of the unknowns and the constraint rows of an NLP.
+
+A table of a layout is known by a member of :class:`Unknown` or :class:`Group`, or by such a member and the number of a
+phase.  A row of a table is known by its :class:`Key`, a column by its :class:`Place`.  Bounds, diagnosis and the
+transfer of solutions find what they need by these; labels are printed and never compared.
+"""
+
+from dataclasses import dataclass, replace
+from enum import Enum, StrEnum
+from typing import NamedTuple
+
+from gaitopt.model.contacts.mode import Mode
+
+
+class Unknown(StrEnum):
+    """Tables of unknowns; the value is their name in files.  Those of a phase are paired with its number."""
+
+    ANGLES = "angles"
+    RATES = "rates"
+    TORQUE = "torque"
+    DURATION = "duration"
+    SLIDE = "slide"
+    ACCELERATION = "acceleration"
+    INNER_ACCELERATION = "inner acceleration"
+    POWER = "power"
+    INNER_POWER = "inner power"
+    CONTACT = "contact"
+    IMPULSE = "impulse"
+    OPEN_IMPACT = "open impact"
+    TRAVEL = "travel"
+    SLOPE = "slope"
+    INTEGRAL = "integral"
+    PEAK = "peak"
+    RELAXATION = "relaxation"
+
+
+class Group(StrEnum):
+    """Tables of constraint rows; the value is their name in files.  Those of a phase are paired with its number."""
+
+    INTERVAL = "interval"
+    END = "end"
+    START = "start"
+    LAST_POWER = "last power"
+    CLEARANCE = "clearance"
+    TOUCHDOWN = "touchdown"
+    NOT_ARMED = "touchdown not armed"
+    GUARD_ABOVE = "touchdown guard above zero"
+    GUARD_BELOW = "touchdown guard below zero"
+    INTEGRAL = "integral"
+    PEAKS = "peaks"
+
+
+TableKey = Unknown | Group | tuple[Unknown | Group, int]
+
+
+def table_name(key: TableKey) -> str:
+    """Return the name of a table in files.
+
+    Examples
+    --------
+    >>> table_name((Unknown.SLIDE, 0)), table_name(Group.TOUCHDOWN)
+    ('slide 0', 'touchdown')
+    """
+    return f"{key[0].value} {key[1]}" if isinstance(key, tuple) else key.value
+
+
+class Kind(Enum):
+    """Physical meaning of a row.
+
+    Attributes
+    ----------
+    text : str
+        Its spelling, with ``{of}`` for the angle, the actuator or other payload.  Two kinds may be spelled alike.
+    """
+
+    text: str
+
+    def __new__(cls, text: str) -> "Kind":
+        """Return a member with a number for its value, so that two members may share a text."""
+        member = object.__new__(cls)
+        member._value_ = len(cls.__members__)
+        member.text = text
+        return member
+
+    ANGLE = "{of}"
+    RATE = "{of} rate"
+    TORQUE = "{of} torque"
+    DURATION = "duration"
+    FOOT_SLIDE = "foot slide"
+    SPEED_OF_FOOT = "foot speed"
+    ACCELERATION = "acceleration of {of}"
+    POSITIVE_POWER = "positive power of {of}"
+    NEGATIVE_POWER = "negative power of {of}"
+    IMPULSE = "{of} impulse"
+    SLIP_SPEED_AFTER_IMPACT = "slip speed after the impact"
+    TRAVEL = "step length"
+    SLOPE = "slope"
+    INTEGRAL = "integral of the objective"
+    PEAK = "peak of {of}"
+
+    DYNAMICS = "dynamics of {of}"
+    EQUATION_OF_MOTION = "equation of motion of {of}"
+    TORQUE_RATE = "torque rate of {of}"
+    POWER_SPLIT = "power split of {of}"
+    NORMAL_FORCE = "normal force"
+    FORWARD_CONE = "forward friction cone"
+    BACKWARD_CONE = "backward friction cone"
+    SLIP_DIRECTION = "foot speed"
+    SLIP_ONSET = "slip onset on the cone"
+    BREAKAWAY = "breakaway acceleration"
+    CLEARANCE = "foot clearance"
+    PEAK_BOUND = "bound of the peak, {of}"
+
+    LEG_SWAP = "leg swap of {of}"
+    MOMENTUM = "momentum balance {of}"
+    IMPACT_CONE = "impact friction cone"
+    FORWARD_IMPACT_CONE = "forward impact cone"
+    BACKWARD_IMPACT_CONE = "backward impact cone"
+    IMPULSE_PARTS = "parts of the tangential impulse"
+    TOUCHDOWN = "touchdown"
+    TOUCHDOWN_DIRECTION = "touchdown direction"
+    TOUCHDOWN_AHEAD = "touchdown ahead of the stance foot"
+    SEPARATION = "separation of the trailing foot"
+    STEP_LENGTH = "step length"
+    SPEED = "speed"
+    STEP_DURATION = "step duration"
+    NOT_ARMED = "touchdown not armed"
+    GUARD_ABOVE = "touchdown guard above zero"
+    GUARD_BELOW = "touchdown guard below zero"
+
+    CONTACT_NORMAL = "normal force"
+    CONTACT_FRICTION = "{of} friction"
+    SLIP_SPEED = "slip speed"
+    PAIR = "{of}"
+    RELAXATION = "{of}"
+    SLACK = "{of}"
+    CUSTOM = "{of}"
+
+
+@dataclass(frozen=True)
+class Key:
+    """Physical meaning of one row of a table.
+
+    Attributes
+    ----------
+    kind : Kind
+    of : str
+        The angle, the actuator or other payload it belongs to.
+    inner : int
+        Inner point of an interval, counted from 1; 0 at a node.
+
+    Examples
+    --------
+    >>> key = Key(Kind.POWER_SPLIT, "hip")
+    >>> key.label, key.at(2).label
+    ('power split of hip', 'power split of hip, inner point 2')
+    """
+
+    kind: Kind
+    of: str = ""
+    inner: int = 0
+
+    def at(self, inner: int) -> "Key":
+        """Return the key of the same quantity at an inner point of an interval; 0 is the node."""
+        return replace(self, inner=inner)
+
+    @property
+    def identifier(self) -> str:
+        """Text that stands for the key in files; it does not change with what is printed."""
+        text = self.kind.text.format(of=self.of)
+        return f"{text}, inner point {self.inner}" if self.inner else text
+
+    @property
+    def label(self) -> str:
+        """Text printed by the diagnosis."""
+        return self.identifier
+
+
+class Row(NamedTuple):
+    """A constraint row: its key and its bounds."""
+
+    key: Key
+    lower: float
+    upper: float
+
+
+def equation(kind: Kind, of: str = "") -> Row:
+    """Return a row whose value must vanish."""
+    return Row(Key(kind, of), 0.0, 0.0)
+
+
+class Section(Enum):
+    """Parts of a step; the value is printed for all but a phase."""
+
+    PHASE = "phase"
+    TOUCHDOWN = "touchdown"
+    STEP = "step"
+    GROUND = "ground"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where along the step a column of a table is.
+
+    Attributes
+    ----------
+    section : Section
+    phase : int or None
+        Number of the phase, from 0.
+    mode : Mode or None
+        Contact mode of the phase.
+    node : int or None
+        Counted from the start of the phase.
+    between : bool
+        Whether the place is the interval after the node.
+
+    Examples
+    --------
+    >>> Place(Section.PHASE, 1, Mode.STICK, 3).label
+    'phase 2 (stick), node 3'
+    """
+
+    section: Section
+    phase: int | None = None
+    mode: Mode | None = None
+    node: int | None = None
+    between: bool = False
+
+    @property
+    def label(self) -> str:
+        """Text printed by the diagnosis."""
+        if self.phase is None or self.mode is None:
+            return self.section.value
+        text = f"phase {self.phase + 1} ({self.mode.value})"
+        if self.node is None:
+            return text
+        return f"{text}, between nodes {self.node} and {self.node + 1}" if self.between else f"{text}, node {self.node}"
+
+
+TOUCHDOWN, STEP, GROUND = Place(Section.TOUCHDOWN), Place(Section.STEP), Place(Section.GROUND)

@@ -1,0 +1,164 @@
+"""Arguments of objectives: one instant of a step, and the boundary of the step."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from gaitopt.lazy import LazyField
+from gaitopt.model.contacts.mode import Mode
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Instant:
+    """The gait at one instant.  Quantities are CasADi expressions, columns of the given length.
+
+    Attributes
+    ----------
+    mode : Mode
+        Contact mode of the stance foot.
+    phase : int
+        Number of the phase, from 0.
+    angles, actuators : tuple of str
+        Names of the rows of `q` after the foot's two, and of `torque`.
+    q, v : (n_q)
+        PhaseDynamics foot (x, y) [m], x counted from the start of the phase, then the angles [rad]; their rates.
+    acceleration : (n_q)
+        Rates of `v`.
+    torque, torque_rate : (n_u) [N m], [N m/s]
+    positive, negative : (n_u) [W]
+        Parts of the joint powers, both >= 0, with power = positive - negative; zero unless the objective `uses_power`.
+    force : (2) [N]
+        Contact force (f_t, f_n).
+    slip_speed : scalar [m/s]
+        Absolute speed of the stance foot.
+    parameters : mapping of str to scalar
+        Parameters of robot and ground, SI units.
+    time : scalar
+        Elapsed fraction of the step, from 0 to 1.
+
+    Examples
+    --------
+    >>> import casadi as ca
+    >>> column = ca.DM([0.0, 0.0, 0.1, -0.2])
+    >>> instant = Instant(
+    ...     mode=Mode.STICK, phase=0, angles=("th1", "th2"), actuators=("ankle", "hip"), q=column, v=column,
+    ...     acceleration=column, torque=ca.DM([1, 2]), torque_rate=ca.DM([0, 0]), positive=ca.DM([0, 0]),
+    ...     negative=ca.DM([0, 0]), force=ca.DM([0, 98]), slip_speed=ca.DM(0), parameters={}, time=ca.DM(0.5),
+    ... )
+    >>> instant.angle("th2"), instant.torque_of("hip")
+    (DM(-0.2), DM(2))
+    """
+
+    mode: Mode
+    phase: int
+    angles: tuple[str, ...]
+    actuators: tuple[str, ...]
+    q: Any
+    v: Any
+    acceleration: Any
+    torque: Any
+    torque_rate: LazyField[Any] = LazyField()
+    positive: Any
+    negative: Any
+    force: Any
+    slip_speed: Any
+    parameters: Mapping[str, Any]
+    time: LazyField[Any] = LazyField()
+
+    def angle(self, name: str) -> Any:
+        """Return an angle [rad]."""
+        return self.q[2 + self.angles.index(name)]
+
+    def rate(self, name: str) -> Any:
+        """Return the rate of an angle [rad/s]."""
+        return self.v[2 + self.angles.index(name)]
+
+    def torque_of(self, actuator: str) -> Any:
+        """Return the torque of an actuator [N m]."""
+        return self.torque[self.actuators.index(actuator)]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StepBoundary:
+    """The ends of a step and the touchdown between them.  Quantities are CasADi expressions.
+
+    Attributes
+    ----------
+    q_first, v_first : (n_q)
+        First state of the step, the stance foot at the origin.
+    q_last, v_last : (n_q)
+        Last state, before the impact.
+    velocity_jump : (n_q)
+        Rates after the impact less those before, in the coordinates of the step that ends.
+    impulse : (2) [N s]
+        (L_t, L_n).
+    duration, travel : scalar [s], [m]
+    parameters : mapping of str to scalar
+        Parameters of robot and ground, SI units.
+    energy_lost : scalar [J]
+        Kinetic energy before the impact less that after.
+
+    Examples
+    --------
+    >>> import casadi as ca
+    >>> rest = dict.fromkeys(("q_first", "v_first", "q_last", "v_last", "velocity_jump", "impulse"), ca.DM.zeros(4))
+    >>> StepBoundary(**rest, duration=0.7, travel=0.4, parameters={}, energy_lost=0.1).duration
+    0.7
+    """
+
+    q_first: Any
+    v_first: Any
+    q_last: Any
+    v_last: Any
+    velocity_jump: Any
+    impulse: Any
+    duration: Any
+    travel: Any
+    parameters: Mapping[str, Any]
+    energy_lost: LazyField[Any] = LazyField()
+
+
+@dataclass(frozen=True, eq=False)
+class Peak:
+    """Quantities of which an objective takes the largest over the step.
+
+    Attributes
+    ----------
+    values : (k) expression
+    divisor : scalar expression
+        Positive; the quantities are values / divisor.
+
+    Examples
+    --------
+    >>> Peak([3.0, -3.0]).divisor
+    1.0
+    """
+
+    values: Any
+    divisor: Any = 1.0
+
+
+def symbolic_instant(
+    angles: tuple[str, ...],
+    actuators: tuple[str, ...],
+    parameters: Iterable[str],
+    mode: Mode = Mode.STICK,
+    phase: int = 0,
+) -> Instant:
+    """Return an instant of symbols."""
+    n_q, n_u = 2 + len(angles), len(actuators)
+    columns = {
+        **dict.fromkeys(("q", "v", "acceleration"), n_q),
+        **dict.fromkeys(("torque", "torque_rate", "positive", "negative"), n_u),
+        **{"force": 2, "slip_speed": 1, "time": 1},
+    }
+    return Instant(
+        mode=mode,
+        phase=phase,
+        angles=angles,
+        actuators=actuators,
+        parameters={name: ca.SX.sym(name) for name in parameters},
+        **{name: ca.SX.sym(name, size) for name, size in columns.items()},
+    )

@@ -1,0 +1,50 @@
+"""Names of the objectives, for the command line and for problems."""
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.ocp.statement.criteria import (
+    CostOfTransport,
+    Duration,
+    FootSlide,
+    ImpactLoss,
+    PeakFrictionDemand,
+    PeakTorque,
+    PositiveWork,
+    TorqueRate,
+    TorqueSquared,
+)
+from gaitopt.ocp.statement.objective import Objective
+
+OBJECTIVES: dict[str, type[Objective]] = {
+    objective.name: objective
+    for objective in (
+        CostOfTransport,
+        TorqueSquared,
+        PositiveWork,
+        TorqueRate,
+        FootSlide,
+        ImpactLoss,
+        PeakTorque,
+        PeakFrictionDemand,
+        Duration,
+    )
+}
+
+
+def objective_named(name: str | Objective) -> Objective:
+    """Return an objective from its name.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown; the message names the nearest.
+
+    Examples
+    --------
+    >>> objective_named("torque_squared")
+    TorqueSquared()
+    """
+    if isinstance(name, Objective):
+        return name
+    if name not in OBJECTIVES:
+        raise InputError(f"There is no objective {name!r}. {suggest(str(name), OBJECTIVES)}")
+    return OBJECTIVES[name]()
