@@ -15,6 +15,8 @@ _PUBLIC = {
     "gaitopt.control.computed_torque": ("computed_torque",),
     "gaitopt.control.joint_pd": ("joint_pd",),
     "gaitopt.control.law": ("Law", "feedforward", "passive"),
+    "gaitopt.control.push_off": ("push_off",),
+    "gaitopt.control.signature": ("control_function", "law_inputs", "make_memory"),
     "gaitopt.control.phase_variable": ("by_stance_angle",),
     "gaitopt.control.state_feedback": ("state_feedback",),
     "gaitopt.control.step_to_step": ("step_to_step",),
@@ -58,7 +60,7 @@ _PUBLIC = {
     "gaitopt.plot.gait_figure": ("plot_gait",),
     "gaitopt.plot.saving": ("save_figure",),
     "gaitopt.plot.style": ("FigureStyle",),
-    "gaitopt.progress": ("HomotopyIteration", "Iteration"),
+    "gaitopt.progress": ("HomotopyIteration", "Iteration", "TuningStep"),
     "gaitopt.report.notebook": ("show_in_notebook",),
     "gaitopt.report.page": ("write_report",),
     "gaitopt.simulation.engine_choice": ("default_engine",),
@@ -86,12 +88,14 @@ _PUBLIC = {
     "gaitopt.study.basin.attractor": ("SettlingCriterion",),
     "gaitopt.study.sweep.sweep": ("sweep",),
     "gaitopt.study.sweep.sweep_file": ("load_sweep", "load_sweep_gait"),
-    "gaitopt.tuning.controller_family": ("ControllerFamily", "Gain", "controller_family_named"),
+    "gaitopt.tuning.controller_family": ("ControllerFamily", "controller_family_named"),
+    "gaitopt.tuning.gain": ("Gain",),
     "gaitopt.tuning.lqr": ("LqrWeights", "lqr", "step_lqr"),
     "gaitopt.tuning.objective": ("SensitivityNorm", "SpectralRadius"),
     "gaitopt.tuning.record": ("Trial", "Tuning"),
     "gaitopt.tuning.gain_search": ("GainSearchOptions",),
     "gaitopt.tuning.tune": ("tune_feedback",),
+    "gaitopt.tuning.tuning_file": ("load_tuning", "save_tuning"),
 }
 _HOME = {name: module for module, names in _PUBLIC.items() for name in names}
 

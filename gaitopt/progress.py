@@ -65,9 +65,34 @@ class HomotopyIteration:
     status: str
 
 
+@dataclass(frozen=True)
+class TuningStep:
+    """One evaluation of a search for gains.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    objective : float
+        Of the gains tried.
+    best : float
+        Lowest objective so far.
+
+    Examples
+    --------
+    >>> TuningStep(3, 0.71, 0.64).best
+    0.64
+    """
+
+    number: int
+    objective: float
+    best: float
+
+
 Observer = Callable[[Iteration], None]
+TuningObserver = Callable[[TuningStep], None]
 SolveObserver = Callable[[Iteration | HomotopyIteration], None]
 
 
-def silent(step: Iteration | HomotopyIteration) -> None:
+def silent(step: Iteration | HomotopyIteration | TuningStep) -> None:
     """Observe nothing; the default observer."""

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, torque_function
+from gaitopt.control.law import Law
 from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
+from gaitopt.control.signature import torque_function
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 
@@ -31,7 +32,8 @@ def joint_pd(
         Its first step is the reference, with a clock reset at touchdown.
     stiffness : float [N m/rad]
     damping : float [N m s/rad]
-        Of all joints; ``Law.with_gains`` sets those of one, named such as ``"hip_stiffness"`` and ``"hip_damping"``.
+        Gains of all joints; ``Law.with_gains`` sets those of one joint, named for example ``"hip_stiffness"`` and
+        ``"hip_damping"``.
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
@@ -52,7 +54,7 @@ def joint_pd(
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
         desired = plan.desired(clock, data)
-        error, rate = (joints(robot, of) for of in (q[2:] - desired.angles, v[2:] - desired.rates))
+        error, rate = (joints(robot, each) for each in (q[2:] - desired.angles, v[2:] - desired.rates))
         return desired.torque - gains[:n_u] * error - gains[n_u:] * rate
 
     names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
@@ -67,6 +69,6 @@ def joints(robot: Robot, angles: ca.SX) -> ca.SX:
 
 
 def actuation(robot: Robot) -> ca.DM:
-    """Return what torques do on the angles, shape (n_angles, n_u); it does not depend on the state."""
+    """Return the matrix from torques to generalised forces on the angles, shape (n_angles, n_u), at q = 0."""
     zero = np.zeros(robot.n_q)
     return robot.dynamics(zero, zero, robot.vector(robot.resolve({})))[2][2:, :]

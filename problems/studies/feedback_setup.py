@@ -16,7 +16,6 @@ from gaitopt import (
     computed_torque,
     controlled_gait,
     controller_family_named,
-    default_engine,
     feedforward,
     imitate,
     largest_recovery,
@@ -25,7 +24,7 @@ from gaitopt import (
     tune_feedback,
     verify,
 )
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import make_walker
 
 SLIP, STICK, IMITATED = "slip+ stick | slip+", "stick | stick", "Gait C imitated"
 PLANNED_WITH, HELD_WITH = 5.0, 6.0
@@ -79,8 +78,7 @@ def tuned(name, law, evaluations=60, starts=200):
 def walker(name, law, **parameters):
     """Return the walker of a gait under a law, on ground with other parameters if named."""
     robot, found = compass_biped(), plan(name)
-    p = robot.vector({**found.motion.parameters, **parameters})
-    return Walker(robot, law, p, default_engine(law), step_time_limit=3 * found.period)
+    return make_walker(robot, law, {**found.motion.parameters, **parameters}, period=found.period)
 
 
 def played_back(name):
