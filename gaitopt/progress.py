@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self, TextIO
 
-__all__ = ["HomotopyIteration", "Iteration", "ProgressLine"]
+__all__ = ["HomotopyIteration", "Iteration", "ProgressLine", "TuningStep"]
 
 UPDATE_INTERVAL = 0.2
 """Time between two updates of a progress line at least [s]."""
@@ -74,11 +74,36 @@ class HomotopyIteration:
     status: str
 
 
+@dataclass(frozen=True)
+class TuningStep:
+    """One evaluation of a search for gains.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    objective : float
+        Of the gains tried.
+    best : float
+        Lowest objective so far.
+
+    Examples
+    --------
+    >>> TuningStep(3, 0.71, 0.64).best
+    0.64
+    """
+
+    number: int
+    objective: float
+    best: float
+
+
 Observer = Callable[[Iteration], None]
+TuningObserver = Callable[[TuningStep], None]
 SolveObserver = Callable[[Iteration | HomotopyIteration], None]
 
 
-def silent(step: Iteration | HomotopyIteration) -> None:
+def silent(step: Iteration | HomotopyIteration | TuningStep) -> None:
     """Observe nothing; the default observer."""
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,15 +11,16 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from gaitopt.cli.feedback_output import basin_facts, print_endurance, print_tuning, print_unstabilised, tuning_facts
 from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, design_for, law_for
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript
-from gaitopt.cli.output import err, print_json
+from gaitopt.cli.output import err, print_json, print_written
 from gaitopt.cli.script import robot_of
 from gaitopt.cli.workers import Scheduler, Workers, worker_options
 from gaitopt.control.law import Law, feedforward
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.motion.atomic import check_suffix, check_writable
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
-from gaitopt.progress import Iteration
+from gaitopt.progress import TuningStep
 
 if TYPE_CHECKING:
     from gaitopt.stability.recovery import PushTest, Recovery
@@ -39,13 +41,17 @@ def tune(
         list[float] | None, typer.Option("--friction", help="Another friction that counts too: the worst decides.")
     ] = None,
     starts: Starts = 200,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search and of the starts.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed for the search and the initial states.")] = 0,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="JSON", help="File for the tuned gains, which --law takes. [none]"),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Tune the gains of a feedback law for a gait and verify the law by walks from pushed starts.
+    """Tune the gains of a feedback law for a gait and verify the law by walks from perturbed initial states.
 
-    Exit status 0 if the gait is held, 1 if not: then the best radius found is printed.
+    Exit status 0 if the law stabilises the gait, 1 if not: then the best radius found is printed.
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
@@ -54,7 +60,11 @@ def tune(
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.objective import SensitivityNorm, SpectralRadius
     from gaitopt.tuning.tune import tune_feedback
+    from gaitopt.tuning.tuning_file import save_tuning
 
+    if output is not None:
+        check_suffix(output, {".json": "tuned gains"})
+        check_writable(output)
     gait = load(file).require()
     robot = robot_of(gait, problem)
     design = design_for(gait, robot, law, torque_limit, stance_angle)
@@ -62,8 +72,8 @@ def tune(
     with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
         task = progress.add_task("tuning")
 
-        def observe(step: Iteration) -> None:
-            progress.update(task, description=f"evaluation {step.number:3d}   best {step.infeasibility:.4f}")
+        def observe(step: TuningStep) -> None:
+            progress.update(task, description=f"evaluation {step.number:3d}   best {step.best:.4f}")
 
         tuned = tune_feedback(
             gait,
@@ -75,10 +85,14 @@ def tune(
             test=PushTest(starts=starts, seed=seed),
             observer=observe,
         )
+    if output is not None:
+        save_tuning(tuned, output)
     if json:
         print_json(tuning_facts(tuned))
     elif not quiet:
         print_tuning(tuned)
+        if output is not None:
+            print_written(output)
     if not tuned.stable:
         print_unstabilised(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
@@ -154,8 +168,7 @@ def push(
 
 def _basin(gait: Gait, robot: Robot, law: Law, ball: float, test: "PushTest") -> "Recovery | None":
     """Return how many starts in a ball of pushes return to the gait under a law; None where it leaves no gait."""
-    from gaitopt.simulation.engine_choice import default_engine
-    from gaitopt.simulation.hybrid_automaton import Walker
+    from gaitopt.simulation.hybrid_automaton import make_walker
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import recovery
 
@@ -163,5 +176,4 @@ def _basin(gait: Gait, robot: Robot, law: Law, ball: float, test: "PushTest") ->
         cycle = assess_stability(gait, law, robot=robot)
     except InputError:
         return None
-    p = robot.vector(cycle.parameters)
-    return recovery(Walker(robot, law, p, default_engine(law), step_time_limit=3 * gait.period), cycle, ball, test)
+    return recovery(make_walker(robot, law, cycle.parameters, period=gait.period), cycle, ball, test)

@@ -97,6 +97,13 @@ def call_script(path: Path, settings: Sequence[str], function: str = "problem") 
         return called(**arguments)
 
 
+def run_function(path: Path, function: str, *arguments: Any) -> Any:
+    """Return what a function of a script returns for positional arguments; errors as :func:`call_script`."""
+    called = load_script(path, function)
+    with _running(path):
+        return called(*arguments)
+
+
 def _setting(text: str, defaults: dict[str, Any], path: Path) -> tuple[str, Any]:
     name, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not name:

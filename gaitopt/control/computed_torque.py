@@ -6,14 +6,15 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.inverse_dynamics import inverse_dynamics, nominal_parameters
-from gaitopt.control.law import Law, torque_function
+from gaitopt.control.law import Law
 from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
+from gaitopt.control.signature import torque_function
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 
 NEAR_REST = 0.01
-"""Foot speed [m/s] above which the law takes the foot to slide."""
+"""Foot speed [m/s] above which the law assumes that the foot slides."""
 
 
 def computed_torque(
@@ -31,19 +32,19 @@ def computed_torque(
 
         u = u_ref + T(q, v, a_ref - damping e' - stiffness e) - T(q_ref, v_ref, a_ref),
 
-    all references functions of the time since touchdown.  T goes over from stick to slip smoothly while the foot
-    gathers speed: a torque that jumped where a foot begins to slide would let it stick and slide in endless turns.
-    With zero gains it is the open loop on the plan only: beside it, it still cancels the robot's own dynamics.
+    all references functions of the time since touchdown.  T changes smoothly from stick to slip while the
+    foot accelerates: a torque that jumps at the onset of slip would make the foot stick and slip without end.
+    With zero gains the law equals the open loop on the plan only: away from it, it still cancels the robot's dynamics.
 
     Parameters
     ----------
     robot : Robot
-        With as many actuators as angles.
+        It needs as many actuators as angles.
     motion : Motion
-        Its first step is the reference; its parameters, friction included, are what the law believes.
+        Its first step is the reference; its parameters, friction included, are the law's model.
     stiffness : float [1/s^2]
     damping : float [1/s]
-        Of all angles; ``Law.with_gains`` sets those of one, named such as ``"th2_stiffness"``.
+        Gains of all angles; ``Law.with_gains`` sets those of one angle, named for example ``"th2_stiffness"``.
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
@@ -66,8 +67,8 @@ def computed_torque(
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
         desired = plan.desired(clock, data)
         slide = v[0] / ca.sqrt(v[0] ** 2 + NEAR_REST**2)
-        asked = -gains[:n_a] * (q[2:] - desired.angles) - gains[n_a:] * (v[2:] - desired.rates)
-        now = inverse_dynamics(robot, q, v, p, desired.accelerations + asked, slide)
+        correction = -gains[:n_a] * (q[2:] - desired.angles) - gains[n_a:] * (v[2:] - desired.rates)
+        now = inverse_dynamics(robot, q, v, p, desired.accelerations + correction, slide)
         planned_q = ca.vertcat(q[:2], desired.angles)
         planned_v = ca.vertcat(v[:2], desired.rates)
         planned = inverse_dynamics(robot, planned_q, planned_v, p, desired.accelerations, slide)

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, torque_function
+from gaitopt.control.law import Law
 from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
+from gaitopt.control.signature import torque_function
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 
@@ -32,7 +33,8 @@ def joint_pd(
         Its first step is the reference, with a clock reset at touchdown; its parameters are what the law believes.
     stiffness : float [N m/rad]
     damping : float [N m s/rad]
-        Of all joints; ``Law.with_gains`` sets those of one, named such as ``"hip_stiffness"`` and ``"hip_damping"``.
+        Gains of all joints; ``Law.with_gains`` sets those of one joint, named for example ``"hip_stiffness"`` and
+        ``"hip_damping"``.
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises

@@ -1,18 +1,20 @@
 """Control laws: a symbolic torque with a table of numbers, one column per piece of the step.
 
-A law is a CasADi Function (clock, q, v, data) -> torque and, for each stretch of the clock between breakpoints, the
-column of data it uses there.  Simulators, variational equations and exported code all run this one Function.  It may
-have two more inputs: values *held* over a step, which another Function computes from the state after the touchdown,
-and the sign of the foot's *slide*.  The pieces may also be stretches of an angle instead of the clock.
+A law is a Function of one form (:mod:`gaitopt.control.signature`) and, for each piece of the clock between breakpoints,
+the column of data it uses there.  Simulators, variational equations and exported code all run this one Function.  The
+pieces may also be intervals of an entry of the state instead of the clock.
 """
 
 import functools
-from collections.abc import Callable, Mapping
+import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.gain_matrix import GainMatrix
+from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturated, torque_function
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
@@ -29,63 +31,109 @@ class Law:
     Attributes
     ----------
     name : str
-    torque : (clock, q (n_q), v (n_q), data (n_d)[, held (n_h), slide]) -> (n_u) Function [N m]
-        The clock is the time since the last touchdown [s], `slide` is 1, -1 or 0 by the contact mode.  Laws that
-        compute alike hold the same Function, whatever their numbers, so that what is derived or compiled from it is
-        made once.
+    control : (clock, q, v, latched, slide, data) -> (torque, bounds, guards) Function
+        Torque before its limits [N m]; see :func:`gaitopt.control.control_function`, which builds it.  Laws with the
+        same expressions share one Function, whatever their numbers, so that what is derived or compiled from it is made
+        once.
     breakpoints : (K,) array [s, or rad]
-        Where each piece begins, of the clock or of what `index` names; the last piece never ends.
+        Start of each piece, of the clock or of the entry of the state that `index` names; the last piece never ends.
     table : (n_d, K) array
         Data of each piece.
     gains : mapping of str to int
         Rows of the table that hold a gain, the same in every piece.
-    hold : (q, v, data (n_d)) -> (n_h) Function or None
-        Values held over a step, from the state after the touchdown and the first column of the table.
-    demand : Function or None
-        What `torque` would be without its limits, which are the last rows of the table.
+    memory : Memory
+        Latched values and events; none by default.
+    limited : bool
+        Whether the torque keeps within limits, which are the last n_u rows of the table.
     index : int or None
-        Entry of the state (q, v, held) that tells the piece; None for the clock.  The first two rows of the table are
-        then the bounds of each piece, and what is left to both is a second output of `torque` and of `demand`, so that
-        engines stop there.
+        Entry of the state (q, v, latched) that decides the piece; None for the clock.  The first two rows of the table
+        are then the bounds of each piece, and the distances to both are the `bounds` of `control`, at which engines
+        stop.
+    gain_matrices : tuple of GainMatrix
+        Where in the table the matrices of a linear feedback are.
+
+    Raises
+    ------
+    InputError
+        If the Function has another form, or its data are not a column of the table.
 
     Examples
     --------
     >>> from gaitopt import compass_biped
     >>> law = passive(compass_biped())
-    >>> law.piece(0.3), law.torque(0.3, [0] * 4, [0] * 4, []).shape
-    (0, (2, 1))
+    >>> law.piece(0.3), law.torque_at(0.3, [0] * 4, [0] * 4)
+    (0, array([0., 0.]))
     """
 
     name: str
-    torque: ca.Function = field(repr=False)
+    control: ca.Function = field(repr=False)
     breakpoints: Array = field(repr=False)
     table: Array = field(repr=False)
     gains: Mapping[str, int] = field(default_factory=dict, repr=False)
-    hold: ca.Function | None = field(default=None, repr=False)
-    demand: ca.Function | None = field(default=None, repr=False)
+    memory: Memory = field(default=None, repr=False)  # type: ignore[assignment]
+    limited: bool = field(default=False, repr=False)
     index: int | None = field(default=None, repr=False)
+    gain_matrices: tuple[GainMatrix, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "torque", _shared(self.torque.serialize()))
-        for name in ("hold", "demand"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, _shared(getattr(self, name).serialize()))
+        _check_form(self.name, self.control, self.table.shape[0])
+        object.__setattr__(self, "control", _shared(self.control.serialize()))
+        if self.memory is None:
+            object.__setattr__(self, "memory", no_memory(self.control.size1_in(1), self.table.shape[0]))
+        latch, reset = (_shared(each.serialize()) for each in (self.memory.latch, self.memory.reset))
+        object.__setattr__(self, "memory", replace(self.memory, latch=latch, reset=reset))
+        sizes = len(self.memory.values), len(self.memory.events)
+        if sizes != (self.control.size1_in(3), self.control.size1_out(2)):
+            raise InputError(
+                f"The law {self.name!r} has {self.control.size1_in(3)} latched values and {self.control.size1_out(2)} "
+                f"guards, but its memory names {sizes[0]} values and {sizes[1]} events."
+            )
+
+    @property
+    def torque(self) -> ca.Function:
+        """The Function of the law with its torque within the limits: the inputs and outputs of `control`."""
+        return saturated(self.control) if self.limited else self.control
+
+    def torque_at(self, clock: float, q: Array, v: Array, *, latched: Array = (), slide: int = 0) -> Array:  # type: ignore[assignment]
+        """Return the torque at a clock time in a state, shape (n_u,) [N m].
+
+        Parameters
+        ----------
+        clock : float [s]
+        q, v : (n_q,) arrays
+        latched : (n_l,) array
+        slide : int
+            Sign of the stance foot's velocity, 0 while it sticks.
+        """
+        data = self.data(clock, np.concatenate([q, v, latched]))
+        return np.asarray(self.torque(clock, q, v, latched, slide, data)[0], dtype=float).ravel()
 
     def measure(self, clock: float, y: Array) -> float:
-        """Return what tells the piece in a state y = (q, v, held): the clock, or an entry of the state."""
+        """Return what decides the piece in a state y = (q, v, latched): the clock, or an entry of the state."""
         return clock if self.index is None else float(y[self.index])
 
     def piece(self, measure: float) -> int:
-        """Return the number of the piece that a clock time, or a value of what `index` names, lies in."""
+        """Return the number of the piece that a clock time, or a value of the entry `index`, lies in."""
         return max(int(np.searchsorted(self.breakpoints, measure, side="right")) - 1, 0)
 
+    def data(self, clock: float, y: Array) -> Array:
+        """Return the column of the table that applies at a clock time in a state y, shape (n_d,)."""
+        return self.table[:, self.piece(self.measure(clock, y))]
+
     def split(self, points: Array) -> "Law":
-        """Return the same law with pieces that begin at further points, too."""
+        """Return the same law with pieces that also begin at further points."""
         begins = np.union1d(self.breakpoints, points)
         table = self.table[:, [self.piece(begin) for begin in begins]]
         if self.index is not None:
             table[0], table[1, :-1] = begins, begins[1:]
         return replace(self, breakpoints=begins, table=table)
+
+    def digest(self) -> str:
+        """Return a hash of the expressions and numbers of the law."""
+        parts = [self.torque, self.memory.latch, self.memory.reset]
+        whole = hashlib.sha256("".join(part.serialize() for part in parts).encode())
+        whole.update(self.breakpoints.tobytes() + self.table.tobytes() + repr(self.index).encode())
+        return whole.hexdigest()
 
     @property
     def gain_values(self) -> dict[str, float]:
@@ -132,7 +180,7 @@ def passive(robot: Robot) -> Law:
 def feedforward(robot: Robot, motion: Motion) -> Law:
     """Return the law that plays back the torques of a motion's first step, with a clock reset at touchdown.
 
-    Torques are linear between the samples of the motion; after its last sample the last torque is held.
+    Torques are linear between the samples of the motion; after its last sample the last torque stays.
 
     Parameters
     ----------
@@ -185,34 +233,19 @@ def _corners(time: Array, torque: Array) -> Array:
     return np.concatenate([[True], ~straight, [True]])
 
 
-def demand_torque(torque: ca.Function, clock: ca.SX, y: ca.SX, data: ca.SX, slide: int) -> tuple[ca.SX, ca.SX]:
-    """Return the torque of a law's Function in a state y = (q, v, held), and the switches some have besides."""
-    n = torque.size1_in(1)
-    extra = [y[2 * n :], slide] if torque.n_in() > 4 else []
-    outputs = torque.call([clock, y[:n], y[n : 2 * n], data, *extra])
-    return outputs[0], outputs[1] if len(outputs) > 1 else ca.SX(0, 1)
-
-
-def demand_slope(law: Law, n_q: int, slide: int) -> ca.Function:
-    """Return (clock, y, data) -> (n_u, n_y) Function: how the torque of a law, without its limits, changes with y."""
-    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * n_q + latched_size(law.torque))
-    data = ca.SX.sym("data", law.table.shape[0])
-    torque, _ = demand_torque(law.torque if law.demand is None else law.demand, clock, y, data, slide)
-    return ca.Function("slope", [clock, y, data], [ca.jacobian(torque, y)])
-
-
-def latched_size(torque: ca.Function) -> int:
-    """Return how many values a law's Function wants held over a step."""
-    return int(torque.size1_in(4)) if torque.n_in() > 4 else 0
+def _check_form(name: str, control: ca.Function, rows: int) -> None:
+    """Raise InputError unless a Function has the one form of a law, for a table of so many rows."""
+    form = control.n_in(), control.n_out()
+    if form != (len(INPUTS), len(OUTPUTS)):
+        raise InputError(
+            f"The law {name!r} needs a Function ({', '.join(INPUTS)}) -> ({', '.join(OUTPUTS)}), got one with "
+            f"{form[0]} inputs and {form[1]} outputs; build it with control_function."
+        )
+    if control.size1_in(5) != rows:
+        raise InputError(f"The law {name!r} reads {control.size1_in(5)} rows of data, but its table has {rows}.")
 
 
 @functools.lru_cache(maxsize=128)
 def _shared(serialized: str) -> ca.Function:
-    """Return one Function for all that compute alike."""
+    """Return one Function for all that have the same expressions."""
     return ca.Function.deserialize(serialized)
-
-
-def torque_function(robot: Robot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> ca.Function:
-    """Return the Function of a law from its expression in terms of clock, q and v."""
-    clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q)
-    return ca.Function("torque", [clock, q, v, data], [torque(clock, q, v)], ["clock", "q", "v", "data"], ["torque"])

@@ -1,8 +1,8 @@
 """Torque limits of a law.
 
-Where a torque meets its limit it has a kink, which an integrator should not step over.  So a law with limits can also
-be written with the *side* of each actuator as a number: 0 where it gives what is demanded, 1 or -1 where it is held at
-a limit.
+A torque that meets its limit has a kink, which an integrator should not step over.  So a law with limits can also be
+written with the *side* of each actuator as a number: 0 while it gives the demanded torque, 1 or -1 while it is at a
+limit.
 """
 
 import functools
@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
+from gaitopt.control.signature import LawInputs, control_function, inputs_of, remembered
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -22,15 +23,15 @@ UNLIMITED = 1e9
 """Limit [N m] of an actuator without one, beside others that have one."""
 
 
-def torque_limits(robot: Robot, given: float | Mapping[str, float]) -> Array:
-    """Return the limit of each actuator [N m], shape (n_u,); empty where none is limited.
+def torque_limits(robot: Robot, limits: float | Mapping[str, float]) -> Array:
+    """Return the limit of each actuator [N m], shape (n_u,); empty if none is limited.
 
     Raises
     ------
     InputError
         If a limit is not positive or names no actuator.
     """
-    by_name = dict(given) if isinstance(given, Mapping) else dict.fromkeys(robot.actuators, given)
+    by_name = dict(limits) if isinstance(limits, Mapping) else dict.fromkeys(robot.actuators, limits)
     for name in by_name:
         if name not in robot.actuators:
             raise InputError(f"torque_limit: there is no actuator {name!r}. {suggest(name, robot.actuators)}")
@@ -44,45 +45,58 @@ def torque_limits(robot: Robot, given: float | Mapping[str, float]) -> Array:
 
 
 def limit_torque(law: Law, limits: Array) -> Law:
-    """Return a law whose torque keeps within limits [N m], shape (n_u,); the law itself where `limits` is empty."""
+    """Return a law whose torque keeps within limits [N m], shape (n_u,); the law itself if `limits` is empty.
+
+    Raises
+    ------
+    InputError
+        If the law has limits already.
+    """
     if not limits.size:
         return law
-    inputs = law.torque.sx_in()
-    rows = ca.SX.sym("limits", limits.size)
-    wider = [*inputs[:3], ca.vertcat(inputs[3], rows), *inputs[4:]]
-    demand, *switches = law.torque.call(inputs)
-    return replace(
-        law,
-        torque=ca.Function("torque", wider, [ca.fmin(ca.fmax(demand, -rows), rows), *switches]),
-        table=np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)]),
-        demand=ca.Function("demand", wider, [demand, *switches]),
-        hold=law.hold and _wider_latch(law.hold, rows),
-    )
+    if law.limited:
+        raise InputError(f"The law {law.name!r} has torque limits already.")
+    inputs = inputs_of(law.control, data=limits.size)
+    table = np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)])
+    return _rewritten(law, inputs, inputs.data[: law.table.shape[0]], table, limited=True)
 
 
-def _wider_latch(hold: ca.Function, rows: ca.SX) -> ca.Function:
-    q, v, data = hold.sx_in()
-    return ca.Function("hold", [q, v, ca.vertcat(data, rows)], [hold(q, v, data)])
+def unlimited(law: Law) -> tuple[Law, Array]:
+    """Return a law without its limits, and the limits [N m], shape (n_u,); an empty array if there are none."""
+    if not law.limited:
+        return law, np.zeros(0)
+    count = law.control.size1_out(0)
+    rows, inputs = law.table.shape[0] - count, inputs_of(law.control, data=-count)
+    data = ca.vertcat(inputs.data, ca.SX.zeros(count))
+    return _rewritten(law, inputs, data, law.table[:rows], limited=False), law.table[rows:, 0]
+
+
+def _rewritten(law: Law, inputs: LawInputs, data: ca.SX, table: Array, limited: bool) -> Law:
+    """Return a law in other symbols, whose data are an expression of them, with its new table."""
+    seen = inputs._replace(data=data)
+    torque, bounds, guards = law.control(*seen)
+    control = control_function(inputs, torque, bounds=bounds, guards=guards)
+    return replace(law, control=control, memory=remembered(law.memory, inputs, seen), table=table, limited=limited)
 
 
 @functools.lru_cache(maxsize=128)
-def split_at_limits(demand: ca.Function) -> ca.Function:
-    """Return the torque of a law with limits, and what stays positive while no actuator changes its side.
+def split_at_limits(control: ca.Function) -> ca.Function:
+    """Return the Function of a law with limits in which the side of each actuator is a number.
 
-    What the demand's own second output keeps positive comes last.  Its data are those of `demand` followed by the side
-    of each actuator.
+    Its bounds stay positive while no actuator changes its side; those of `control` come last.  Its data are those of
+    `control` followed by the side of each actuator.
 
     Parameters
     ----------
-    demand : Function
-        As in :class:`gaitopt.control.law.Law`.
+    control : Function
+        As in :class:`gaitopt.Law`, of a law with limits.
     """
-    inputs, n_u = demand.sx_in(), demand.size1_out(0)
-    side, limits = ca.SX.sym("side", n_u), inputs[3][-n_u:]
-    value, *switches = demand.call(inputs)
-    free, held = 1 - side**2, side**2
-    torque = free * value + side * limits
-    beyond = free * (limits - value) + held * (side * value - limits)
-    below = free * (limits + value) + held
-    wider = [*inputs[:3], ca.vertcat(inputs[3], side), *inputs[4:]]
-    return ca.Function("split_at_limits", wider, [torque, ca.vertcat(beyond, below, *switches)])
+    n_u = control.size1_out(0)
+    inputs = inputs_of(control, data=n_u)
+    inner, side = inputs.data[:-n_u], inputs.data[-n_u:]
+    demand, bounds, guards = control(*inputs._replace(data=inner))
+    limits, free, at_limit = inner[-n_u:], 1 - side**2, side**2
+    torque = free * demand + side * limits
+    beyond = free * (limits - demand) + at_limit * (side * demand - limits)
+    below = free * (limits + demand) + at_limit
+    return control_function(inputs, torque, bounds=ca.vertcat(beyond, below, bounds), guards=guards)

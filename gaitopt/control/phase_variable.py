@@ -1,6 +1,7 @@
-"""References by the stance angle: a law whose clock is the planned time at which the stance leg stands as it does."""
+"""The stance angle as phase variable: a law whose clock is the planned time of the present stance angle."""
 
 import functools
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -8,43 +9,43 @@ from numpy.typing import NDArray
 
 from gaitopt.control.law import Law
 from gaitopt.control.reference import Reference, quintic, reference
+from gaitopt.control.signature import Memory, control_function, inputs_of, remembered
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 
 NEVER = 1e3
-"""An angle [rad] that is never reached, beyond the last piece."""
+"""Angle [rad] that is never reached, beyond the last piece."""
 ACCURACY = 1e-9
-"""To which the planned time is known as a function of the angle [s]: pieces are halved until it is, but not shorter."""
+"""Accuracy of the planned time as a function of the angle [s]; also the shortest piece."""
 HALVINGS = 12
-"""How often they are at most; an angle that needs more all but rests."""
+"""Largest number of bisections of the pieces; an angle that needs more is nearly at rest."""
 ROWS = 9
-"""Rows in front of the law's own: the bounds of the piece, where it begins, and six coefficients of the time."""
+"""Rows before those of the law: the bounds of the piece, its start, and six coefficients of the time."""
 
 
 def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None = None) -> Law:
-    """Return a law about a motion that goes by an angle of the robot instead of the time since touchdown.
+    """Return a law about a motion with an angle of the robot as phase variable instead of the time since touchdown.
 
-    The law's clock is replaced by the planned time of the angle, t(th): wherever the law asks for a reference it takes
-    that of the instant at which the plan stands at this angle.  Before the angle at which the planned step begins t is
-    held at 0, beyond that at which it ends at its end, and with it all that the law reads off its clock: torques,
-    angles, rates and gains.
+    The law's clock is replaced by the planned time of the angle, t(th): the reference is that of the instant at which
+    the plan has this angle.  Below the angle at which the planned step begins t is 0, beyond the angle at which it ends
+    t is its end, and so are all functions of the clock: torques, angles, rates and gains.
 
     Parameters
     ----------
     robot : Robot
     motion : Motion
-        About whose first step the law was made.
+        Its first step is the reference of the law.
     law : Law
         Any law by the clock; limits and gains stay.
     angle : str, optional
-        Which must grow from the begin of the planned step to its end; by default the first, the stance leg's.
+        It must increase throughout the planned step; by default the first angle, the stance leg's.
 
     Raises
     ------
     InputError
-        If the angle does not grow throughout the planned step, the robot has no such angle, or the law does not go by
-        the clock.
+        If the angle does not increase throughout the planned step, the robot has no such angle, or the law does not
+        follow the clock.
 
     Examples
     --------
@@ -58,49 +59,45 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
     if name not in robot.angles:
         raise InputError(f"Robot {robot.name!r} has no angle {name!r}. {suggest(name, robot.angles)}")
     if law.index is not None:
-        raise InputError(f"The law {law.name!r} does not go by the clock, so its clock cannot be replaced.")
+        raise InputError(f"The law {law.name!r} does not follow the clock, so its clock cannot be replaced.")
     place, plan = robot.angles.index(name), reference(robot, motion)
-    _check_growing(plan, place, name)
+    _check_increasing(plan, place, name)
     times = np.union1d(plan.breakpoints, law.breakpoints[law.breakpoints < plan.duration])
-    times = _bisect(plan, place, times[np.append(np.diff(times) > ACCURACY, True)], name)
+    times = _bisected(plan, place, times[np.append(np.diff(times) > ACCURACY, True)], name)
     begins, coefficients = _planned_times(plan, place, times)
-    held = np.zeros((6, 2))
-    held[0] = times[[0, -1]]
+    ends = np.zeros((6, 2))
+    ends[0] = times[[0, -1]]
     bounds = np.concatenate([[-NEVER], begins, [NEVER]])
     front = np.vstack(
-        [bounds[:-1], bounds[1:], np.append(begins[0], begins), np.hstack([held[:, :1], coefficients, held[:, 1:]])]
+        [bounds[:-1], bounds[1:], np.append(begins[0], begins), np.hstack([ends[:, :1], coefficients, ends[:, 1:]])]
     )
     columns = [law.piece(time) for time in np.append(times[0], times)]
-    entry = 2 + place
-    return Law(
-        f"{law.name} by {name}",
-        _by_angle(law.torque, entry),
-        bounds[:-1],
-        np.vstack([front, law.table[:, columns]]),
-        {gain: ROWS + row for gain, row in law.gains.items()},
-        None if law.hold is None else _hold(law.hold),
-        None if law.demand is None else _by_angle(law.demand, entry),
-        entry,
+    control, latched = _by_angle(law.control, law.memory, 2 + place)
+    return replace(
+        law,
+        name=f"{law.name} by {name}",
+        control=control,
+        breakpoints=bounds[:-1],
+        table=np.vstack([front, law.table[:, columns]]),
+        gains={gain: ROWS + row for gain, row in law.gains.items()},
+        memory=latched,
+        index=2 + place,
+        gain_matrices=tuple(matrix.moved(ROWS) for matrix in law.gain_matrices),
     )
 
 
 @functools.lru_cache(maxsize=64)
-def _by_angle(torque: ca.Function, entry: int) -> ca.Function:
-    """Return a law's Function with its clock replaced by a polynomial of an entry of q, and the bounds of its piece."""
-    clock, q, v, inner, *rest = torque.sx_in()
-    front = ca.SX.sym("front", ROWS)
-    since, time = q[entry] - front[2], ca.SX(0)
+def _by_angle(control: ca.Function, known: Memory, entry: int) -> tuple[ca.Function, Memory]:
+    """Return a law's Function and memory with its clock replaced by a polynomial of an entry of q."""
+    inputs = inputs_of(control, data=ROWS)
+    front, inner = inputs.data[:ROWS], inputs.data[ROWS:]
+    since, time = inputs.q[entry] - front[2], ca.SX(0)
     for k in reversed(range(3, ROWS)):
         time = time * since + front[k]
-    outputs = torque.call([time, q, v, inner, *rest])
-    left = ca.vertcat(q[entry] - front[0], front[1] - q[entry])
-    return ca.Function(torque.name(), [clock, q, v, ca.vertcat(front, inner), *rest], [outputs[0], left])
-
-
-def _hold(hold: ca.Function) -> ca.Function:
-    q, v, inner = hold.sx_in()
-    front = ca.SX.sym("front", ROWS)
-    return ca.Function("hold", [q, v, ca.vertcat(front, inner)], [hold(q, v, inner)])
+    seen = inputs._replace(clock=time, data=inner)
+    torque, _, guards = control(*seen)
+    bounds = ca.vertcat(inputs.q[entry] - front[0], front[1] - inputs.q[entry])
+    return control_function(inputs, torque, bounds=bounds, guards=guards), remembered(known, inputs, seen)
 
 
 def _angle_at(plan: Reference, place: int, pieces: NDArray[np.intp], times: Array) -> tuple[Array, Array, Array]:
@@ -113,7 +110,7 @@ def _angle_at(plan: Reference, place: int, pieces: NDArray[np.intp], times: Arra
     return value, rate, np.sum(columns[2:] * powers[2:] * powers[1:-1] * since ** powers[:-2], axis=0)
 
 
-def _check_growing(plan: Reference, place: int, name: str) -> None:
+def _check_increasing(plan: Reference, place: int, name: str) -> None:
     count = plan.breakpoints.size - 1
     pieces = np.repeat(np.arange(count), 9)
     shares = np.tile(np.linspace(0, 1, 9), count)
@@ -121,9 +118,9 @@ def _check_growing(plan: Reference, place: int, name: str) -> None:
     rate = _angle_at(plan, place, pieces, times)[1]
     if not np.min(rate) > 0:
         raise InputError(
-            f"The planned angle {name!r} does not grow throughout the step: at {times[np.argmin(rate)]:.4f} s its rate "
-            f"is {np.min(rate):.3g} rad/s. Let the law go by the time since touchdown instead, or plan a gait in which "
-            "it never turns back."
+            f"The planned angle {name!r} does not increase throughout the step: at {times[np.argmin(rate)]:.4f} s "
+            f"its rate is {np.min(rate):.3g} rad/s. Use a law by the time since touchdown, or plan a gait in which "
+            "this angle is monotone."
         )
 
 
@@ -147,8 +144,8 @@ def _planned_times(plan: Reference, place: int, times: Array) -> tuple[Array, Ar
     return begins, np.array(coefficients).T
 
 
-def _bisect(plan: Reference, place: int, times: Array, name: str) -> Array:
-    """Return the times with more between them, until the polynomials between them are accurate."""
+def _bisected(plan: Reference, place: int, times: Array, name: str) -> Array:
+    """Return the times with more in between, such that the polynomials between them are accurate."""
     for _ in range(HALVINGS):
         begins, coefficients = _planned_times(plan, place, times)
         pieces, steps = np.searchsorted(plan.breakpoints, times[:-1], side="right") - 1, np.diff(times)
@@ -156,12 +153,12 @@ def _bisect(plan: Reference, place: int, times: Array, name: str) -> Array:
         for share in (0.2, 0.5, 0.8):
             exact = times[:-1] + share * steps
             since = _angle_at(plan, place, pieces, exact)[0] - begins[:-1]
-            found = np.sum(coefficients * since ** np.arange(6)[:, None], axis=0)
-            wrong |= ~(np.abs(found - exact) <= ACCURACY)
+            estimate = np.sum(coefficients * since ** np.arange(6)[:, None], axis=0)
+            wrong |= ~(np.abs(estimate - exact) <= ACCURACY)
         if not np.any(wrong):
             return times
         resting, times = times[:-1][wrong][0], np.sort(np.append(times, (times[:-1] + steps / 2)[wrong]))
     raise InputError(
-        f"The planned angle {name!r} all but rests at {resting:.4f} s, so it does not tell the planned "
-        "time. Let the law go by the time since touchdown instead."
+        f"The planned angle {name!r} is nearly at rest at {resting:.4f} s, so it does not determine the planned "
+        "time. Use a law by the time since touchdown."
     )

@@ -14,7 +14,7 @@ from gaitopt.parameters import Parameter
 
 @dataclass(frozen=True, eq=False)
 class Desired:
-    """What a reference asks for at one instant, as expressions.
+    """Desired torque and motion at one instant, as expressions.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Reference:
     """One step of a motion as polynomials of the clock, a column of coefficients per piece.
 
     Torques are linear between samples, angles the quintics and foot speeds the cubics that meet values and slopes at
-    both ends of a piece.  After the last sample torque and accelerations are held.
+    both ends of a piece.  After the last sample torque and accelerations stay constant.
 
     Attributes
     ----------
@@ -56,14 +56,14 @@ class Reference:
         """Number of rows of the table."""
         return int(self.table.shape[0])
 
-    def law(self, name: str, torque: ca.Function, numbers: Array, gains: Sequence[str] = ()) -> Law:
+    def law(self, name: str, control: ca.Function, numbers: Array, gains: Sequence[str] = ()) -> Law:
         """Return a law about this reference, with numbers below its table that are the same in every piece.
 
         Parameters
         ----------
         name : str
-        torque : Function
-            As in :class:`gaitopt.Law`, its data the reference's, followed by the numbers.
+        control : Function
+            The `control` of a :class:`gaitopt.Law`; its data are those of the reference, followed by the numbers.
         numbers : (n,) array
         gains : sequence of str
             Names of the first numbers, which are gains.
@@ -76,10 +76,10 @@ class Reference:
         for gain, value in zip(gains, numbers, strict=False):
             Parameter(gain, 0.0, "1", "").check(value)
         table = np.vstack([self.table, np.tile(numbers[:, None], self.breakpoints.size)])
-        return Law(name, torque, self.breakpoints, table, {gain: self.size + i for i, gain in enumerate(gains)})
+        return Law(name, control, self.breakpoints, table, {gain: self.size + i for i, gain in enumerate(gains)})
 
     def desired(self, clock: ca.SX, data: ca.SX) -> Desired:
-        """Return what the reference asks for at a clock time, given a column of its table."""
+        """Return the desired torque and motion at a clock time, given a column of the table."""
         n_u, n_a = self.robot.n_u, len(self.robot.angles)
         since = clock - data[0]
         rows = [1, n_u, n_u, *[6] * n_a, 4]
@@ -122,7 +122,7 @@ def _columns(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
 
 
 def _afterwards(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
-    """Return the column in force after the last sample."""
+    """Return the column that applies after the last sample."""
     end = segment.q[:, -1], segment.v[:, -1], segment.torque[:, -1]
     a = np.asarray(robot.acceleration[segment.mode](*end, p)[0]).ravel()
     rows = [[segment.time[-1] - began], segment.torque[:, -1], np.zeros(robot.n_u)]

@@ -5,9 +5,11 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, torque_function
+from gaitopt.control.gain_matrix import GainMatrix
+from gaitopt.control.law import Law
 from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
+from gaitopt.control.signature import torque_function
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
@@ -29,8 +31,8 @@ def state_feedback(
     motion : Motion
         Its first step is the reference, with a clock reset at touchdown.
     gains : (n_pieces, 2, n_u, 2 n_angles + 1) array
-        K at the begin and the end of each piece between two samples of the motion, linear in between; after the last
-        sample the last value is held.
+        K at the beginning and the end of each piece between two samples of the motion, linear in between; after the
+        last sample the last value stays.
     torque_limit : float or mapping of actuator to float [N m]
     name : str
 
@@ -64,5 +66,8 @@ def state_feedback(
     steps = np.diff(plan.breakpoints)[:, None]
     begin, end = (gains[:, k].transpose(0, 2, 1).reshape(pieces, count) for k in (0, 1))  # by column, as CasADi
     rows = np.hstack([np.vstack([begin, end[-1:]]), np.vstack([(end - begin) / steps, np.zeros((1, count))])]).T
-    law = Law(name, torque_function(robot, data, torque), plan.breakpoints, np.vstack([plan.table, rows]))
+    states = (*robot.angles, "foot_speed", *(f"{angle}_rate" for angle in robot.angles))
+    matrix = GainMatrix("K", tuple(robot.actuators), states, plan.size, plan.size + count)
+    control, table = torque_function(robot, data, torque), np.vstack([plan.table, rows])
+    law = Law(name, control, plan.breakpoints, table, gain_matrices=(matrix,))
     return limit_torque(law, torque_limits(robot, torque_limit))

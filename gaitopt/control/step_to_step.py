@@ -1,12 +1,15 @@
-"""Step-to-step feedback: torques added for a whole step, chosen from the state after the touchdown."""
+"""Step-to-step feedback: torques added over a step, latched as a function of the state after the touchdown."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
 from gaitopt.control.limits import limit_torque, torque_limits
+from gaitopt.control.signature import control_function, inputs_of, make_memory
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.model.section_coordinate import dependent_coordinate
@@ -23,7 +26,7 @@ def step_to_step(
     duration: float,
     torque_limit: float | Mapping[str, float] = np.inf,
 ) -> Law:
-    """Return a law with torques added that are held over windows of a step, w = -K (z - z*), within torque limits.
+    """Return a law with added torques that are constant over windows of a step, w = -K (z - z*), within torque limits.
 
     z is the state after the touchdown: all angles but the one the touchdown fixes, rates, speed of the stance foot.
 
@@ -31,21 +34,21 @@ def step_to_step(
     ----------
     robot : Robot
     law : Law
-        What the torques are added to: a law without limits that holds nothing itself.
+        Law the torques are added to, by the clock, without limits and without memory.
     state : (n_z,) array
         z*.
     gains : (windows n_u, n_z) array
         K, actuator by actuator in each window.
     windows : int
-        Equal parts of the step, the last of which never ends.
+        Number of equal parts of the step; the last one never ends.
     duration : float [s]
-        Of the step.
+        Duration of the step.
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
     ------
     InputError
-        If the law has limits or holds values, or the gains have another shape.
+        If the law has limits or memory, or the gains have another shape.
 
     Examples
     --------
@@ -56,9 +59,9 @@ def step_to_step(
     array([0.  , 0.35])
     """
     n_q, n_u = robot.n_q, robot.n_u
-    if law.hold is not None or law.demand is not None or law.index is not None:
+    if law.memory.values or law.limited or law.index is not None:
         raise InputError(
-            f"Step-to-step feedback is added to a law by the clock without limits that holds nothing, not {law.name!r}."
+            f"Step-to-step feedback needs a law by the clock without limits and without memory, not {law.name!r}."
         )
     free = (entry for entry in range(2, n_q) if entry != 2 + dependent_coordinate(robot))
     places = [*free, *range(n_q + 2, 2 * n_q), n_q]
@@ -68,31 +71,36 @@ def step_to_step(
             f"Step-to-step feedback needs a state of {len(places)} entries and gains of shape "
             f"{(windows * n_u, len(places))}, got {state.shape} and {gains.shape}."
         )
-    clock, q, v, inner, *rest = law.torque.sx_in()
-    held, slide = ca.SX.sym("held", windows * n_u), rest[1] if rest else ca.SX.sym("slide")
-    open_rows, numbers = ca.SX.sym("window", windows), ca.SX.sym("feedback", state.size + gains.size)
-    data = ca.vertcat(inner, open_rows, numbers)
-    base = law.torque.call([clock, q, v, inner, *([rest[0], slide] if rest else [])])[0]
-    torque = base + ca.reshape(held, n_u, windows) @ open_rows
-    error = ca.vertcat(q, v)[places] - numbers[: state.size]
-    hold = -ca.reshape(numbers[state.size :], windows * n_u, len(places)) @ error
-    begins = np.arange(windows) * duration / windows
-    base_law = law.split(begins)
-    times = base_law.breakpoints
-    now = np.searchsorted(begins, times, side="right") - 1
-    table = np.vstack(
-        [
-            base_law.table,
-            (now == np.arange(windows)[:, None]).astype(float),
-            np.tile(np.concatenate([state, gains.T.ravel()])[:, None], times.size),
-        ]
-    )
-    added = Law(
-        "step-to-step",
-        ca.Function("torque", [clock, q, v, data, held, slide], [torque]),
-        times,
-        table,
-        law.gains,
-        ca.Function("hold", [q, v, data], [hold]),
+    inputs = inputs_of(law.control, data=windows + state.size + gains.size, latched=windows * n_u)
+    ends = np.cumsum([0, law.table.shape[0], windows, state.size + gains.size]).tolist()
+    inner, window, numbers = ca.vertsplit(inputs.data, ends)
+    base, _, _ = law.control(*inputs._replace(latched=ca.SX(0, 1), data=inner))
+    torque = base + ca.reshape(inputs.latched, n_u, windows) @ window
+    error = ca.vertcat(inputs.q, inputs.v)[places] - numbers[: state.size]
+    latch = -ca.reshape(numbers[state.size :], windows * n_u, len(places)) @ error
+    base_law = law.split(np.arange(windows) * duration / windows)
+    table = _table(base_law, windows, duration, np.concatenate([state, gains.T.ravel()]))
+    names = [f"{actuator}_{window}" for window in range(windows) for actuator in robot.actuators]
+    matrix = GainMatrix("K", tuple(names), _names(robot, places), law.table.shape[0] + windows + state.size)
+    added = replace(
+        base_law,
+        name="step-to-step",
+        control=control_function(inputs, torque),
+        table=table,
+        memory=make_memory(inputs, latch, values=names),
+        gain_matrices=(*law.gain_matrices, matrix),
     )
     return limit_torque(added, torque_limits(robot, torque_limit))
+
+
+def _table(law: Law, windows: int, duration: float, numbers: Array) -> Array:
+    """Return the table of a law with rows that are 1 in the active window and 0 in the others, then the numbers."""
+    active = np.searchsorted(np.arange(windows) * duration / windows, law.breakpoints, side="right") - 1
+    rows = (active == np.arange(windows)[:, None]).astype(float)
+    return np.vstack([law.table, rows, np.tile(numbers[:, None], law.breakpoints.size)])
+
+
+def _names(robot: Robot, places: list[int]) -> tuple[str, ...]:
+    """Return the names of entries of the state (q, v)."""
+    names = ["x", "y", *robot.angles, "foot_speed", "foot_height_rate", *(f"{angle}_rate" for angle in robot.angles)]
+    return tuple(names[place] for place in places)

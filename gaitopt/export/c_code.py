@@ -5,16 +5,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import casadi as ca
-import numpy as np
 
 from gaitopt import __version__
-from gaitopt.control.law import Law, latched_size
+from gaitopt.control.law import Law
 from gaitopt.errors import InputError
+from gaitopt.export.c_controller import braced, controller_header, controller_source, law_functions
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
-
-_TORQUE_INPUTS = ("clock", "q", "v", "data", "held", "slide")
 
 
 def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str | Path) -> Path:
@@ -22,9 +20,10 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
 
     The code is generated from the very expressions that gaitopt solves and simulates with.  Every function is named
     after the file: ``gait.c`` has ``gait_acceleration_stick(q, v, u, p, acceleration, force)`` and the like, the
-    default parameters ``gait_parameters``, and ``gait_control(clock, q, v, held, slide, torque)`` with the tables of
-    the law inside; where the law keeps values over a step, ``gait_after_touchdown(q, v, held)`` gives them.  The
-    header says what each argument is.
+    default parameters ``gait_parameters``.  The controller is a step function with an explicit state:
+    ``gait_begin(&state, q, v)`` after every touchdown, then ``gait_step(&state, clock, q, v, slide, torque)`` at every
+    sample, which takes note of the law's events; ``gait_control`` gives the torque for given latched values.  The
+    header describes each argument.
 
     Parameters
     ----------
@@ -75,37 +74,23 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
 
 
 def _functions(robot: Robot, law: Law) -> list[ca.Function]:
-    """Return what is written: the equations of motion in every mode, contact, impact, and the law."""
-    found = [robot.dynamics, *robot.acceleration.values(), robot.energy, robot.joint_rates, robot.wellposed]
-    found += [robot.landing, robot.collision, robot.touchdown, robot.swap]
-    found.append(_torque(law))
-    return found if law.hold is None else [*found, _rename(law.hold, "hold", ["q", "v", "data"], ["held"])]
-
-
-def _torque(law: Law) -> ca.Function:
-    """Return the law's torque alone, without what tells an engine where its pieces end."""
-    inputs = law.torque.sx_in()
-    return ca.Function("torque", inputs, law.torque.call(inputs)[:1], list(_TORQUE_INPUTS[: len(inputs)]), ["torque"])
+    """Return the Functions to write: the equations of motion in every mode, contact, impact, and the law."""
+    physics = [robot.dynamics, *robot.acceleration.values(), robot.energy, robot.joint_rates, robot.wellposed]
+    return [*physics, robot.landing, robot.collision, robot.touchdown, robot.swap, *law_functions(law)]
 
 
 def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Array) -> str:
     generator = ca.CodeGenerator(f"{prefix}_generate", {"casadi_int": "int"})
     for function in functions:
-        name = _generate(prefix, function)
-        generator.add(_rename(function, name, function.name_in(), function.name_out()))
-    breakpoints, table = law.breakpoints, law.table.T
-    pieces, rows = table.shape
+        symbols, name = function.sx_in(), _generate(prefix, function)
+        generator.add(ca.Function(name, symbols, function.call(symbols), function.name_in(), function.name_out()))
     parts = [
         f"/* Written by gaitopt {__version__}. */",
         f'#include "{prefix}.h"',
         generator.dump(),
-        f"const double {prefix}_parameters[{values.size}] = {_braced(values)};",
-        f"static const double breakpoints[{pieces}] = {_braced(breakpoints)};",
-        f"static const double table[{pieces}][{max(rows, 1)}] = {{",
-        ",\n".join(_braced(row if rows else np.zeros(1)) for row in table),
-        "};",
+        f"const double {prefix}_parameters[{values.size}] = {braced(values)};",
         *(_call(prefix, function) for function in functions),
-        _control(prefix, law),
+        controller_source(prefix, law),
     ]
     return "\n".join(parts)
 
@@ -132,10 +117,7 @@ def _header(prefix: str, functions: Sequence[ca.Function], robot: Robot, law: La
         "#endif",
         f"extern const double {prefix}_parameters[{values.size}];",
         *(f"/* {_shapes(function)} */\n{_signature(prefix, function)};" for function in functions),
-        "/* Torque of the law: clock [s] since the last touchdown; held, the values the law keeps over a step (NULL",
-        " * where it keeps none); slide, 1, -1 or 0 as the stance foot slides forward, backward or not. */",
-        f"{_control_signature(prefix)};",
-        *_hold_prototype(prefix, law),
+        controller_header(prefix, law),
         "#ifdef __cplusplus",
         "}",
         "#endif",
@@ -169,11 +151,6 @@ def _generate(prefix: str, function: ca.Function) -> str:
     return f"{prefix}_generated_{function.name()}"
 
 
-def _rename(function: ca.Function, name: str, inputs: Sequence[str], outputs: Sequence[str]) -> ca.Function:
-    symbols = function.sx_in()
-    return ca.Function(name, symbols, function.call(symbols), list(inputs), list(outputs))
-
-
 def _output(function: ca.Function, number: int) -> str:
     """Return the name of an output, unlike that of any input."""
     name = str(function.name_out(number))
@@ -188,54 +165,3 @@ def _shapes(function: ca.Function) -> str:
 
 def _size(shape: tuple[int, int]) -> str:
     return str(shape[0]) if shape[1] == 1 else f"{shape[0]}x{shape[1]}"
-
-
-def _control_signature(prefix: str) -> str:
-    arguments = "double clock, const double *q, const double *v, const double *held, double slide, double *torque"
-    return f"void {prefix}_control({arguments})"
-
-
-def _hold_prototype(prefix: str, law: Law) -> list[str]:
-    if law.hold is None:
-        return []
-    size = latched_size(law.torque)
-    return [
-        f"/* The {size} values to keep over a step, from the state after the touchdown. */",
-        f"{_hold_signature(prefix)};",
-    ]
-
-
-def _hold_signature(prefix: str) -> str:
-    return f"void {prefix}_after_touchdown(const double *q, const double *v, double *held)"
-
-
-def _control(prefix: str, law: Law) -> str:
-    """Return the functions that hand the right column of the law's table over."""
-    given = ["&clock", "q", "v", "table[low]", "held", "&slide"][: law.torque.n_in()]
-    unused = "" if law.torque.n_in() > 4 else "\n  (void)held;\n  (void)slide;"
-    place = "clock" if law.index is None else f"q[{law.index}]"
-    control = f"""
-{_control_signature(prefix)} {{
-  int low = 0, high = {law.breakpoints.size}; /* the piece lies in [low, high) */
-  while (high - low > 1) {{
-    const int middle = (low + high) / 2;
-    if ({place} < breakpoints[middle]) high = middle;
-    else low = middle;
-  }}{unused}
-  {prefix}_torque({", ".join(given)}, torque);
-}}
-"""
-    if law.hold is None:
-        return control
-    return f"{control}\n{_hold_signature(prefix)} {{\n  {prefix}_hold(q, v, table[0], held);\n}}\n"
-
-
-def _braced(values: Array) -> str:
-    return "{" + ", ".join(_write(float(value)) for value in values) + "}"
-
-
-def _write(value: float) -> str:
-    """Return a number as C spells it, every digit kept."""
-    if np.isfinite(value):
-        return repr(value)
-    return "NAN" if np.isnan(value) else "INFINITY" if value > 0 else "-INFINITY"

@@ -1,4 +1,4 @@
-"""write_torques: the torques of a gait and the gains of a law as JSON, for a controller of one's own."""
+"""write_torques: the torques of a gait and the gains of a law as JSON, for a custom controller."""
 
 import json
 from pathlib import Path
@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from gaitopt import __version__
-from gaitopt.control.law import Law, demand_slope
+from gaitopt.control.law import Law
+from gaitopt.control.signature import control_slope
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.motion import Motion, Segment
+from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.motion.summary import plain
+from gaitopt.simulation.law_memory import LawMemory
 
 FORMAT, VERSION = "gaitopt torques", 1
 
@@ -28,8 +30,9 @@ def write_torques(motion: Motion, path: str | Path, *, law: Law | None = None) -
     path : str or Path
         Usually ends in ``.json``.
     law : Law, optional
-        A feedback law about this motion, whose gains are written too, and how its torques change with the state at
-        each sample, ``torque_by_state``.
+        A feedback law about this motion.  Its gains, gain matrices in each piece (``gain_matrices``; ``slope`` is their
+        derivative by the time since the piece began), latched values and the derivative of its torques by the state at
+        each sample (``torque_by_state``) are written as well.
 
     Returns
     -------
@@ -87,24 +90,55 @@ def _table(motion: Motion, law: Law | None) -> dict[str, Any]:
         "gains": {} if law is None else law.gain_values,
     }
     if law is not None:
+        names = [*motion.angles, *(f"{name}_rate" for name in motion.angles)]
+        data["pieces"] = {
+            "by": "clock" if law.index is None else names[law.index - 2],
+            "begin": law.breakpoints.tolist(),
+        }
+        data["gain_matrices"] = _gain_matrices(law)
+        latched = np.array(_states(law, first)).T[2 * q.shape[0] :].tolist()
+        data["latched"] = dict(zip(law.memory.values, latched, strict=True))
+        data["events"] = law.memory.events
         data["torque_by_state_unit"] = "N m/rad, N m s/rad, N s"
         data["torque_by_state"] = _torque_by_state(law, motion, first)
     checked: dict[str, Any] = plain(data)
     return checked
 
 
+def _states(law: Law, segments: list[Segment]) -> list[Array]:
+    """Return the state y = (q, v, latched) at every sample of a step, with the events of the law that it releases."""
+    memory, states = LawMemory(law), list[Array]()
+    for segment in segments:
+        for time, q, v in zip(segment.time - segments[0].time[0], segment.q.T, segment.v.T, strict=True):
+            state = np.concatenate((q, v))
+            last = states[-1][state.size :] if states else memory.begin(state)[state.size :]
+            states.append(memory.settled(float(time), np.concatenate((state, last))))
+    return states
+
+
+def _gain_matrices(law: Law) -> list[dict[str, Any]]:
+    """Return the matrices of a linear feedback in each piece of a law."""
+    return [
+        {
+            "name": matrix.name,
+            "rows": matrix.rows,
+            "columns": matrix.columns,
+            "value": matrix.values(law.table, matrix.first).tolist(),
+            "slope": None if matrix.slope is None else matrix.values(law.table, matrix.slope).tolist(),
+        }
+        for matrix in law.gain_matrices
+    ]
+
+
 def _torque_by_state(law: Law, motion: Motion, segments: list[Segment]) -> dict[str, dict[str, list[float]]]:
     """Return how each torque, without its limits, changes with angles, rates and foot speed, at every sample."""
     n = segments[0].q.shape[0]
-    slopes = {sign: demand_slope(law, n, sign) for sign in {segment.mode.sign for segment in segments}}
+    slopes = {sign: control_slope(law.control, sign) for sign in {segment.mode.sign for segment in segments}}
     columns = [*range(2, n), *range(n + 2, 2 * n), n]
-    begin, values = segments[0], []
-    held = np.zeros(0)
-    if law.hold is not None:
-        held = np.asarray(law.hold(begin.q[:, 0], begin.v[:, 0], law.table[:, 0])).ravel()
+    values, states = [], iter(_states(law, segments))
     for segment in segments:
-        for k, time in enumerate(segment.time - begin.time[0]):
-            now = np.concatenate((segment.q[:, k], segment.v[:, k], held))
+        for k, time in enumerate(segment.time - segments[0].time[0]):
+            now = next(states)
             piece = law.piece(law.measure(time, now) - (1e-9 if k else 0.0))  # the last sample belongs to this phase
             values.append(np.asarray(slopes[segment.mode.sign](time, now, law.table[:, piece]))[:, columns])
     names = [*motion.angles, *(f"{name}_rate" for name in motion.angles), "foot_speed"]

@@ -121,7 +121,7 @@ class _Poses:
         self._energy, self._momentum = FastCall(robot.energy, p), FastCall(robot.momentum, p)
         self._upright = FastCall(robot.upright, p)
         self._p, self._mass, self._size = p, float(robot.mass(p)), 0.0
-        self._gravity = p[[parameter.name for parameter in robot.parameters].index("gravity")]
+        self._gravity = p[robot.index("gravity")]
 
     def find(self, count: int, rng: np.random.Generator) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return (q, v) at which the guard falls through zero while armed, at most `count`."""

@@ -1,68 +1,102 @@
-"""Which piece of a law is in force along a motion."""
+"""The piece of a law that applies along a motion, and the sides of its actuators."""
 
+from bisect import bisect_right
 from collections.abc import Iterator
 
+import numpy as np
+
 from gaitopt.control.law import Law
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import SWITCH
+from gaitopt.simulation.closed_loop import SWITCH, torque_of
 
 MOST_SWITCHES = 20
-"""How often a law may change its form at one instant: its pieces, or the sides on which torques meet their limits."""
+"""Largest number of changes at one instant: of the piece, or of the sides on which torques meet their limits."""
 
 
 class ActivePiece:
-    """The pieces of a law, followed along a motion.
+    """The active piece of a law, followed along a motion.
 
     Parameters
     ----------
     law : Law
-    clock : float [s]
-    y : (n_y,) array
-        State where the motion begins.
+    here : (1 + n_y,) array
+        Clock [s] and state, shared with the integrator that moves them.
+    sides_in : Mode, optional
+        Contact mode in which the sides of the actuators are followed as well, as in
+        :func:`gaitopt.control.limits.split_at_limits`; by default the torque's limits are left to the law.
 
     Attributes
     ----------
-    clock : float [s]
-        How far the motion was followed.
+    piece : int
+    sides : tuple of float
+        Side of each actuator; empty for a law without limits, or if sides are not followed.
     """
 
-    def __init__(self, law: Law, clock: float, y: Array) -> None:
-        self.clock, self._law, self._repeats = clock, law, 0
-        self._piece = law.piece(law.measure(clock, y))
+    def __init__(self, law: Law, here: Array, sides_in: Mode | None = None) -> None:
+        self._law, self._here = law, here
+        self._breaks, self._last = law.breakpoints.tolist(), law.breakpoints.size - 1
+        self._measure = 0 if law.index is None else 1 + law.index
+        follow = law.limited and sides_in is not None
+        self._demand = FastCall(torque_of(law.control, sides_in)) if follow else None
+        self._switched, self._repeats = np.nan, 0
+        self.piece, self.sides = 0, tuple[float, ...]()
+
+    def begin(self) -> None:
+        """Find the piece and the sides that apply at the start of a motion."""
+        self._switched, self._repeats = np.nan, 0
+        self._enter(bisect_right(self._breaks, self._here.item(self._measure)) - 1)
 
     @property
     def data(self) -> Array:
-        """Column of the law's table in force, shape (n_d,)."""
-        return self._law.table[:, self._piece]
+        """Column of the table that applies, followed by the sides of the actuators if they are followed."""
+        column = self._law.table[:, self.piece]
+        return np.append(column, self.sides) if self.sides else column
 
     def end(self, until: float) -> float:
-        """Return when it ends to be, `until` at the latest; a law that does not go by the clock ends it by a guard."""
-        law, following = self._law, self._piece + 1
-        if law.index is not None or following >= law.breakpoints.size:
+        """Return the planned end of the piece, at most `until`; a piece of the state is ended by a guard instead."""
+        if self.piece >= self._last or self._measure:
             return until
-        return min(until, float(law.breakpoints[following]))
+        return min(until, self._breaks[self.piece + 1])
 
-    def advance(self, clock: float, event: str | None) -> str | None:
-        """Take the next piece at the end of this one or at a guard of the law, and return any other event."""
+    def advance(self, event: str | None) -> str | None:
+        """Enter the next piece at the end of this one or at a switch; return any other event.
+
+        Too many changes at one instant end in ``"singular"``.
+        """
         if event is None:
-            self._piece = min(self._piece + 1, self._law.breakpoints.size - 1)
+            self._enter(self.piece + 1)
         elif event.startswith(SWITCH):
-            self._repeats = self._repeats + 1 if clock == self.clock else 0
+            self._repeats = self._repeats + 1 if self._here[0] == self._switched else 0
+            self._switched = self._here[0]
             if self._repeats > MOST_SWITCHES:
                 return "singular"
-            self._piece += following_piece(int(event.removeprefix(SWITCH)))
-            event = None
-        self.clock = clock
+            self._switch(int(event.removeprefix(SWITCH)))
+            return None
         return event
 
+    def _switch(self, number: int) -> None:
+        count = len(self.sides)
+        if number >= 2 * count:
+            self._enter(self.piece + (1 if number - 2 * count else -1))  # the upper bound, or the lower one
+            return
+        sides = list(self.sides)
+        actuator, beyond = number % count, number < count
+        sides[actuator] = 0.0 if sides[actuator] else 1.0 if beyond else -1.0
+        self.sides = tuple(sides)
 
-def following_piece(switch: int) -> int:
-    """Return by how many pieces a law goes on where its lower (0) or upper (1) bound is met."""
-    return 1 if switch else -1
+    def _enter(self, piece: int) -> None:
+        self.piece = min(max(piece, 0), self._last)
+        if self._demand is not None:
+            column = self._law.table[:, self.piece]
+            demand = self._demand(self._here[0], self._here[1:], column)[0]
+            limits = column[-demand.size :]
+            self.sides = tuple(np.where(np.abs(demand) > limits, np.sign(demand), 0.0).tolist())
 
 
 def pieces(law: Law, clock: float, until: float) -> Iterator[tuple[int, float, float]]:
-    """Yield (piece, begin, end) of the stretches of a law by the clock between two clock times."""
+    """Yield (piece, begin, end) of the intervals of a law by the clock between two clock times."""
     while clock < until:
         piece = law.piece(clock)
         end = until if piece + 1 >= law.breakpoints.size else min(until, law.breakpoints[piece + 1])

@@ -1,31 +1,91 @@
-"""A robot under a law in one contact mode, as numbers in and numbers out.
+"""A robot under a law, and its equations in one contact mode as numbers in and numbers out.
 
-The state is y = (q, v), followed by what the law holds over a step; the same Functions the optimiser uses are composed
-with the law's Function once per robot, mode and law form.
+The state is y = (q, v, latched values of the law); the Functions that the optimiser uses are composed with the law's
+Function once per robot, mode and form of law.
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, demand_torque, latched_size
+from gaitopt.control.law import Law
+from gaitopt.control.signature import torque_in_state
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
 SLIP_GUARDS = ("painleve", "at rest", "lift-off", "touchdown", "fall")
 STICK_GUARDS = ("lift-off", "slip+", "slip-", "touchdown", "fall")
-"""Guards in order; where several fall through zero at once, the first counts.  In the paradox forces mean nothing."""
+"""Guards in order; if several fall through zero together, the first counts.  In the paradox forces mean nothing."""
 
 
 SWITCH = "switch "
-"""How the names of guards begin at which not the contact but the law changes its form."""
+"""Prefix of the guards at which a law changes its piece, or an actuator its side."""
+LAW_EVENT = "law event "
+"""Prefix of the guards of a law's own events."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoop:
+    """A robot with given parameters under a law.
+
+    Attributes
+    ----------
+    robot : Robot
+    law : Law
+    p : (n_p,) array
+        Parameter vector.
+    size : int
+        Entries of the state y = (q, v, latched).
+    key : bytes
+        The parameter vector, for caches.
+
+    Examples
+    --------
+    >>> from gaitopt import passive, rimless_wheel
+    >>> wheel = rimless_wheel()
+    >>> ClosedLoop(wheel, passive(wheel), wheel.vector(wheel.resolve({}))).equations(Mode.STICK).guard_names[0]
+    'lift-off'
+    """
+
+    robot: Robot
+    law: Law
+    p: Array
+    size: int = field(init=False)
+    key: bytes = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", 2 * self.robot.n_q + len(self.law.memory.values))
+        object.__setattr__(self, "key", self.p.tobytes())
+
+    def equations(self, mode: Mode) -> "ModeEquations":
+        """Return the equations of a contact mode under the law with its limits."""
+        return mode_equations(self.robot, mode, self.law.torque)
+
+    def data(self, clock: float, y: Array) -> Array:
+        """Return the column of the law's table that applies at a clock time in a state, shape (n_d,)."""
+        return self.law.data(clock, y)
+
+    def piece_shift(self, rate: Array) -> Array:
+        """Return d (instant at which the law changes its piece) / d y, shape (n_y,).
+
+        Zero if the clock decides the piece; otherwise the entry of the state that does so meets the bound earlier.
+
+        Parameters
+        ----------
+        rate : (n_y,) array
+            dy/dt until then.
+        """
+        shift, index = np.zeros(rate.size), self.law.index
+        if index is not None:
+            shift[index] = -1 / rate[index]
+        return shift
+
+
+@dataclass(frozen=True, eq=False)
+class ModeEquations:
     """The flow and the guards of one contact mode under one form of law.
 
     Attributes
@@ -40,7 +100,7 @@ class ClosedLoop:
     flow : (t, y, p, data) -> dy/dt (size)
     energy : (t, y, p, data) -> power of each actuator, then friction loss rate (n_u + 1) [W]
     guards : (t, y, p, data) -> values, armed
-        A touchdown counts only where `armed` is positive.
+        A touchdown counts only while `armed` is positive.
     """
 
     mode: Mode
@@ -53,10 +113,10 @@ class ClosedLoop:
 
 
 def paradox_guard(wellposed: ca.SX, mode: Mode) -> ca.SX:
-    """Return what stays positive while a slip mode is well posed.
+    """Return an expression that is positive while a slip mode is well posed.
 
-    Near Painleve's paradox the contact force grows without bound and an integrator would creep for ever, so the guard
-    falls through zero a little before: where the share of the mass that resists the slide is down to 1e-6.
+    Near Painleve's paradox the contact force grows without bound and the steps of an integrator vanish, so the guard
+    falls through zero slightly earlier: at a share of 1e-6 of the mass that resists the slide.
 
     Parameters
     ----------
@@ -68,62 +128,48 @@ def paradox_guard(wellposed: ca.SX, mode: Mode) -> ca.SX:
 
 
 @functools.lru_cache(maxsize=128)
-def closed_loop(robot: Robot, mode: Mode, torque: ca.Function) -> ClosedLoop:
-    """Return the closed loop of a robot, a mode and the Function of a law; composed once."""
-    n = robot.n_q
-    held = latched_size(torque)
-    t, y = ca.SX.sym("t"), ca.SX.sym("y", 2 * n + held)
-    p, data = ca.SX.sym("p", len(robot.parameters)), ca.SX.sym("data", torque.size1_in(3))
+def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquations:
+    """Return the equations of a robot in a contact mode under the Function of a law; composed once."""
+    n, latched = robot.n_q, control.size1_in(3)
+    t, y = ca.SX.sym("t"), ca.SX.sym("y", 2 * n + latched)
+    p, data = ca.SX.sym("p", len(robot.parameters)), ca.SX.sym("data", control.size1_in(5))
     q, v = y[:n], y[n : 2 * n]
-    u, switches = demand_torque(torque, t, y, data, mode.sign)
+    u, bounds, events = control(t, q, v, y[2 * n :], mode.sign, data)
     acceleration, force = robot.acceleration[mode](q, v, u, p)
     loss = -force[0] * v[0] if mode.slips else 0
     guard, _, armed = robot.touchdown(q, v, p)
     friction = p[robot.index("friction")]
     if mode.slips:
-        own = [paradox_guard(robot.wellposed(q, p), mode), mode.sign * v[0], force[1]]
+        contact = [paradox_guard(robot.wellposed(q, p), mode), mode.sign * v[0], force[1]]
     else:
         # f_t falls to -mu f_n: slip forward; f_t rises to +mu f_n: slip backward (over 1 + mu, so mu may be 0 or inf).
         share = 1 / (1 + friction)
         tangential, normal = share * force[0], (1 - share) * force[1]
-        own = [force[1], normal + tangential, normal - tangential]
-    guards = ca.vertcat(*own, guard, robot.upright(q, p), switches)
-    names = SLIP_GUARDS if mode.slips else STICK_GUARDS
+        contact = [force[1], normal + tangential, normal - tangential]
+    guards = ca.vertcat(*contact, guard, robot.upright(q, p), bounds, events)
+    names = [
+        *(SLIP_GUARDS if mode.slips else STICK_GUARDS),
+        *(f"{SWITCH}{i}" for i in range(bounds.numel())),
+        *(f"{LAW_EVENT}{i}" for i in range(events.numel())),
+    ]
     moving = [*([0] if mode.slips else []), *range(2, n)]
 
     def function(name: str, *outputs: ca.SX) -> ca.Function:
         return ca.Function(name, [t, y, p, data], ca.cse([ca.densify(ca.SX(e)) for e in outputs]))
 
-    return ClosedLoop(
+    return ModeEquations(
         mode=mode,
-        guard_names=(*names, *(f"{SWITCH}{i}" for i in range(switches.numel()))),
+        guard_names=tuple(names),
         active=tuple(moving + [n + i for i in moving]),
-        size=2 * n + held,
-        flow=function("flow", ca.vertcat(v, acceleration, ca.SX.zeros(held))),
+        size=2 * n + latched,
+        flow=function("flow", ca.vertcat(v, acceleration, ca.SX.zeros(latched))),
         energy=function("energy", ca.vertcat(u * robot.joint_rates(q, v, p), loss)),
         guards=function("guards", guards, armed),
     )
 
 
 @functools.lru_cache(maxsize=128)
-def demand_of(torque: ca.Function, mode: Mode) -> ca.Function:
+def torque_of(control: ca.Function, mode: Mode) -> ca.Function:
     """Return (clock, y, data) -> torque of a law in a contact mode."""
-    clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * torque.size1_in(1) + latched_size(torque))
-    data = ca.SX.sym("data", torque.size1_in(3))
-    return ca.Function("demand", [clock, y, data], [ca.densify(demand_torque(torque, clock, y, data, mode.sign)[0])])
-
-
-def piece_shift(law: Law, before: Array) -> Array:
-    """Return d (instant at which a law goes over into another piece) / d y, shape (n_y,).
-
-    Zero where the clock tells the piece; else the entry of the state that does meets the bound that much earlier.
-
-    Parameters
-    ----------
-    before : (n_y,) array
-        dy/dt until then.
-    """
-    shift = np.zeros(before.size)
-    if law.index is not None:
-        shift[law.index] = -1 / before[law.index]
-    return shift
+    torque, clock, y, data = torque_in_state(control, mode.sign)
+    return ca.Function("torque", [clock, y, data], [ca.densify(torque)])

@@ -7,47 +7,44 @@ from bisect import bisect_right
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, latched_size
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import demand_of
+from gaitopt.simulation.closed_loop import ClosedLoop, torque_of
 
 REST = 1e-12
 """Foot speeds below this [m/s] count as rest; impacts and located events leave exact zeros."""
 
 
 class ContactChoice:
-    """Chooses the mode in which a foot on the ground goes on.
+    """The choice of the contact mode in which a foot on the ground continues.
 
     A moving foot slides.  A foot at rest sticks if the sticking force lies in the friction cone; otherwise it slides
     against the excess of that force.
 
     Parameters
     ----------
-    robot : Robot
-    law : Law
-    p : (n_p,) array
-        Parameter vector.
+    loop : ClosedLoop
     """
 
-    def __init__(self, robot: Robot, law: Law, p: Array) -> None:
-        self.friction = float(p[robot.index("friction")])
-        self._robot, self._law, self._p, self._speed = robot, law, p, 1 + robot.n_q
+    def __init__(self, loop: ClosedLoop) -> None:
+        robot, law = loop.robot, loop.law
+        self.friction = float(loop.p[robot.index("friction")])
+        self._loop, self._speed = loop, 1 + robot.n_q
         self._breaks, self._index = law.breakpoints.tolist(), law.index
         self._forces: dict[int, FastCall] = {}
-        self._here = np.zeros(1 + 2 * robot.n_q + latched_size(law.torque))
+        self._here = np.zeros(1 + loop.size)
 
     def choose(self, clock: float, y: Array, *, leaving: Mode | None = None) -> Mode:
-        """Return the mode in which the foot goes on.
+        """Return the mode in which the foot continues.
 
         Parameters
         ----------
         clock : float [s]
         y : (n_y,) array
-            State, followed by what the law holds.
+            y = (q, v, latched values of the law).
         leaving : Mode, optional
             A slip mode that has just come to rest and so cannot be chosen again.
 
@@ -75,16 +72,17 @@ class ContactChoice:
         return Mode.STICK if chosen is leaving else chosen
 
     def _force(self, piece: int) -> FastCall:
-        """Return what computes the force (f_t, f_n) [N] that keeps the foot at rest, in a piece of the law."""
-        force, data = _resting_force(self._robot, self._law.torque), self._law.table[:, piece]
-        self._forces[piece] = FastCall(force, self._p, data, shared=self._here)
+        """Return the Function of the force (f_t, f_n) [N] that keeps the foot at rest, in a piece of the law."""
+        loop = self._loop
+        force, data = _resting_force(loop.robot, loop.law.torque), loop.law.table[:, piece]
+        self._forces[piece] = FastCall(force, loop.p, data, shared=self._here)
         return self._forces[piece]
 
 
 @functools.lru_cache(maxsize=128)
-def _resting_force(robot: Robot, torque: ca.Function) -> ca.Function:
+def _resting_force(robot: Robot, control: ca.Function) -> ca.Function:
     """Return (clock, y, p, data) -> force that keeps a foot at rest under a law."""
-    demand, n, p = demand_of(torque, Mode.STICK), robot.n_q, ca.SX.sym("p", len(robot.parameters))
-    clock, y, data = demand.sx_in()
-    _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], demand(clock, y, data), p)
+    torque, n, p = torque_of(control, Mode.STICK), robot.n_q, ca.SX.sym("p", len(robot.parameters))
+    clock, y, data = torque.sx_in()
+    _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], torque(clock, y, data), p)
     return ca.Function("resting_force", [clock, y, p, data], ca.cse([force]))

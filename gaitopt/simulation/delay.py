@@ -1,8 +1,8 @@
-"""Walks whose law reads the state as it was some time ago.
+"""Walks whose law reads the state with a delay.
 
 A sensor takes readings at equal intervals, and each reaches the law after the delay, which uses it until the next one
-comes: between arrivals what the law reads is constant, so a walk is an ordinary differential equation from arrival to
-arrival and is integrated as exactly as any.  A pure delay would be one of infinite dimension.
+arrives: between arrivals the law reads constants, so a walk is an ordinary differential equation from arrival to
+arrival and is integrated as exactly as any other.  A pure delay would have a state of infinite dimension.
 """
 
 from collections import deque
@@ -12,132 +12,135 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law, latched_size
-from gaitopt.errors import InputError
+from gaitopt.control.law import Law
+from gaitopt.control.signature import control_function, inputs_of, make_memory
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.engine import Arc, Engine
+from gaitopt.simulation.engine import Arc, Engine, join_arcs
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 
 READINGS = 4
-"""Readings taken in the time of one delay, so that what the law reads is 1 to 1.25 delays old."""
+"""Readings taken within one delay, so that the age of what the law reads is 1 to 1.25 delays."""
 SIMULTANEOUS = 1e-12
-"""Times nearer to each other than this are one [s]."""
+"""Times nearer to each other than this are equal [s]."""
 
 
 def delay_readings(law: Law) -> Law:
-    """Return a law that takes its state from its first latched values, which :class:`DelayedReadings` sets.
+    """Return a law that takes its state from its first latched values, which :class:`DelayedWalker` sets.
 
     Parameters
     ----------
     law : Law
-        The clock, reset at touchdown, is its own and not late; nor is the sign of the slide, for laws that want it.
+        Its clock, reset at touchdown, is not delayed; nor is the sign of the slide.
     """
-    size = 2 * law.torque.size1_in(1)
-    held, slide = ca.SX.sym("held", size + latched_size(law.torque)), ca.SX.sym("slide")
-
-    def late(function: ca.Function) -> ca.Function:
-        clock, q, v, data = function.sx_in()[:4]
-        more = [held[size:], slide] if function.n_in() > 4 else []
-        outputs = function.call([clock, held[: size // 2], held[size // 2 : size], data, *more])
-        return ca.Function(function.name(), [clock, q, v, data, held, slide], outputs)
-
-    _, q, v, data = law.torque.sx_in()[:4]
-    own = [] if law.hold is None else [law.hold(q, v, data)]
-    return replace(
-        law,
-        torque=late(law.torque),
-        hold=ca.Function("hold", [q, v, data], [ca.vertcat(q, v, *own)]),
-        demand=law.demand and late(law.demand),
-        index=None if law.index is None else size + law.index,
+    n = law.control.size1_in(1)
+    inputs = inputs_of(law.control, latched=2 * n)
+    reading, inner = inputs.latched[: 2 * n], inputs.latched[2 * n :]
+    seen = inputs._replace(q=reading[:n], v=reading[n:], latched=inner)
+    torque, bounds, guards = law.control(*seen)
+    events = law.memory.events
+    own = law.memory.reset(*seen[:4], seen.data)
+    kept = make_memory(
+        inputs,
+        ca.vertcat(inputs.q, inputs.v, law.memory.latch(inputs.q, inputs.v, inputs.data)),
+        values=[*(f"reading {i}" for i in range(2 * n)), *law.memory.values],
+        events=events,
+        reset=ca.vertcat(ca.repmat(reading, 1, len(events)), own),
     )
+    control = control_function(inputs, torque, bounds=bounds, guards=guards)
+    return replace(law, control=control, memory=kept, index=None if law.index is None else 2 * n + law.index)
 
 
 class _Reading(NamedTuple):
-    """What arrives at a time: a state (q, v), and what the law holds from then on, if it was read at a touchdown."""
+    """A state (q, v) that arrives at a time; from a touchdown also the values that the law latches then."""
 
     arrival: float
     state: Array
-    own: Array | None
+    latched: Array | None
 
 
-class DelayedReadings:
-    """An engine for one walk under a law made by :func:`delay_readings`: it sets what the law reads at each arrival.
+class DelayedWalker:
+    """A walker whose law reads the state late, for one walk: it remembers the readings under way from step to step.
 
-    At a touchdown readings under way change their legs as the robot does.  What a law holds over a step it takes from
-    the state after the touchdown, when that arrives.
+    At a touchdown the readings under way change their legs as the robot does.  The law latches values of a touchdown
+    when the reading of that touchdown arrives.  The state of such a walk is more than (q, v), so it has no return map
+    and no derivative.
 
     Parameters
     ----------
+    robot : Robot
+    law : Law
+    p : (n_p,) array
     engine : Engine
     delay : float [s]
+    step_time_limit : float [s]
     """
 
-    def __init__(self, engine: Engine, delay: float) -> None:
-        self.name, self._engine, self._delay = engine.name, engine, delay
+    def __init__(
+        self, robot: Robot, law: Law, p: Array, engine: Engine, *, delay: float, step_time_limit: float = 10.0
+    ) -> None:
+        self._walker = Walker(robot, delay_readings(law), p, engine, step_time_limit=step_time_limit)
+        self.robot, self.law, self.p, self.engine, self.delay = robot, self._walker.law, p, engine, delay
         self._under_way = deque[_Reading]()
-        self._held: Array | None = None
-        self._landed, self._next = True, 0.0
+        self._reading: Array | None = None
+        self._latched = np.zeros(0)
+        self._begin, self._next = True, 0.0
 
-    def flow(
-        self,
-        robot: Robot,
-        law: Law,
-        mode: Mode,
-        clock: float,
-        state: Array,
-        p: Array,
-        *,
-        until: float,
-        record: bool = False,
-    ) -> Arc:
-        """Integrate one contact mode from arrival to arrival; see :class:`gaitopt.simulation.engine.Engine`."""
-        n, y, event = robot.n_q, np.array(state, dtype=float), None
-        if self._landed:
+    def torque(self, mode: Mode, clock: float, y: Array) -> Array:
+        """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
+        return self._walker.torque(mode, clock, y)
+
+    def stride(self, state: Array, *, record: bool = False) -> Stride:
+        """Walk the next step of the walk; see :meth:`gaitopt.simulation.hybrid_automaton.Walker.stride`."""
+        self._begin = True
+        stride = self._walker.stride(state, record=record, flow=self._flow)
+        if stride.following is not None:
+            self._touch_down(stride)
+        return stride
+
+    def _flow(self, mode: Mode, clock: float, state: Array, until: float, record: bool) -> Arc:
+        """Integrate one contact mode from arrival to arrival."""
+        n, y, event = self.robot.n_q, np.array(state, dtype=float), None
+        if self._begin:
             self._begin_step(y, n)
         arcs: list[Arc] = []
         while event is None and clock < until:
             self._take(clock, y, n)
-            y[2 * n :] = self._held
             end = min([until, self._next, *[reading.arrival for reading in self._under_way]])
-            arcs.append(self._engine.flow(robot, law, mode, clock, y, p, until=end, record=record))
+            arcs.append(self.engine.flow(self._walker.loop, mode, clock, y, until=end, record=record))
             clock, y, event = arcs[-1].time.item(-1), arcs[-1].states[:, -1].copy(), arcs[-1].event
-        if event == "touchdown":
-            self._land(robot, clock, p)
-        return _joined(arcs)
-
-    def sensitivity(
-        self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
-    ) -> Array:
-        """Raise: the state of a walk with readings under way is more than (q, v)."""
-        raise InputError("A walk whose readings are late has no derivative by its state alone.")
+        return join_arcs(arcs)
 
     def _begin_step(self, y: Array, n: int) -> None:
-        """Read the state after a touchdown; the first of a walk is known at once."""
-        self._landed, self._next = False, self._delay / READINGS
-        if self._held is None:
-            self._held = y[2 * n :].copy()
-        self._under_way.append(_Reading(self._delay, y[: 2 * n].copy(), y[4 * n :].copy()))
+        """Read the state after a touchdown; the first reading of a walk is known immediately."""
+        self._begin, self._next = False, self.delay / READINGS
+        self._under_way.append(_Reading(self.delay, y[: 2 * n].copy(), y[4 * n :].copy()))
+        if self._reading is None:
+            self._reading = y[2 * n : 4 * n].copy()
+        else:
+            y[4 * n :] = self._latched
 
     def _take(self, clock: float, y: Array, n: int) -> None:
-        """Take what has arrived, and the reading that is due."""
-        assert self._held is not None
+        """Use the readings that have arrived, and take the one that is due."""
+        assert self._reading is not None
         if self._next <= clock + SIMULTANEOUS:
-            self._under_way.append(_Reading(clock + self._delay, y[: 2 * n].copy(), None))
-            self._next = clock + self._delay / READINGS
+            self._under_way.append(_Reading(clock + self.delay, y[: 2 * n].copy(), None))
+            self._next = clock + self.delay / READINGS
         while self._under_way and self._under_way[0].arrival <= clock + SIMULTANEOUS:
             reading = self._under_way.popleft()
-            own = self._held[2 * n :] if reading.own is None else reading.own
-            self._held = np.concatenate([reading.state, own])
+            self._reading = reading.state
+            if reading.latched is not None:
+                y[4 * n :] = reading.latched
+        y[2 * n : 4 * n] = self._reading
 
-    def _land(self, robot: Robot, clock: float, p: Array) -> None:
-        """Let the readings under way, and the last one, change their legs, and count their time from the touchdown."""
-        assert self._held is not None
-        size = 2 * robot.n_q
-        self._landed = True
-        self._held[:size] = _swapped(robot, self._held[:size], p)
+    def _touch_down(self, stride: Stride) -> None:
+        """Change the legs of the readings under way and of the last one, and count time from the touchdown."""
+        assert self._reading is not None
+        self._reading = _swapped(self.robot, self._reading, self.p)
+        self._latched = stride.arcs[-1][1].states[4 * self.robot.n_q :, -1].copy()
         self._under_way = deque(
-            _Reading(reading.arrival - clock, _swapped(robot, reading.state, p), reading.own)
+            _Reading(reading.arrival - stride.duration, _swapped(self.robot, reading.state, self.p), reading.latched)
             for reading in self._under_way
         )
 
@@ -145,16 +148,3 @@ class DelayedReadings:
 def _swapped(robot: Robot, state: Array, p: Array) -> Array:
     n = robot.n_q
     return np.concatenate([np.asarray(part).ravel() for part in robot.swap(state[:n], state[n:], p)])
-
-
-def _joined(arcs: list[Arc]) -> Arc:
-    """Return arcs that follow each other as one, their energies added up."""
-    time = np.concatenate([arc.time if k == 0 else arc.time[1:] for k, arc in enumerate(arcs)])
-    states = np.hstack([arc.states if k == 0 else arc.states[:, 1:] for k, arc in enumerate(arcs)])
-    if arcs[0].energy is None:
-        return Arc(time[[0, -1]], states[:, [0, -1]], arcs[-1].event)
-    energy = [arcs[0].energy]
-    for arc in arcs[1:]:
-        assert arc.energy is not None
-        energy.append(energy[-1][:, -1:] + arc.energy[:, 1:])
-    return Arc(time, states, arcs[-1].event, np.hstack(energy))

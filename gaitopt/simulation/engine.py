@@ -1,24 +1,26 @@
-"""Arcs: what an engine returns, and what every engine can do."""
+"""Arcs of a simulated motion, and the protocol of the engines that integrate them."""
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-from gaitopt.control.law import Law
+import numpy as np
+
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.closed_loop import ClosedLoop
 
 
 class Arc(NamedTuple):
-    """A smooth stretch of simulated motion in one contact mode.
+    """A smooth part of a simulated motion in one contact mode.
 
     Attributes
     ----------
     time : (K,) array [s]
         Clock since the start of the step; only the two ends unless the arc was recorded.
     states : (n_y, K) array
-        y = (q, v), followed by what the law holds over the step.
+        y = (q, v, latched values of the law).
     event : str or None
-        Name of the guard that ended it, or "singular" where the integrator could not go on; None at the time limit.
+        Name of the guard that ended it, or "singular" if the integrator could not continue; None at the time limit.
     energy : (n_u + 1, K) array or None [J]
         Work of each actuator and friction loss since the arc began; None unless recorded.
     """
@@ -32,46 +34,51 @@ class Arc(NamedTuple):
 class Engine(Protocol):
     """An integrator with event location.
 
-    Engines agree to 1e-9; which one runs decides speed, not results.
+    Engines agree to 1e-9; the choice affects speed, not results.
     """
 
     name: str
 
     def flow(
-        self,
-        robot: Robot,
-        law: Law,
-        mode: Mode,
-        clock: float,
-        state: Array,
-        p: Array,
-        *,
-        until: float,
-        record: bool = False,
+        self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float, record: bool = False
     ) -> Arc:
         """Integrate one contact mode until a guard falls through zero, or the clock reaches `until`.
 
+        The pieces of the law are followed inside; an event of the law ends the arc, and whoever walks on resets the
+        latched values.
+
         Parameters
         ----------
-        robot : Robot
-        law : Law
+        loop : ClosedLoop
         mode : Mode
         clock : float [s]
             Time since the start of the step.
         state : (n_y,) array
-            y = (q, v), followed by what the law holds over the step.
-        p : (n_p,) array
+            y = (q, v, latched values of the law).
         until : float [s]
         record : bool
             Whether to sample the motion and integrate its energies, for plots and ledgers.
         """
         ...
 
-    def sensitivity(
-        self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
-    ) -> Array:
+    def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
         """Return d y(until) / d y(clock) at fixed times, shape (n_y, n_y), without watching guards.
 
-        Entries are nan where the integrator cannot go on to `until`.
+        Entries are nan if the integrator cannot continue to `until`.
         """
         ...
+
+
+def join_arcs(arcs: Sequence[Arc]) -> Arc:
+    """Return arcs that follow each other as one, their energies added up."""
+    if len(arcs) == 1:
+        return arcs[0]
+    time = np.concatenate([arc.time if k == 0 else arc.time[1:] for k, arc in enumerate(arcs)])
+    states = np.hstack([arc.states if k == 0 else arc.states[:, 1:] for k, arc in enumerate(arcs)])
+    if arcs[0].energy is None:
+        return Arc(time[[0, -1]], states[:, [0, -1]], arcs[-1].event)
+    energy = [arcs[0].energy]
+    for arc in arcs[1:]:
+        assert arc.energy is not None
+        energy.append(energy[-1][:, -1:] + arc.energy[:, 1:])
+    return Arc(time, states, arcs[-1].event, np.hstack(energy))

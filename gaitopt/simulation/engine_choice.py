@@ -1,4 +1,4 @@
-"""Which engine runs."""
+"""The choice of the engine."""
 
 from importlib.util import find_spec
 
@@ -13,25 +13,26 @@ NAMES = ("auto", "heyoka", "scipy")
 
 
 def default_engine(law: Law | None = None) -> Engine:
-    """Return the fastest engine that can walk under a law: heyoka where it is installed, else scipy.
+    """Return the fastest engine that can follow a law: heyoka if it is installed, otherwise scipy.
 
     Parameters
     ----------
     law : Law, optional
-        Passive by default.  heyoka cannot follow torques that are not smooth, such as ``fabs`` or ``if_else``.
+        Passive by default.  heyoka cannot follow torques or guards that are not smooth, such as ``fabs`` or
+        ``if_else``.
 
     Examples
     --------
     >>> default_engine().name in ("heyoka", "scipy")
     True
     """
-    if find_spec("heyoka") and (law is None or can_follow(law.demand or law.torque)):
+    if find_spec("heyoka") and (law is None or can_follow(law.control)):
         return HeyokaEngine()
     return ScipyEngine()
 
 
 def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
-    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest that can walk under a law.
+    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest one that can follow a law.
 
     Raises
     ------
@@ -54,7 +55,7 @@ def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
 
 
 def faster_walks(engine: Engine) -> str | None:
-    """Return what to do for faster walks than with an engine, or None where nothing is to be gained by installing.
+    """Return advice for faster walks than with an engine, or None if no installation makes them faster.
 
     Examples
     --------

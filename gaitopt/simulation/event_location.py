@@ -10,7 +10,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import SWITCH, ClosedLoop
+from gaitopt.simulation.closed_loop import SWITCH, ModeEquations
 
 SIMULTANEOUS = 1e-4
 """Part of a span after which the sign of a guard that starts at zero is looked at."""
@@ -20,27 +20,27 @@ ROUNDING = 1e-9
 
 
 class EventWatch:
-    """The guards of a closed loop with parameters and data, watched along a motion.
+    """The guards of a contact mode with parameters and data, watched along a motion.
 
     Parameters
     ----------
-    loop : ClosedLoop
+    equations : ModeEquations
     p : (n_p,) array
     data : (n_d,) array
     clock : float [s]
     y : (n_y,) array
         Where the motion begins.
     law_only : bool
-        Whether only those guards count at which the law changes its form.
+        Whether only those guards count at which the law changes its piece.
     """
 
     def __init__(
-        self, loop: ClosedLoop, p: Array, data: Array, clock: float, y: Array, *, law_only: bool = False
+        self, equations: ModeEquations, p: Array, data: Array, clock: float, y: Array, *, law_only: bool = False
     ) -> None:
-        self._guards, self._size = FastCall(loop.guards, p, data), loop.size
-        names = enumerate(loop.guard_names)
+        self._guards, self._size = FastCall(equations.guards, p, data), equations.size
+        names = enumerate(equations.guard_names)
         self._watched = [(i, name) for i, name in names if not law_only or name.startswith(SWITCH)]
-        self._before = self._guards(clock, y[: loop.size])[0].copy()
+        self._before = self._guards(clock, y[: equations.size])[0].copy()
 
     def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[str | None, float]:
         """Return the first guard that falls through zero in a time span that goes on from the last, and when.

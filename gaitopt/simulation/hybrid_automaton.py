@@ -1,8 +1,8 @@
 """The hybrid automaton: one step of a walk, from a state after touchdown to the next touchdown."""
 
+import itertools
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
-
-import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.model.contacts.impact import Impact, TouchdownMap
@@ -10,9 +10,11 @@ from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import demand_of
+from gaitopt.simulation.closed_loop import LAW_EVENT, ClosedLoop, torque_of
 from gaitopt.simulation.contact_choice import REST, ContactChoice
-from gaitopt.simulation.engine import Arc, Engine
+from gaitopt.simulation.engine import Arc, Engine, join_arcs
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.law_memory import LawMemory
 from gaitopt.status import Stop
 
 STOPS = {
@@ -23,6 +25,8 @@ STOPS = {
     None: Stop.NO_TOUCHDOWN,
 }
 """Reasons for which an arc ends a walk."""
+Flow = Callable[[Mode, float, Array, float, bool], Arc]
+"""(mode, clock, y, until, record) -> arc, as :meth:`Engine.flow` for one closed loop."""
 SLIDES = {mode.value: mode for mode in PHYSICAL if mode.slips}
 
 
@@ -32,6 +36,7 @@ class Stride(NamedTuple):
     Attributes
     ----------
     arcs : tuple of (Mode, Arc)
+        An event of the law ends an arc too, so two that follow each other may have the same mode.
     stop : Stop or None
         None when the step ended in a touchdown.
     impact : Impact or None
@@ -50,9 +55,25 @@ class Stride(NamedTuple):
         return float(self.arcs[-1][1].time[-1]) if self.arcs else 0.0
 
     @property
+    def phases(self) -> tuple[tuple[Mode, Arc], ...]:
+        """Arcs between changes of the contact mode: those on both sides of an event of the law are one."""
+        if not any(_by_the_law(arc) for _, arc in self.arcs[:-1]):
+            return self.arcs
+        numbers = [0]
+        for (mode, arc), (following, _) in itertools.pairwise(self.arcs):
+            numbers.append(numbers[-1] + (following is not mode or not _by_the_law(arc)))
+        groups = itertools.groupby(zip(numbers, self.arcs, strict=True), key=lambda pair: pair[0])
+        parts = [[arc for _, arc in group] for _, group in groups]
+        return tuple((part[0][0], join_arcs([arc for _, arc in part])) for part in parts)
+
+    @property
     def modes(self) -> tuple[Mode, ...]:
         """Contact modes in order."""
-        return tuple(mode for mode, _ in self.arcs)
+        return tuple(mode for mode, _ in self.phases)
+
+
+def _by_the_law(arc: Arc) -> bool:
+    return arc.event is not None and arc.event.startswith(LAW_EVENT)
 
 
 class Walker:
@@ -74,24 +95,22 @@ class Walker:
     ) -> None:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
         self.step_time_limit, self.most_events = step_time_limit, most_events
-        self.contact = ContactChoice(robot, law, p)
-        self._torque: dict[Mode, FastCall] = {mode: FastCall(demand_of(law.torque, mode)) for mode in PHYSICAL}
-        self._hold = None if law.hold is None else FastCall(law.hold, law.table[:, 0])
+        self.loop = ClosedLoop(robot, law, p)
+        self.contact, self.memory = ContactChoice(self.loop), LawMemory(law)
+        self._torque: dict[Mode, FastCall] = {
+            mode: FastCall(torque_of(law.torque, mode)) for mode in PHYSICAL if mode is not Mode.FREE
+        }
         self._landing = TouchdownMap(robot, p)
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
-        piece = self.law.piece(self.law.measure(clock, y))
-        return self._torque[mode](clock, y, self.law.table[:, piece])[0]
+        return self._torque[mode](clock, y, self.loop.data(clock, y))[0]
 
     def begin(self, state: Array) -> Array:
-        """Return the state y at the start of a step: (q, v), followed by what the law holds over it."""
-        if self._hold is None:
-            return np.array(state, dtype=float)
-        n = self.robot.n_q
-        return np.concatenate((state, self._hold(state[:n], state[n:])[0]))
+        """Return the state y at the start of a step: (q, v), followed by the latched values of the law."""
+        return self.memory.begin(state)
 
-    def stride(self, state: Array, *, record: bool = False) -> Stride:
+    def stride(self, state: Array, *, record: bool = False, flow: Flow | None = None) -> Stride:
         """Walk one step.
 
         Parameters
@@ -100,22 +119,22 @@ class Walker:
             (q, v) after a touchdown and leg swap.
         record : bool
             Whether arcs are sampled for plots and ledgers.
+        flow : callable, optional
+            Integrates instead of the engine, such as one for late sensor readings.
 
         Raises
         ------
         InputError
-            If the foot slides despite infinite friction.
+            If the foot slides despite infinite friction, or the law has events without end.
         """
-        n, clock, choose = self.robot.n_q, 0.0, self.contact.choose
+        n, clock, choose, flow = self.robot.n_q, 0.0, self.contact.choose, flow or self._flow
         state = self.begin(state)
         if abs(state[n]) <= REST:
             state[n] = 0.0
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
         for _ in range(self.most_events):
-            arc = self.engine.flow(
-                self.robot, self.law, mode, clock, state, self.p, until=self.step_time_limit, record=record
-            )
+            arc = flow(mode, clock, state, self.step_time_limit, record)
             arcs.append((mode, arc))
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
             if event == "touchdown":
@@ -126,8 +145,53 @@ class Walker:
                 mode = choose(clock, state, leaving=mode)
             elif event in SLIDES:
                 mode = SLIDES[event]
+            elif _by_the_law(arc):
+                state = self.memory.after(law_event(arc), clock, state)
+                mode = choose(clock, state)
             else:
                 if event == "painleve" and clock == began:
-                    arcs.pop()  # not even begun
+                    arcs.pop()  # the mode has no duration
                 return Stride(tuple(arcs), STOPS[event], None, None)
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
+
+    def _flow(self, mode: Mode, clock: float, state: Array, until: float, record: bool) -> Arc:
+        return self.engine.flow(self.loop, mode, clock, state, until=until, record=record)
+
+
+def law_event(arc: Arc) -> int:
+    """Return the number of the law's event that ended an arc."""
+    return int(str(arc.event).removeprefix(LAW_EVENT))
+
+
+def make_walker(
+    robot: Robot,
+    law: Law,
+    parameters: Mapping[str, float],
+    *,
+    period: float | None = None,
+    engine: Engine | None = None,
+) -> Walker:
+    """Return the walker of a robot under a law, with the fastest engine that can run the law.
+
+    Parameters
+    ----------
+    robot : Robot
+    law : Law
+    parameters : mapping of str to float
+        All parameters of the robot and of the ground, such as those of a motion or of a cycle.
+    period : float, optional [s]
+        Of the gait near which it walks: a step of three periods without a touchdown ends the walk.
+    engine : Engine, optional
+
+    Examples
+    --------
+    >>> from gaitopt import feedforward, compass_biped, load
+    >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
+    >>> law = feedforward(robot, gait.motion)
+    >>> make_walker(robot, law, gait.motion.parameters, period=gait.period).law.name
+    'feedforward'
+    """
+    walker = Walker(robot, law, robot.vector(parameters), engine or default_engine(law))
+    if period is not None:
+        walker.step_time_limit = 3 * period
+    return walker

@@ -8,13 +8,11 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853, DenseOutput
 
-from gaitopt.control.law import Law
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.active_piece import ActivePiece
-from gaitopt.simulation.closed_loop import closed_loop, piece_shift
+from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.event_location import EventWatch, spans_of
 
@@ -42,57 +40,52 @@ class ScipyEngine:
     name = "scipy"
 
     def flow(
-        self,
-        robot: Robot,
-        law: Law,
-        mode: Mode,
-        clock: float,
-        state: Array,
-        p: Array,
-        *,
-        until: float,
-        record: bool = False,
+        self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float, record: bool = False
     ) -> Arc:
         """Integrate one contact mode; see :class:`gaitopt.simulation.engine.Engine`."""
-        loop = closed_loop(robot, mode, law.torque)
+        equations, p = loop.equations(mode), loop.p
         n_y, event = loop.size, None
-        start = np.concatenate([state, np.zeros(robot.n_u + 1)]) if record else np.array(state, dtype=float)
-        times, states, course = [clock], [start], ActivePiece(law, clock, start)
-        while course.clock < until and event is None:
-            end = course.end(until)
-            watch = EventWatch(loop, p, course.data, course.clock, states[-1])
-            rates = [FastCall(f, p, course.data) for f in ((loop.flow, loop.energy) if record else (loop.flow,))]
-            for dense, span in self._spans(rates, n_y, course.clock, end, states[-1]):
+        start = np.concatenate([state, np.zeros(loop.robot.n_u + 1)]) if record else np.array(state, dtype=float)
+        times, states, here = [clock], [start], np.concatenate(([clock], start[:n_y]))
+        active = ActivePiece(loop.law, here)
+        active.begin()
+        functions = (equations.flow, equations.energy) if record else (equations.flow,)
+        while times[-1] < until and event is None:
+            end, data = active.end(until), active.data
+            watch = EventWatch(equations, p, data, times[-1], states[-1])
+            rates = [FastCall(function, p, data) for function in functions]
+            for dense, span in self._spans(rates, n_y, times[-1], end, states[-1]):
                 event, at = watch.first(dense, span)
                 times.append(at)
                 states.append(dense(at) if at > span[0] else states[-1])
                 if event is not None:
                     break
             if event is None and times[-1] < end:
-                event = "singular"  # the integrator gave up
-            event = course.advance(times[-1], event)
+                event = "singular"  # the integrator cannot continue
+            here[0], here[1:] = times[-1], states[-1][:n_y]
+            event = active.advance(event)
         time, path = np.array(times), np.array(states).T
         if not record:
             return Arc(time[[0, -1]], path[:, [0, -1]], event)
         return Arc(time, path[:n_y], event, path[n_y:])
 
-    def sensitivity(
-        self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
-    ) -> Array:
+    def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
         """Integrate the variational equations along the very path that :meth:`flow` follows.
 
-        Where a motion creeps, its derivative grows so large that a path of other steps, within the tolerance of this
-        one, would not do.  See :class:`gaitopt.simulation.engine.Engine`.
+        Near Painleve's paradox the derivative grows so large that a path with other steps, within the tolerance of
+        this one, would not do.  See :class:`gaitopt.simulation.engine.Engine`.
         """
-        loop = closed_loop(robot, mode, law.torque)
-        n_y, y, matrix = loop.size, np.array(state, dtype=float), np.eye(loop.size)
-        course, before, event = ActivePiece(law, clock, y), None, None
-        while course.clock < until and event is None:
-            end, reached = course.end(until), course.clock
-            flow, slope = FastCall(loop.flow, p, course.data), FastCall(_slope(loop.flow), p, course.data)
+        equations, p, n_y = loop.equations(mode), loop.p, loop.size
+        y, matrix = np.array(state, dtype=float), np.eye(n_y)
+        here, before, event, reached = np.concatenate(([clock], y)), None, None, clock
+        active = ActivePiece(loop.law, here)
+        active.begin()
+        while reached < until and event is None:
+            end, data = active.end(until), active.data
+            flow, slope = FastCall(equations.flow, p, data), FastCall(_slope(equations.flow), p, data)
             if before is not None:
-                matrix += np.outer(before - flow(reached, y)[0], piece_shift(law, before) @ matrix)
-            watch = EventWatch(loop, p, course.data, reached, y, law_only=True)
+                matrix += np.outer(before - flow(reached, y)[0], loop.piece_shift(before) @ matrix)
+            watch = EventWatch(equations, p, data, reached, y, law_only=True)
             for dense in self._steps([flow], n_y, reached, end, y):
                 event, reached = watch.first_in_step(dense, self.samples)
                 matrix, y = self._varied(slope, dense, reached, matrix), dense(reached)
@@ -101,7 +94,8 @@ class ScipyEngine:
             if event is None and (reached < end or not np.all(np.isfinite(matrix))):
                 return np.full((n_y, n_y), np.nan)
             before = flow(reached, y)[0].copy()
-            event = course.advance(reached, event)
+            here[0], here[1:] = reached, y
+            event = active.advance(event)
         return matrix
 
     def _varied(self, slope: FastCall, dense: DenseOutput, end: float, matrix: Array) -> Array:
@@ -128,7 +122,7 @@ class ScipyEngine:
                 yield dense, span
 
     def _steps(self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array) -> Iterator[DenseOutput]:
-        """Yield the dense output of each step of the integrator; it ends early where the integrator cannot go on."""
+        """Yield the dense output of each step of the integrator; it ends early if the integrator cannot continue."""
 
         def rate(t: float, y: Array) -> Array:
             return np.concatenate([function(t, y[:n_y])[0] for function in rates])

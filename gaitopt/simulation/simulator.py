@@ -13,9 +13,11 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_motion, make_segment
 from gaitopt.parameters import Parameter
+from gaitopt.simulation.closed_loop import LAW_EVENT
+from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Arc, Engine
 from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Stride, Walker, law_event
 from gaitopt.status import Stop
 
 
@@ -29,7 +31,7 @@ class Event:
         Since the start of the simulation.
     step : int
     name : str
-        What happened: ``slip+``, ``slip-``, ``at rest``, ``touchdown``, or the reason of a stop.
+        ``slip+``, ``slip-``, ``at rest``, ``touchdown``, an event of the law, or the reason of a stop.
     before, after : str
         Contact modes; `after` is ``"-"`` where the simulation ended.
     impulse : (float, float) or None [N s]
@@ -144,7 +146,7 @@ def simulate(
     return record_walk(walker, np.concatenate([q, v]), steps)
 
 
-def record_walk(walker: Walker, state: Array, steps: int) -> Rollout:
+def record_walk(walker: Walker | DelayedWalker, state: Array, steps: int) -> Rollout:
     """Walk from a state (q, v), shape (2 n_q,), and record everything."""
     segments: list[Segment] = []
     jumps: list[Jump] = []
@@ -152,8 +154,8 @@ def record_walk(walker: Walker, state: Array, steps: int) -> Rollout:
     began, stop = 0.0, Stop.STEPS_DONE
     for step in range(steps):
         stride = walker.stride(state, record=True)
-        segments += [_segment(walker, step, began, mode, arc) for mode, arc in stride.arcs]
-        events += _events(stride, step, began)
+        segments += [_segment(walker, step, began, mode, arc) for mode, arc in stride.phases]
+        events += _events(walker.law, stride, step, began)
         began += stride.duration
         if stride.stop is not None or stride.impact is None or stride.following is None:
             stop = stride.stop or stop
@@ -180,7 +182,7 @@ def _check_state(robot: Robot, name: str, value: Array) -> Array:
     return array
 
 
-def _segment(walker: Walker, step: int, began: float, mode: Mode, arc: Arc) -> Segment:
+def _segment(walker: Walker | DelayedWalker, step: int, began: float, mode: Mode, arc: Arc) -> Segment:
     robot, n = walker.robot, walker.robot.n_q
     torque = [walker.torque(mode, t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
     energy = np.zeros((robot.n_u + 1, arc.time.size)) if arc.energy is None else arc.energy
@@ -198,7 +200,9 @@ def _segment(walker: Walker, step: int, began: float, mode: Mode, arc: Arc) -> S
     )
 
 
-def _jump(walker: Walker, step: int, time: float, state: Array, impact: Impact, following: Array) -> Jump:
+def _jump(
+    walker: Walker | DelayedWalker, step: int, time: float, state: Array, impact: Impact, following: Array
+) -> Jump:
     n = walker.robot.n_q
     mode = impact.mode
     assert mode is not None
@@ -217,12 +221,13 @@ def _jump(walker: Walker, step: int, time: float, state: Array, impact: Impact, 
     )
 
 
-def _events(stride: Stride, step: int, began: float) -> list[Event]:
-    """Return the log of a step: every change of mode, the touchdown, or the reason of the stop."""
+def _events(law: Law, stride: Stride, step: int, began: float) -> list[Event]:
+    """Return the log of a step: every change of mode, events of the law, the touchdown, or the reason of the stop."""
     log = []
     following = [mode.value for mode, _ in stride.arcs[1:]]
     for (mode, arc), after in zip(stride.arcs, following, strict=False):
-        log.append(Event(began + float(arc.time[-1]), step, str(arc.event), mode.value, after))
+        name = law.memory.events[law_event(arc)] if str(arc.event).startswith(LAW_EVENT) else str(arc.event)
+        log.append(Event(began + float(arc.time[-1]), step, name, mode.value, after))
     last = stride.modes[-1].value if stride.arcs else "-"
     end = began + stride.duration
     if stride.stop is None and stride.impact is not None and stride.impact.mode is not None:

@@ -8,8 +8,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import cycle_from
 from gaitopt.stability.section import Section
@@ -48,15 +47,14 @@ def assess_stability(
     """
     gait.require()
     robot = robot_named(gait.robot, robot)
-    p = robot.vector(gait.motion.parameters)
     law = law or feedforward(robot, gait.motion)
-    walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=3 * gait.period)
+    walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=engine)
     first = gait.motion.segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
-    cycle = cycle_from(walker, Section(robot, p, sliding=True).project(state))
+    cycle = cycle_from(walker, Section(robot, walker.p, sliding=True).project(state))
     if cycle is None:
         raise InputError(
             f"No periodic gait of the walker under the law {walker.law.name!r} was found near the planned one; "
-            f"check the gait with verify, or use a law that holds it."
+            f"check the gait with verify, or use a law that stabilises it."
         )
     return cycle

@@ -1,5 +1,6 @@
 """The friction a sticking gait needs."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,7 @@ from scipy.optimize import minimize_scalar
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.stability.return_map import Passage
 
 
@@ -54,32 +55,32 @@ def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) ->
     samples : int
         Instants per step among which the maximum is looked for.
     """
-    n, force = walker.robot.n_q, walker.robot.acceleration[Mode.STICK]
     best: tuple[float, float, Array] = (-1.0, 0.0, passage.states[0])
-    for state, stride in zip(passage.states, passage.strides, strict=True):
-        end = stride.duration
-
-        def at(t: float, state: Array = state) -> tuple[float, Array]:
-            y = walker.begin(state)
-            if t > 0:
-                arc = walker.engine.flow(walker.robot, walker.law, Mode.STICK, 0.0, y, walker.p, until=t)
-                y = arc.states[:, -1]
-            torque = walker.torque(Mode.STICK, t, y)
-            tangential, normal = np.asarray(force(y[:n], y[n : 2 * n], torque, walker.p)[1]).ravel()
-            return float(abs(tangential) / normal), y[: 2 * n]
-
-        times = np.linspace(0, end, samples + 1)
-        ratios = [at(t)[0] for t in times]
-        k = int(np.argmax(ratios))
-        found = minimize_scalar(
-            lambda t, at=at: -at(t)[0],
+    for stride in passage.strides:
+        ratio_at = functools.partial(_force_ratio, walker, stride)
+        times = np.linspace(0, stride.duration, samples + 1)
+        k = int(np.argmax([ratio_at(t)[0] for t in times]))
+        refined = minimize_scalar(
+            lambda t, ratio_at=ratio_at: -ratio_at(t)[0],
             bounds=(times[max(k - 1, 0)], times[min(k + 1, samples)]),
             method="bounded",
             options={"xatol": 1e-12},
         )
-        for t in (times[k], float(found.x)):
-            ratio, y = at(t)
+        for t in (times[k], float(refined.x)):
+            ratio, state = ratio_at(t)
             if ratio > best[0]:
-                best = (ratio, float(t), y)
+                best = (ratio, float(t), state)
     impacts = [abs(s.impact.impulse[0] / s.impact.impulse[1]) for s in passage.strides if s.impact is not None]
     return CriticalFriction(best[0], best[1], best[2], float(max(impacts)))
+
+
+def _force_ratio(walker: Walker, stride: Stride, t: float) -> tuple[float, Array]:
+    """Return the force ratio abs(f_t) / f_n at a time of a step that sticks, and the state (q, v) there."""
+    n = walker.robot.n_q
+    begun = [arc for _, arc in stride.arcs if arc.time[0] < t] or [stride.arcs[0][1]]  # the law's events divide a step
+    clock, y = begun[-1].time.item(0), begun[-1].states[:, 0]
+    if t > clock:
+        y = walker.engine.flow(walker.loop, Mode.STICK, clock, y, until=t).states[:, -1]
+    force = walker.robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], walker.torque(Mode.STICK, t, y), walker.p)[1]
+    tangential, normal = np.asarray(force).ravel()
+    return float(abs(tangential) / normal), y[: 2 * n]

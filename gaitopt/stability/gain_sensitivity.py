@@ -7,14 +7,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.control.law import Law, latched_size
+from gaitopt.control.law import Law
+from gaitopt.control.signature import control_function, inputs_of, make_memory
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.fixed_point import FixedPoint, find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
@@ -91,11 +91,11 @@ def gain_sensitivity(
     """
     robot, names = robot_named(cycle.robot, robot), tuple(gains if gains is not None else law.gains)
     for name in names:
-        law.with_gains({name: law.gain_values.get(name, 0.0)})  # says which gains there are
+        law.with_gains({name: law.gain_values.get(name, 0.0)})  # raises, naming the gains of the law
     _, point = _at(cycle, law, robot, engine)
-    lifted = return_map_with(cycle, latch_gains(law, names), robot, engine)
+    lifted = return_map_with(cycle, as_latched(law, names), robot, engine)
     passage = lifted(point.z)
-    effect = Linearisation(lifted.walker).effect_of_held(passage.states[0], passage.strides[0])
+    effect = Linearisation(lifted.walker).effect_of_latched(passage.states[0], passage.strides[0])
     by_gain = effect[cycle.section.places][:, -len(names) :]
     state: Array = np.asarray(np.linalg.solve(np.eye(point.z.size) - point.derivative, by_gain), dtype=float)
     values, vectors = np.linalg.eig(point.derivative.astype(complex))
@@ -115,32 +115,24 @@ def gain_sensitivity(
     return GainSensitivity(names, by_gain, state, moved, radius)
 
 
-def latch_gains(law: Law, names: Sequence[str]) -> Law:
-    """Return the same law with some gains among the values it holds over a step, last, so that they can be varied."""
-    rows = [law.gains[name] for name in names]
-    held, slide = ca.SX.sym("held", latched_size(law.torque) + len(rows)), ca.SX.sym("slide")
-
-    def varied(function: ca.Function) -> ca.Function:
-        clock, q, v, data = function.sx_in()[:4]
-        entries = ca.vertsplit(data)
-        for k, row in enumerate(rows):
-            entries[row] = held[latched_size(law.torque) + k]
-        more = [held[: latched_size(law.torque)], slide] if function.n_in() > 4 else []
-        outputs = function.call([clock, q, v, ca.vertcat(*entries), *more])
-        return ca.Function(function.name(), [clock, q, v, data, held, slide], outputs)
-
-    n_q = law.torque.size1_in(1)
-    q, v, data = ca.SX.sym("q", n_q), ca.SX.sym("v", n_q), ca.SX.sym("data", law.table.shape[0])
-    own = ca.SX(0, 1) if law.hold is None else law.hold(q, v, data)
-    hold = ca.Function("hold", [q, v, data], [ca.vertcat(own, data[rows])])
-    return replace(law, torque=varied(law.torque), hold=hold, demand=law.demand and varied(law.demand))
+def as_latched(law: Law, names: Sequence[str]) -> Law:
+    """Return the same law with some gains among its latched values, last, so that they can be varied."""
+    rows, known = [law.gains[name] for name in names], law.memory
+    inputs, count = inputs_of(law.control, latched=len(rows)), len(known.values)
+    entries, varied = ca.vertsplit(inputs.data), inputs.latched[count:]
+    for k, row in enumerate(rows):
+        entries[row] = varied[k]
+    seen = inputs._replace(latched=inputs.latched[:count], data=ca.vertcat(*entries))
+    torque, bounds, guards = law.control(*seen)
+    latch = ca.vertcat(known.latch(inputs.q, inputs.v, inputs.data), inputs.data[rows])
+    reset = ca.vertcat(known.reset(*seen[:4], seen.data), ca.repmat(varied, 1, len(known.events)))
+    changed = make_memory(inputs, latch, values=[*known.values, *names], events=known.events, reset=reset)
+    return replace(law, control=control_function(inputs, torque, bounds=bounds, guards=guards), memory=changed)
 
 
 def return_map_with(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> ReturnMap:
     """Return the return map of a cycle's section under another law."""
-    p = robot.vector(cycle.parameters)
-    walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=3 * cycle.period)
-    return ReturnMap(walker, cycle.section)
+    return ReturnMap(make_walker(robot, law, cycle.parameters, period=cycle.period, engine=engine), cycle.section)
 
 
 def _at(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> tuple[ReturnMap, FixedPoint]:

@@ -1,10 +1,10 @@
 """The exact derivative of a step: variational flow between events, saltation at every event and at the impact.
 
-Where a guard g falls through zero at (t, y) and the flow f goes over into f' after a reset R,
+If a guard g falls through zero at (t, y) and the flow f changes to f' after a reset R(t, y),
 
-    dy+ = DR (dy + f dt) - f' dt,    dt = -(grad g . dy) / (grad g . f + g_t)
+    dy+ = DR (dy + f dt) + R_t dt - f' dt,    dt = -(grad g . dy) / (grad g . f + g_t)
 
-and the step ends on the section, whose clock starts anew: dy+ = DR (dy + f dt).
+and the step ends on the section, whose clock starts again: dy+ = DR (dy + f dt).
 """
 
 import functools
@@ -14,15 +14,17 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import closed_loop, piece_shift
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.closed_loop import LAW_EVENT
+from gaitopt.simulation.engine import Arc
+from gaitopt.simulation.hybrid_automaton import Stride, Walker, law_event
 
 BEYOND = 1e-7
-"""A located event leaves its guard at rounding (N, m/s, rad); further below zero the mode was left by a jump."""
+"""A located event leaves its guard at rounding (N, m/s, rad); further below zero a jump of the torque ended it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +41,18 @@ class Linearisation:
     Parameters
     ----------
     walker : Walker
+
+    Raises
+    ------
+    InputError
+        If it is another walker, such as one with delayed readings.
     """
 
     def __init__(self, walker: Walker) -> None:
+        if not isinstance(walker, Walker):
+            raise InputError(
+                f"Steps of a {type(walker).__name__} have no derivative: their state is more than (q, v). Use a Walker."
+            )
         self.walker = walker
         self._known: dict[Mode, _Slopes] = {}
         self._resets: dict[Mode, FastCall] = {}
@@ -58,43 +69,51 @@ class Linearisation:
         impact : Mode, optional
             Another outcome of the impact than the one taken, for one-sided derivatives on the edge between two.
         """
-        return self._carried(stride, self._beginning(state), impact)
+        return self._propagate(stride, self.walker.memory.slope_at_begin(state), impact)
 
-    def effect_of_held(self, state: Array, stride: Stride) -> Array:
-        """Return d (state after the step) / d (values the law holds over it), shape (2 n_q, n_h)."""
-        held = self.walker.begin(state).size - state.size
-        return self._carried(stride, np.eye(state.size + held, held, -state.size), None)
+    def effect_of_latched(self, state: Array, stride: Stride) -> Array:
+        """Return d (state after the step) / d (values latched at its start), shape (2 n_q, n_l)."""
+        latched = self.walker.loop.size - state.size
+        return self._propagate(stride, np.eye(state.size + latched, latched, -state.size), None)
 
     def saltations(self, stride: Stride, *, impact: Mode | None = None) -> list[Array]:
-        """Return the jump of a deviation at each event of a step, (n_y, n_y), and at the touchdown, (2 n_q, n_y)."""
+        """Return the jump of a deviation at each event of a step, (n_y, n_y), and at the touchdown, (2 n_q, n_y).
+
+        Events of the contact and of the law, in the order of ``stride.arcs``.
+        """
         matrices = []
         for (mode, arc), (following, _) in itertools.pairwise(stride.arcs):
-            end = arc.states[:, -1]
-            matrices.append(self._change_of_mode(mode, following, str(arc.event), float(arc.time[-1]), end))
+            matrices.append(self._event(mode, following, arc))
         outcome = impact or (stride.impact.mode if stride.impact else None)
         assert outcome is not None
         mode, arc = stride.arcs[-1]
         return [*matrices, self._touchdown(mode, outcome, float(arc.time[-1]), arc.states[:, -1])]
 
-    def _carried(self, stride: Stride, matrix: Array, impact: Mode | None) -> Array:
-        """Return what becomes of deviations, the columns of a matrix of shape (n_y, k), over a step."""
+    def _propagate(self, stride: Stride, matrix: Array, impact: Mode | None) -> Array:
+        """Propagate deviations, the columns of a matrix of shape (n_y, k), over a step."""
         walker, clock = self.walker, 0.0
         for (mode, arc), jump in zip(stride.arcs, self.saltations(stride, impact=impact), strict=True):
             until, start = float(arc.time[-1]), arc.states[:, 0]
             if until > clock:
-                flow = walker.engine.sensitivity(walker.robot, walker.law, mode, clock, start, walker.p, until=until)
+                flow = walker.engine.sensitivity(walker.loop, mode, clock, start, until=until)
                 matrix = flow @ matrix
             matrix, clock = jump @ matrix, until
         return matrix
 
-    def _change_of_mode(self, mode: Mode, following: Mode, event: str, clock: float, state: Array) -> Array:
-        n = self.walker.robot.n_q
-        reset = np.eye(state.size)
+    def _event(self, mode: Mode, following: Mode, arc: Arc) -> Array:
+        """Return the jump of a deviation at an event that ends an arc, (n_y, n_y)."""
+        n, loop, event = self.walker.robot.n_q, self.walker.loop, str(arc.event)
+        clock, state = float(arc.time[-1]), arc.states[:, -1]
+        reset, drift, next_state = np.eye(state.size), np.zeros(state.size), state
         if event == "at rest":
             reset[n, n] = 0.0
+            next_state = reset @ state
+        elif event.startswith(LAW_EVENT):
+            reset, drift = self.walker.memory.slopes(law_event(arc), clock, state)
+            next_state = self.walker.memory.after(law_event(arc), clock, state)
         before, shift = self._time_shift(mode, event, clock, state)
-        after = self._slopes(following).flow(clock, reset @ state, self._data(clock, state))[0]
-        return reset + np.outer(reset @ before - after, shift)
+        after = self._slopes(following).flow(clock, next_state, loop.data(clock, next_state))[0]
+        return reset + np.outer(reset @ before + drift - after, shift)
 
     def _touchdown(self, mode: Mode, outcome: Mode, clock: float, state: Array) -> Array:
         n = self.walker.robot.n_q
@@ -109,42 +128,23 @@ class Linearisation:
 
         A guard found well below zero did not fall through it: the law's torque jumped there, with a piece of the law.
         """
-        slopes, data = self._slopes(mode), self._data(clock, state)
+        loop, slopes = self.walker.loop, self._slopes(mode)
+        data = loop.data(clock, state)
         before = slopes.flow(clock, state, data)[0].copy()
         values, gradient, drift = slopes.guards(clock, state, data)
-        names = closed_loop(self.walker.robot, mode, self.walker.law.torque).guard_names
+        names = loop.equations(mode).guard_names
         which = names.index(event)
         if values[which] < -BEYOND:
-            return before, piece_shift(self.walker.law, before)
+            return before, loop.piece_shift(before)
         row = gradient.reshape(state.size, len(names))[:, which]
         return before, -row / (row @ before + drift[which])
 
-    def _beginning(self, state: Array) -> Array:
-        """Return d y / d (q, v) at the start of a step, shape (n_y, 2 n_q): what the law holds depends on the state."""
-        n, hold = self.walker.robot.n_q, self.walker.law.hold
-        if hold is None:
-            return np.eye(2 * n)
-        slope = _hold_slope(hold)(state[:n], state[n:], self.walker.law.table[:, 0])
-        return np.vstack([np.eye(2 * n), np.asarray(slope)])
-
-    def _data(self, clock: float, state: Array) -> Array:
-        law = self.walker.law
-        return law.table[:, law.piece(law.measure(clock, state))]
-
     def _slopes(self, mode: Mode) -> _Slopes:
         if mode not in self._known:
-            walker = self.walker
-            loop = closed_loop(walker.robot, mode, walker.law.torque)
-            flow = _reordered(loop.flow)
-            self._known[mode] = _Slopes(FastCall(flow, walker.p), FastCall(_guard_slopes(loop.guards), walker.p))
+            p, equations = self.walker.p, self.walker.loop.equations(mode)
+            flow = _reordered(equations.flow)
+            self._known[mode] = _Slopes(FastCall(flow, p), FastCall(_guard_slopes(equations.guards), p))
         return self._known[mode]
-
-
-@functools.lru_cache(maxsize=128)
-def _hold_slope(hold: ca.Function) -> ca.Function:
-    """Return (q, v, data) -> d held / d (q, v), shape (n_h, 2 n_q)."""
-    q, v, data = hold.sx_in()
-    return ca.Function("hold_slope", [q, v, data], [ca.densify(ca.jacobian(hold(q, v, data), ca.vertcat(q, v)))])
 
 
 @functools.lru_cache(maxsize=128)

@@ -14,8 +14,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import cost_of_transport
 from gaitopt.motion.gait import Gait, SolverReport, cone_margin
 from gaitopt.motion.motion import Motion, Segment
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
@@ -123,14 +122,13 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     """
     if len(cycle.sequences) != 1:
         raise InputError(f"Only gaits of one step can be imitated, not {cycle.sequence!r}.")
-    origin = robot.vector(cycle.parameters)
     law = passive(robot)
     start = cycle.section.embed(cycle.z)
-    walker = Walker(robot, law, origin, default_engine(law))
+    walker = make_walker(robot, law, cycle.parameters)
     model = thin_samples(record_walk(walker, start, 1).motion, 80)
     values = robot.resolve({**cycle.parameters, **parameters})
     law = prescribed_angles(robot, model, values)
-    walker = Walker(robot, law, robot.vector(values), default_engine(law), step_time_limit=3 * cycle.period)
+    walker = make_walker(robot, law, values, period=cycle.period)
     walk = record_walk(walker, start, 1)
     motion, reasons = walk.motion, []
     gap = float("inf")
@@ -183,7 +181,7 @@ def controlled_gait(robot: Robot, gait: Gait, law: Law, *, samples: int = 100) -
     ('slip+ stick | slip+', True)
     """
     cycle = assess_stability(gait, law, robot=robot)
-    walker = Walker(robot, law, robot.vector(cycle.parameters), default_engine(law), step_time_limit=3 * gait.period)
+    walker = make_walker(robot, law, cycle.parameters, period=gait.period)
     motion = record_walk(walker, cycle.section.embed(cycle.z), 1).motion
     return _as_gait(
         robot.name, cycle.sequences[0], thin_samples(motion, samples), cycle.residual, f"walked under {law.name}"

@@ -1,6 +1,6 @@
 from gaitopt.tuning.controller_family import ControllerFamily as ControllerFamily
-from gaitopt.tuning.controller_family import Gain as Gain
 from gaitopt.tuning.controller_family import controller_family_named as controller_family_named
+from gaitopt.tuning.gain import Gain as Gain
 from gaitopt.tuning.gain_search import GainSearchOptions as GainSearchOptions
 from gaitopt.tuning.lqr import LqrWeights as LqrWeights
 from gaitopt.tuning.lqr import lqr as lqr
@@ -10,3 +10,5 @@ from gaitopt.tuning.objective import SpectralRadius as SpectralRadius
 from gaitopt.tuning.record import Trial as Trial
 from gaitopt.tuning.record import Tuning as Tuning
 from gaitopt.tuning.tune import tune_feedback as tune_feedback
+from gaitopt.tuning.tuning_file import load_tuning as load_tuning
+from gaitopt.tuning.tuning_file import save_tuning as save_tuning

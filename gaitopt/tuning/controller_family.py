@@ -1,4 +1,4 @@
-"""Feedback designs: laws for a gait as functions of a few gains, to be tuned."""
+"""Controller families: laws for a gait as functions of a few gains, to be tuned."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -6,59 +6,39 @@ from dataclasses import dataclass, field, replace
 
 from gaitopt.control.computed_torque import computed_torque
 from gaitopt.control.joint_pd import joint_pd
-from gaitopt.control.law import Law
+from gaitopt.control.law import Law, feedforward
 from gaitopt.control.limits import UNLIMITED
 from gaitopt.control.phase_variable import by_stance_angle
+from gaitopt.control.push_off import push_off
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
-from gaitopt.tuning.lqr import LqrWeights, lqr, step_lqr
+from gaitopt.tuning.gain import Gain
 
 TorqueLimit = float | Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class Gain:
-    """A number to be tuned.
+@dataclass(frozen=True, kw_only=True)
+class DesignSettings:
+    """What a family of laws is made with besides its gains, kept beside tuned gains.
 
     Attributes
     ----------
-    name : str
-    start : float
-    lower, upper : float
-    logarithmic : bool
-        Whether it is searched by its logarithm; `lower` is then positive.
+    torque_limit : float or mapping of actuator to float [N m]
+    stance_angle : bool
+        Whether the stance angle replaces the clock.
+    fixed : mapping of str to float
+        Gains that are not tuned.
 
     Examples
     --------
-    >>> Gain("hip_stiffness", 20.0, 0.0, 100.0).at(0.5)
-    50.0
+    >>> DesignSettings(torque_limit=8).stance_angle
+    False
     """
 
-    name: str
-    start: float
-    lower: float
-    upper: float
-    logarithmic: bool = False
-
-    def __post_init__(self) -> None:
-        if not self.lower <= self.start <= self.upper or not self.lower < self.upper < math.inf:
-            raise InputError(f"Gain {self.name!r} needs finite bounds around its start, got {self}.")
-        if self.logarithmic and self.lower <= 0:
-            raise InputError(f"Gain {self.name!r} is searched by its logarithm: its lower bound must be positive.")
-
-    def at(self, share: float) -> float:
-        """Return the value at a share of the way from the lower bound to the upper."""
-        if self.logarithmic:
-            return float(self.lower * (self.upper / self.lower) ** share)
-        return float(self.lower + share * (self.upper - self.lower))
-
-    @property
-    def share(self) -> float:
-        """Where the start lies between the bounds."""
-        if self.logarithmic:
-            return math.log(self.start / self.lower) / math.log(self.upper / self.lower)
-        return (self.start - self.lower) / (self.upper - self.lower)
+    torque_limit: TorqueLimit = math.inf
+    stance_angle: bool = False
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +51,7 @@ class ControllerFamily:
     gains : tuple of Gain
     law : callable
         From values of the gains by name to the law.
+    settings : DesignSettings
 
     Examples
     --------
@@ -85,6 +66,23 @@ class ControllerFamily:
     name: str
     gains: tuple[Gain, ...]
     law: Callable[[Mapping[str, float]], Law] = field(repr=False)
+    settings: DesignSettings = field(default=DesignSettings(), repr=False)
+
+    @staticmethod
+    def of(law: Law, name: str | None = None) -> "ControllerFamily":
+        """Return the family of a law with other gains: each is tuned between 0 and three times its value.
+
+        Gains of value 0 stay.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped, push_off
+        >>> ControllerFamily.of(push_off(compass_biped(), torque=-2.0, duration=0.1)).gains[0].lower
+        -6.0
+        """
+        values = {gain: value for gain, value in law.gain_values.items() if value}
+        gains = tuple(Gain(gain, value, min(0.0, 3 * value), max(0.0, 3 * value)) for gain, value in values.items())
+        return ControllerFamily(name or law.name, gains, law.with_gains)
 
     def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "ControllerFamily":
         """Return the design with only the named gains left to tune, within other bounds; the others keep their start.
@@ -100,11 +98,13 @@ class ControllerFamily:
                 raise InputError(f"The design {self.name!r} has no gain {name!r}. {suggest(name, known)}")
         fixed = {name: gain.start for name, gain in known.items() if name not in bounds}
         free = tuple(_within(known[name], *span) for name, span in bounds.items())
-        return ControllerFamily(self.name, free, lambda values: self.law({**fixed, **values}))
+        settings = replace(self.settings, fixed={**self.settings.fixed, **fixed})
+        return replace(self, gains=free, law=lambda values: self.law({**fixed, **values}), settings=settings)
 
     def by_stance_angle(self, robot: Robot, motion: Motion) -> "ControllerFamily":
         """Return the design of the same law by the stance angle; see :func:`gaitopt.by_stance_angle`."""
-        return replace(self, law=lambda values: by_stance_angle(robot, motion, self.law(values)))
+        settings = replace(self.settings, stance_angle=True)
+        return replace(self, law=lambda values: by_stance_angle(robot, motion, self.law(values)), settings=settings)
 
 
 def _within(gain: Gain, lower: float, upper: float) -> Gain:
@@ -117,12 +117,12 @@ def controller_family_named(
 ) -> ControllerFamily:
     """Return the design of a law for a gait by name: one of ``DESIGNS``.
 
-    Bounds follow from the torque limits: feedback should not use them up for 0.03 rad or 0.2 rad/s.
+    Bounds follow from the torque limits: a deviation of 0.03 rad or 0.2 rad/s should not reach them.
 
     Parameters
     ----------
     name : str
-        ``"pd"``, ``"computed-torque"``, ``"lqr"`` or ``"step-to-step"``.
+        ``"pd"``, ``"computed-torque"``, ``"lqr"``, ``"step-to-step"`` or ``"push-off"``.
     robot : Robot
     motion : Motion
         One step of the gait.
@@ -143,7 +143,8 @@ def controller_family_named(
     """
     if name not in DESIGNS:
         raise InputError(f"There is no feedback law {name!r}. {suggest(name, DESIGNS)}")
-    return DESIGNS[name](robot, motion, torque_limit)
+    design = DESIGNS[name](robot, motion, torque_limit)
+    return replace(design, settings=DesignSettings(torque_limit=torque_limit))
 
 
 def _pd(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
@@ -168,6 +169,8 @@ def _computed_torque(robot: Robot, motion: Motion, torque_limit: TorqueLimit) ->
 
 
 def _lqr(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
+    from gaitopt.tuning.lqr import LqrWeights, lqr
+
     return ControllerFamily(
         "lqr",
         _weights(torque_limit),
@@ -176,11 +179,25 @@ def _lqr(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerF
 
 
 def _step_to_step(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
+    from gaitopt.tuning.lqr import LqrWeights, step_lqr
+
     return ControllerFamily(
         "step-to-step",
         _weights(torque_limit),
         lambda values: step_lqr(robot, motion, weights=LqrWeights(**values), torque_limit=torque_limit),
     )
+
+
+def _push_off(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
+    """Return the torques of the gait, played back, with a push-off at the retraction of the swing leg."""
+    most, gait = _most(torque_limit), feedforward(robot, motion)
+    law = push_off(robot, gait, torque=0.01 * most, duration=0.05 * motion.period, torque_limit=torque_limit)
+    names = tuple(law.gains)
+    gains = (
+        Gain(names[0], 0.01 * most, -0.5 * most, 0.5 * most),
+        Gain(names[1], 0.05 * motion.period, 0.01 * motion.period, 0.3 * motion.period),
+    )
+    return ControllerFamily("push-off", gains, law.with_gains)
 
 
 def _weights(torque_limit: TorqueLimit) -> tuple[Gain, ...]:
@@ -192,7 +209,7 @@ def _weights(torque_limit: TorqueLimit) -> tuple[Gain, ...]:
 
 
 def _most(torque_limit: TorqueLimit) -> float:
-    """Return the smallest finite limit [N m], 10 where there is none."""
+    """Return the smallest finite limit [N m]; 10 if there is none."""
     limits = torque_limit.values() if isinstance(torque_limit, Mapping) else [torque_limit]
     return min([float(limit) for limit in limits if float(limit) < UNLIMITED], default=10.0)
 
@@ -202,5 +219,6 @@ DESIGNS: dict[str, Callable[[Robot, Motion, TorqueLimit], ControllerFamily]] = {
     "computed-torque": _computed_torque,
     "lqr": _lqr,
     "step-to-step": _step_to_step,
+    "push-off": _push_off,
 }
-"""Designs by name."""
+"""Families by name; the command line derives its help from it."""

@@ -12,11 +12,10 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import check_options, counted, positive
-from gaitopt.progress import Iteration, Observer
+from gaitopt.progress import TuningObserver, TuningStep
 from gaitopt.reductions import rank_of, worst
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.one_sided import one_sided_derivatives
 from gaitopt.stability.return_map import ReturnMap
@@ -26,26 +25,26 @@ from gaitopt.tuning.objective import TuningObjective
 from gaitopt.tuning.record import Trial
 
 LARGE_VIOLATION = 1e6
-"""Objective of gains under which there is no periodic gait near the planned one."""
+"""Objective of gains without a periodic gait near the planned one."""
 NEAR = 1e-5
-"""A point this near to its image is taken for the fixed point while searching."""
+"""A point this near to its image counts as the fixed point during the search."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GainSearchOptions:
-    """How gains are looked for: the simplex method of Nelder and Mead, which needs no derivatives, from several starts.
+    """The search for gains: the simplex method of Nelder and Mead, which needs no derivatives, from several starts.
 
     Attributes
     ----------
     samples : int
-        Random gains tried first, besides the design's start.
+        Number of random gains evaluated first, besides the start of the design.
     starts : int
-        From how many of the best of these the simplex method starts.
+        Number of the best of these from which the simplex method starts.
     evaluations : int
-        Most evaluations of each start.
+        Largest number of evaluations of each start.
     seed : int
     tolerance : float
-        Change of the objective below which a start ends.
+        Change of the objective that ends a start.
 
     Examples
     --------
@@ -65,7 +64,7 @@ class GainSearchOptions:
 
 
 class GainSearch:
-    """A gait, a law and an objective as a function of gains, to be made small.
+    """The objective of a gait under a law as a function of gains, to be minimised.
 
     Parameters
     ----------
@@ -74,7 +73,7 @@ class GainSearch:
     design : Design
     objective : TuningObjective
     frictions : tuple of float
-        Of the ground, besides the gait's own.
+        Frictions of the ground besides that of the gait.
     engine : Engine or None
     observer : callable
 
@@ -92,16 +91,14 @@ class GainSearch:
         objective: TuningObjective,
         frictions: tuple[float, ...],
         engine: Engine | None,
-        observer: Observer,
+        observer: TuningObserver,
     ) -> None:
         self.design, self.objective, self.trials = design, objective, list[Trial]()
         self._robot, self._engine, self._observer = robot, engine, observer
-        self._patience = 3 * gait.period
-        own = gait.motion.parameters
-        self._grounds = [robot.vector(own)]
-        self._grounds += [robot.vector(robot.resolve({**own, "friction": mu})) for mu in frictions]
+        self._period, planned = gait.period, gait.motion.parameters
+        self._grounds = [planned, *(robot.resolve({**planned, "friction": mu}) for mu in frictions)]
         first = gait.motion.segments[0]
-        self._sections = [Section(robot, p, sliding=True) for p in self._grounds]
+        self._sections = [Section(robot, robot.vector(ground), sliding=True) for ground in self._grounds]
         start = np.concatenate([first.q[:, 0], first.v[:, 0]])
         self._points = [section.project(start) for section in self._sections]
         n_a = len(robot.angles)
@@ -119,25 +116,25 @@ class GainSearch:
         return min(self.trials, key=lambda trial: rank_of(trial.objective))
 
     def __call__(self, share: Array) -> float:
-        """Return the objective of gains given by their shares of the way between bounds, and keep it as a trial."""
+        """Return the objective of gains given as fractions of the way between bounds, and record it as a trial."""
         gains = {gain.name: gain.at(at) for gain, at in zip(self.design.gains, share.tolist(), strict=True)}
         value = self._value(gains)
         self.trials.append(Trial(gains, value))
         best = min(rank_of(trial.objective) for trial in self.trials)
-        self._observer(Iteration(len(self.trials), value, best))
+        self._observer(TuningStep(len(self.trials), value, best))
         return value
 
     def _value(self, gains: Mapping[str, float]) -> float:
         try:
             law = self.design.law(gains)
         except InputError:
-            return LARGE_VIOLATION  # no such law: a Riccati equation without solution
+            return LARGE_VIOLATION  # there is no such law, for example because a Riccati equation has no solution
         return worst(*(self._on_ground(law, k) for k in range(len(self._grounds))))
 
     def _on_ground(self, law: Law, k: int) -> float:
-        """Return the objective of a law on one ground; the fixed point is looked for from the last one found there."""
-        p, section, engine = self._grounds[k], self._sections[k], self._engine or default_engine(law)
-        returning = ReturnMap(Walker(self._robot, law, p, engine, step_time_limit=self._patience), section)
+        """Return the objective of a law on one ground; Newton's method starts from the last fixed point found there."""
+        walker = make_walker(self._robot, law, self._grounds[k], period=self._period, engine=self._engine)
+        returning = ReturnMap(walker, self._sections[k])
         z = self._points[k]
         passage = returning(z)
         if passage.end is None or not np.max(np.abs(passage.end - z)) <= NEAR:

@@ -16,8 +16,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import check_options, positive
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Stride, Walker, make_walker
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.return_map import ReturnMap
@@ -27,7 +26,7 @@ from gaitopt.tuning.riccati import Stretch, discrete_gains, periodic_gains
 
 @dataclass(frozen=True, kw_only=True)
 class LqrWeights:
-    """What a linear-quadratic law holds dear: a deviation or torque of this size costs one unit.
+    """Scaling of the cost of linear-quadratic feedback (Bryson's rule): a deviation or torque of this size costs 1.
 
     Attributes
     ----------
@@ -108,7 +107,7 @@ def step_lqr(
     weights: LqrWeights | None = None,
     torque_limit: float | Mapping[str, float] = math.inf,
 ) -> Law:
-    """Return the discrete linear-quadratic law of a gait's return map: torques held over windows of each step.
+    """Return the discrete linear-quadratic law of a gait's return map: torques constant over windows of each step.
 
     Parameters
     ----------
@@ -116,7 +115,7 @@ def step_lqr(
     motion : Motion
         One step of a periodic gait.
     law : Law, optional
-        What the torques are added to, without limits; by default the gait's own torques, played back.
+        Law the torques are added to, without limits; by default the torques of the gait, played back.
     windows : int
         Equal parts of the step.
     weights : LqrWeights, optional
@@ -140,22 +139,18 @@ def step_lqr(
     n_z, n_a = len(section.names), len(robot.angles)
     start = section.project(np.concatenate([first.q[:, 0], first.v[:, 0]]))
     added = functools.partial(step_to_step, robot, base, windows=windows, duration=motion.period)
-    walker = _walker(robot, added(start, np.zeros((windows * robot.n_u, n_z))), motion)
+    untuned = added(start, np.zeros((windows * robot.n_u, n_z)))
+    walker = make_walker(robot, untuned, motion.parameters, period=motion.period)
     point = find_fixed_point(ReturnMap(walker, section), start)
     if point is None:
         raise InputError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
-    effect = Linearisation(walker).effect_of_held(point.passage.states[0], point.passage.strides[0])[section.places]
+    effect = Linearisation(walker).effect_of_latched(point.passage.states[0], point.passage.strides[0])[section.places]
     sizes = [weights.angle] * (n_a - 1) + [weights.rate] * n_a + [weights.foot_speed]
     effort = np.eye(windows * robot.n_u) / weights.torque**2
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), effort)
     if gain is None:
         raise InputError("No step-to-step feedback stabilises this gait with these weights.")
     return added(point.z, gain, torque_limit=torque_limit)
-
-
-def _walker(robot: Robot, law: Law, motion: Motion) -> Walker:
-    p = robot.vector(motion.parameters)
-    return Walker(robot, law, p, default_engine(law), step_time_limit=3 * motion.period)
 
 
 def _first_stride(walker: Walker, motion: Motion) -> Stride:
@@ -175,14 +170,16 @@ def _linearised(robot: Robot, motion: Motion) -> tuple[Stretch, ...]:
     """Return a gait's linearised motion in (angles, foot speed, rates), with its jumps."""
     n = robot.n_q
     places = [*range(2, n), n, *range(n + 2, 2 * n)]
-    walker = _walker(robot, feedforward(robot, motion), motion)
+    walker = make_walker(robot, feedforward(robot, motion), motion.parameters, period=motion.period)
     jumps = Linearisation(walker).saltations(_first_stride(walker, motion))
     segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     stretches: list[Stretch] = []
     for segment, jump in zip(segments, jumps, strict=True):
-        own = _stretches(robot, walker.p, segment.mode, segment.time, np.vstack([segment.q, segment.v]), segment.torque)
-        for k, (duration, a, b) in enumerate(own):
-            at_end = jump[np.ix_(places, places)] if k + 1 == len(own) else np.eye(len(places))
+        parts = _stretches(
+            robot, walker.p, segment.mode, segment.time, np.vstack([segment.q, segment.v]), segment.torque
+        )
+        for k, (duration, a, b) in enumerate(parts):
+            at_end = jump[np.ix_(places, places)] if k + 1 == len(parts) else np.eye(len(places))
             stretches.append(Stretch(duration, a[np.ix_(places, places)], b[places], at_end))
     return tuple(stretches)
 
@@ -191,11 +188,11 @@ def _stretches(
     robot: Robot, p: Array, mode: Mode, time: Array, states: Array, torque: Array
 ) -> list[tuple[float, Array, Array]]:
     """Return duration, A and B of the linearised motion between samples, taken in the middle."""
-    slope, found = _slopes(robot, mode), []
+    slope, parts = _slopes(robot, mode), list[tuple[float, Array, Array]]()
     for k in np.flatnonzero(np.diff(time) > 0):
         a, b = slope((states[:, k] + states[:, k + 1]) / 2, (torque[:, k] + torque[:, k + 1]) / 2, p)
-        found.append((float(time[k + 1] - time[k]), np.asarray(a), np.asarray(b)))
-    return found
+        parts.append((float(time[k + 1] - time[k]), np.asarray(a), np.asarray(b)))
+    return parts
 
 
 @functools.lru_cache(maxsize=32)

@@ -1,4 +1,4 @@
-"""What a tuned law makes small."""
+"""Objectives of tuning."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,11 +11,11 @@ from gaitopt.reductions import worst
 
 
 class TuningObjective(Protocol):
-    """A number that tells how well a gait is held, from the derivative of its return map; small is good."""
+    """A measure of a gait's stability from the derivative of its return map; small is good."""
 
     @property
     def name(self) -> str:
-        """For people."""
+        """Name in tables."""
         ...
 
     def __call__(self, derivative: Array, scale: Array) -> float:
@@ -26,7 +26,7 @@ class TuningObjective(Protocol):
         derivative : (n_z, n_z) array
             Of the return map.
         scale : (n_z,) array
-            Sizes of the coordinates that weigh alike.
+            Sizes of deviations of the coordinates that count alike.
         """
         ...
 

@@ -1,4 +1,4 @@
-"""What tuning found, and how."""
+"""Results of tuning."""
 
 import textwrap
 from dataclasses import dataclass, field
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from gaitopt.control.law import Law
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import Recovery
+from gaitopt.tuning.controller_family import DesignSettings
 
 
 @dataclass(frozen=True)
@@ -35,26 +36,28 @@ class Tuning:
     Attributes
     ----------
     law : Law or None
-        None where none of the gains tried make one, as when a Riccati equation has no solution.
+        None if none of the gains tried make one, for example because a Riccati equation has no solution.
     design : str
     gains : dict of str to float
     objective : str
     radius_before : float
-        Spectral radius in open loop; inf where the open loop has no periodic gait near the plan.
+        Spectral radius in open loop; inf if the open loop has no periodic gait near the plan.
     radius_after : float
-        Spectral radius with the tuned law, the best found even if it is not below 1; inf where no gains tried leave a
-        periodic gait near the plan.
+        Spectral radius with the tuned law, the best found even if it is not below 1; inf if there is no periodic gait
+        near the plan for any gains tried.
     cycle : Cycle or None
         The periodic gait of the walker under the tuned law.
     fixed_point_shift : float
-        Largest difference of its state after touchdown from the planned one; nan where there is none.
+        Largest difference of its state after touchdown from the planned one; nan if there is none.
     verified : Recovery
-        From which starts walks return in the nonlinear simulator.
+        Random states from which walks return to the gait in the nonlinear simulator.
     trials : tuple of Trial
         The search, in order.
     evaluations : int
     seconds : float
-        Of the search.
+        Duration of the search.
+    settings : DesignSettings
+        Torque limit and fixed gains of the law.
 
     Examples
     --------
@@ -76,6 +79,7 @@ class Tuning:
     trials: tuple[Trial, ...] = field(repr=False)
     evaluations: int
     seconds: float
+    settings: DesignSettings = field(default=DesignSettings(), repr=False)
 
     def __repr__(self) -> str:
         gains = textwrap.shorten(", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items()), 120)
@@ -85,5 +89,5 @@ class Tuning:
 
     @property
     def stable(self) -> bool:
-        """Whether the gait is held; if not, the best that was found is reported."""
+        """Whether the law stabilises the gait; if not, the best result is reported."""
         return self.radius_after < 1

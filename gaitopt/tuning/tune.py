@@ -1,4 +1,4 @@
-"""tune_feedback: gains that hold a gait, found on its return map and verified in the nonlinear simulator."""
+"""tune_feedback: gains that stabilise a gait, tuned on its return map and verified in the nonlinear simulator."""
 
 import math
 import time
@@ -11,10 +11,9 @@ from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
-from gaitopt.progress import Observer, silent
+from gaitopt.progress import TuningObserver, silent
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, Recovery, largest_recovery
@@ -34,9 +33,9 @@ def tune_feedback(
     test: PushTest | None = None,
     robot: Robot | None = None,
     engine: Engine | None = None,
-    observer: Observer = silent,
+    observer: TuningObserver = silent,
 ) -> Tuning:
-    """Tune the gains of a law until it holds a gait best, and verify the tuned law by walks in the simulator.
+    """Tune the gains of a law that stabilises a gait, and verify the tuned law by walks in the simulator.
 
     Parameters
     ----------
@@ -45,20 +44,20 @@ def tune_feedback(
     objective : TuningObjective, optional
         The spectral radius by default.
     frictions : sequence of float
-        Frictions of the ground among which the worst counts, besides the gait's own; the law does not know them.
+        Further frictions of the ground, unknown to the law; the worst objective counts.
     search : Search, optional
     test : PushTest, optional
-        Of the verification: walks from seeded starts.
+        The verification: walks from seeded random states.
     robot : Robot, optional
         Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
     observer : callable, optional
-        Receives an :class:`gaitopt.progress.Iteration` per evaluation: its objective, and that of the best so far.
+        Receives a :class:`gaitopt.progress.TuningStep` per evaluation.
 
     Returns
     -------
     Tuning
-        Look at `stable` first: a gait that cannot be held with this law is reported with the best radius found.
+        Check `stable` first: a gait that the law cannot stabilise is reported with the best radius found.
 
     Raises
     ------
@@ -87,6 +86,7 @@ def tune_feedback(
         law=law,
         design=design.name,
         gains=best.gains,
+        settings=design.settings,
         objective=objective.name,
         radius_before=_open_loop(gait, robot, engine),
         radius_after=math.inf if cycle is None else cycle.radius,
@@ -131,7 +131,5 @@ def _verify_tuning(
 ) -> Recovery:
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
-    walker = Walker(
-        robot, law, robot.vector(cycle.parameters), engine or default_engine(law), step_time_limit=3 * gait.period
-    )
+    walker = make_walker(robot, law, cycle.parameters, period=gait.period, engine=engine)
     return largest_recovery(walker, cycle, test)

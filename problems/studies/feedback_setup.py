@@ -21,8 +21,7 @@ from gaitopt import (
     tune_feedback,
     verify,
 )
-from gaitopt.simulation import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.study import controlled_gait, imitate
 from gaitopt.tuning import controller_family_named
 
@@ -80,8 +79,7 @@ def tune_law(name, law, evaluations=60, starts=200):
 def walker(name, law, **parameters):
     """Return the walker of a gait under a law, optionally with changed parameters."""
     robot, gait_plan = compass_biped(), plan(name)
-    p = robot.vector({**gait_plan.motion.parameters, **parameters})
-    return Walker(robot, law, p, default_engine(law), step_time_limit=3 * gait_plan.period)
+    return make_walker(robot, law, {**gait_plan.motion.parameters, **parameters}, period=gait_plan.period)
 
 
 def assess_open_loop(name):

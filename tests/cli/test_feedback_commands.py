@@ -67,7 +67,9 @@ def test_feedback_may_use_more_than_the_plan_of_each_actuator(capsys, tmp_path):
     save(idle, file)
     code, text = run(capsys, "stability", str(file), "--law", "lqr")
     assert code == 2
-    assert "planned without torque at the ankle; say with --torque-limit" in " ".join(text.err.split())
+    assert "planned without torque at the ankle; set the limit of the feedback with --torque-limit" in " ".join(
+        text.err.split()
+    )
 
 
 @pytest.mark.parametrize(
@@ -125,3 +127,88 @@ def test_mistakes_are_explained(capsys, arguments, message):
     code, text = run(capsys, *arguments)
     assert code == 2
     assert message in text.err.replace("\n", " ")
+
+
+SCRIPT = """
+import casadi as ca
+import numpy as np
+
+from gaitopt import Law, feedforward
+from gaitopt.control import control_function, law_inputs
+
+
+def hip_spring(robot, motion, torque_limit):
+    base = feedforward(robot, motion)
+    rows = base.table.shape[0]
+    inputs = law_inputs(robot, data=rows + 2)
+    data = inputs.data
+    torque = base.control(*inputs._replace(data=data[:rows]))[0]
+    feedback = -data[rows] * (inputs.q[3] - 0.1) - data[rows + 1] * inputs.v[2]
+    table = np.vstack([base.table, np.full((1, base.breakpoints.size), 0.2), np.full((1, base.breakpoints.size), 0.1)])
+    control = control_function(inputs, torque + ca.vertcat(0, feedback))
+    return Law("hip spring", control, base.breakpoints, table, {"stiffness": rows, "damping": rows + 1})
+
+
+def wrong(robot, motion, torque_limit):
+    return 3
+"""
+
+
+@pytest.fixture
+def script(tmp_path):
+    path = tmp_path / "mylaw.py"
+    path.write_text(SCRIPT)
+    return path
+
+
+def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path, script):
+    """Tuned, reloaded from the file of its gains, simulated, exported: one file outside of the package."""
+    name, gains = f"{script}:hip_spring", str(tmp_path / "gains.json")
+    code, text = run(capsys, "tune", GAIT, "--law", name, "--starts", "1", "-o", gains, "--json")
+    facts = json.loads(text.out)
+    assert code == 0, text.err
+    assert facts["law"] == name
+    assert set(facts["gains"]) == {"stiffness", "damping"}
+    code, text = run(capsys, "stability", GAIT, "--law", gains, "--json")
+    assert code == 0, text.err
+    assert json.loads(text.out)["gaits"][0]["radius"] == pytest.approx(facts["radius_after"], rel=1e-9)
+    assert run(capsys, "simulate", GAIT, "--law", name, "--gain", "stiffness=0.1", "--steps", "2")[0] == 0
+    assert run(capsys, "export", GAIT, "--law", gains, "-o", str(tmp_path / "controller.c"))[0] == 0
+    assert run(capsys, "export", GAIT, "--law", gains, "-o", str(tmp_path / "torques.json"))[0] == 0
+    written = json.loads((tmp_path / "torques.json").read_text(encoding="utf-8"))
+    assert written["gains"] == facts["gains"]
+
+
+def test_a_script_without_a_law_is_explained(capsys, script):
+    for name, message in (
+        (f"{script}:wrong", "must return a Law or a Design, it returned int"),
+        (f"{script}:missing", "has no function missing"),
+        ("nowhere.py:law", "There is no problem script nowhere.py"),
+        ("pid", "There is no feedback law 'pid'"),
+    ):
+        code, text = run(capsys, "stability", GAIT, "--law", name)
+        assert code == 2
+        assert message in " ".join(text.err.split())
+
+
+def test_the_laws_in_the_help_are_those_of_the_registry():
+    from gaitopt.cli.law import LawName
+    from gaitopt.tuning.controller_family import DESIGNS
+
+    (option,) = LawName.__metadata__
+    assert option.help.startswith(", ".join(DESIGNS))
+
+
+def test_a_push_off_is_named_and_exported(capsys, tmp_path):
+    path = tmp_path / "torques.json"
+    options = ("--law", "push-off", "--gain", "push_off_torque=0.05", "--torque-limit", "8")
+    assert run(capsys, "export", GAIT, *options, "-o", str(path))[0] == 0
+    facts = json.loads(path.read_text(encoding="utf-8"))
+    assert facts["gains"]["push_off_torque"] == 0.05
+    assert facts["events"] == ["swing leg goes forward", "push-off begins", "push-off ends"]
+    assert set(facts["latched"]) == {"waiting", "ready", "pushing", "done", "release time"}
+    pushing = [bool(value) for value in facts["latched"]["pushing"]]
+    assert any(pushing)
+    assert not pushing[0]
+    code, text = run(capsys, "stability", GAIT, *options, "--json")
+    assert code == 0, text.err

@@ -14,8 +14,8 @@ def motion():
     return load("docs/examples/compass_slip.h5").motion
 
 
-def torque(law, clock, q, v, *more):
-    return np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)], *more)).ravel()
+def torque(law, clock, q, v, latched=(), slide=0):
+    return law.torque_at(clock, q, v, latched=latched, slide=slide)
 
 
 @pytest.mark.parametrize(("part", "k"), [(0, 0), (0, 7), (1, 5), (1, 33), (1, -1)])

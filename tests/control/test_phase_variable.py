@@ -16,14 +16,14 @@ from gaitopt import (
     step_lqr,
     step_to_step,
 )
+from gaitopt.control.signature import control_function, law_inputs
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.linearisation import Linearisation
 
 
-def torque(law, clock, q, v, *more):
-    y = np.concatenate([q, v])
-    return np.asarray(law.torque.call([clock, q, v, law.table[:, law.piece(law.measure(clock, y))], *more])[0]).ravel()
+def torque(law, clock, q, v):
+    return law.torque_at(clock, q, v)
 
 
 @pytest.mark.parametrize("late", [0.0, 0.4])
@@ -62,11 +62,11 @@ def test_pieces_that_begin_together_but_for_rounding_are_one(compass, slip_gait)
     assert np.all(np.isfinite(law.table))
 
 
-def test_what_is_held_over_a_step_stays(compass, slip_gait):
+def test_latched_values_stay(compass, slip_gait):
     plain = step_lqr(compass, slip_gait.motion, torque_limit=8)
     law, first = by_stance_angle(compass, slip_gait.motion, plain), slip_gait.motion.segments[0]
     q, v = first.q[:, 0], first.v[:, 0] + np.array([0, 0, 0.02, -0.01])
-    values = [np.asarray(each.hold(q, v, each.table[:, 0])).ravel() for each in (plain, law)]
+    values = [np.asarray(each.memory.latch(q, v, each.table[:, 0])).ravel() for each in (plain, law)]
     assert np.max(np.abs(values[0])) > 0.01
     assert values[0] == pytest.approx(values[1], abs=1e-14)
 
@@ -74,9 +74,9 @@ def test_what_is_held_over_a_step_stays(compass, slip_gait):
 @pytest.mark.parametrize("engine", [default_engine(), ScipyEngine()], ids=lambda engine: engine.name)
 def test_torques_that_jump_at_an_angle_have_their_saltation(compass, engine):
     """The ankle pushes with 2 N m between two angles: the instant of the jumps depends on the start."""
-    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 3)
-    left = ca.vertcat(q[2] - data[0], data[1] - q[2])
-    function = ca.Function("torque", [clock, q, v, data], [ca.vertcat(data[2], 0), left])
+    inputs = law_inputs(compass, data=3)
+    data, left = inputs.data, ca.vertcat(inputs.q[2] - inputs.data[0], inputs.data[1] - inputs.q[2])
+    function = control_function(inputs, ca.vertcat(data[2], 0), bounds=left)
     bounds = np.array([-1e3, -0.05, 0.06, 1e3])
     law = Law("push", function, bounds[:-1], np.vstack([bounds[:-1], bounds[1:], [0.0, 2.0, 0.0]]), index=2)
     p = compass.vector(compass.resolve({"slope": 0.0, "friction": 0.5}))
@@ -99,13 +99,13 @@ def test_mistakes_are_explained(compass, slip_gait):
     motion = slip_gait.motion
     law = feedforward(compass, motion)
     with pytest.raises(
-        InputError, match=r"planned angle 'th2' does not grow throughout the step: at 0\.\d+ s its rate"
+        InputError, match=r"planned angle 'th2' does not increase throughout the step: at 0\.\d+ s its rate"
     ):
         by_stance_angle(compass, motion, law, angle="th2")
     with pytest.raises(InputError, match="no angle 'knee'"):
         by_stance_angle(compass, motion, law, angle="knee")
     indexed = by_stance_angle(compass, motion, law)
-    with pytest.raises(InputError, match="does not go by the clock"):
+    with pytest.raises(InputError, match="does not follow the clock"):
         by_stance_angle(compass, motion, indexed)
     with pytest.raises(InputError, match="by the clock"):
         step_to_step(compass, indexed, np.zeros(4), np.zeros((4, 4)), windows=2, duration=0.7)
@@ -117,5 +117,5 @@ def test_a_stance_leg_that_all_but_rests_is_refused(compass, slip_gait):
     v = segment.v.copy()
     v[2, k] = 1e-7
     slow = dataclasses.replace(slip_gait.motion, segments=(dataclasses.replace(segment, v=v, time=segment.time),))
-    with pytest.raises(InputError, match=r"all but rests at 0\.\d+ s"):
+    with pytest.raises(InputError, match=r"nearly at rest at 0\.\d+ s"):
         by_stance_angle(compass, slow, feedforward(compass, slow))

@@ -7,9 +7,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, by_stance_angle, feedforward, joint_pd, passive, step_to_step, write_c
+from gaitopt import InputError, Mode, by_stance_angle, feedforward, joint_pd, passive, push_off, step_to_step, write_c
 from gaitopt.control.inverse_dynamics import prescribed_angles
 from gaitopt.model.contacts.mode import PHYSICAL
+from gaitopt.simulation.hybrid_automaton import make_walker
 
 CC = shutil.which("cc") or shutil.which("gcc")
 compiled = pytest.mark.skipif(CC is None, reason="needs a C compiler on the PATH (Debian: apt-get install gcc)")
@@ -35,6 +36,14 @@ def call(function, inputs, sizes):
     function.restype = None
     function(*map(pointer, given), *[output.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for output in outputs])
     return outputs
+
+
+def call_first(function, inputs, size):
+    """Return the output of a C function that writes into its first argument, as a controller into its state."""
+    state = np.full(size, np.nan)
+    function.restype = None
+    function(pointer(state), *map(pointer, inputs))
+    return state
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +82,7 @@ def test_parameters_are_in_the_library(library, compass, slip_gait):
     assert list(inside) == compass.vector(slip_gait.motion.parameters).tolist()
 
 
-def torque_of(library, prefix, clock, q, v, held=None, slide=0):
+def torque_of(library, prefix, clock, q, v, latched=None, slide=0):
     torque = np.full(2, np.nan)
     control = getattr(library, f"{prefix}_control")
     control.restype = None
@@ -81,7 +90,7 @@ def torque_of(library, prefix, clock, q, v, held=None, slide=0):
         ctypes.c_double(clock),
         pointer(q),
         pointer(v),
-        None if held is None else pointer(held),
+        None if latched is None else pointer(latched),
         ctypes.c_double(slide),
         torque.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
     )
@@ -94,7 +103,7 @@ def test_the_controller_plays_the_torques_back(library, compass, slip_gait, rng)
     q, v = rng.uniform(-1, 1, 4), rng.uniform(-2, 2, 4)
     clocks = [-0.1, 0.0, *rng.uniform(0, slip_gait.period, 50), *law.breakpoints[:5], 10.0]
     for clock in clocks:
-        expected = np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)])).ravel()
+        expected = law.torque_at(clock, q, v)
         assert torque_of(library, "walker", clock, q, v) == pytest.approx(expected, rel=1e-13, abs=1e-13)
 
 
@@ -104,7 +113,7 @@ def test_a_feedback_law_sees_the_state(tmp_path, compass, slip_gait, rng):
     library = build(compass, law, slip_gait.motion.parameters, tmp_path, "fed_back")
     for _ in range(20):
         clock, q, v = rng.uniform(0, 0.8), rng.uniform(-0.3, 0.3, 4), rng.uniform(-1, 1, 4)
-        expected = np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)])).ravel()
+        expected = law.torque_at(clock, q, v)
         assert torque_of(library, "fed_back", clock, q, v) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
@@ -114,7 +123,7 @@ def test_a_law_by_the_stance_angle(tmp_path, compass, slip_gait, rng):
     library = build(compass, law, slip_gait.motion.parameters, tmp_path, "angle")
     for th1 in rng.uniform(-0.2, 0.2, 20):
         q = [0, 0, th1, 0.1]
-        expected = law.torque(0, q, np.zeros(4), law.table[:, law.piece(th1)])[0]
+        expected = law.torque_at(0.0, q, np.zeros(4))
         ours = torque_of(library, "angle", 0.3, q, np.zeros(4))
         assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-9, abs=1e-9)
 
@@ -128,11 +137,11 @@ def test_a_law_that_keeps_values_over_a_step(tmp_path, compass, slip_gait, rng):
     library = build(compass, law, slip_gait.motion.parameters, tmp_path, "stepping")
     for _ in range(20):
         q, v = rng.uniform(-1, 1, 4), rng.uniform(-1, 1, 4)
-        (held,) = call(library.stepping_after_touchdown, (q, v), (4,))
-        assert held == pytest.approx(np.asarray(law.hold(q, v, law.table[:, 0])).ravel(), rel=1e-13)
+        latched = call_first(library.stepping_begin, (q, v), 4)
+        assert latched == pytest.approx(np.asarray(law.memory.latch(q, v, law.table[:, 0])).ravel(), rel=1e-13)
         clock = rng.uniform(0, 0.8)
-        expected = law.torque(clock, q, v, law.table[:, law.piece(clock)], held, 1)
-        ours = torque_of(library, "stepping", clock, q, v, held, 1)
+        expected = law.torque_at(clock, q, v, latched=latched, slide=1)
+        ours = torque_of(library, "stepping", clock, q, v, latched, 1)
         assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-12, abs=1e-12)
 
 
@@ -142,10 +151,36 @@ def test_a_sliding_foot_is_told_to_the_law(tmp_path, compass, slip_gait, rng):
     library = build(compass, law, slip_gait.motion.parameters, tmp_path, "angles")
     for slide in (1, 0, -1):
         clock, q, v = rng.uniform(0, 0.7), rng.uniform(-0.2, 0.2, 4), rng.uniform(-1, 1, 4)
-        held = np.zeros(law.torque.size1_in(4))
-        expected = law.torque(clock, q, v, law.table[:, law.piece(clock)], held, slide)
-        ours = torque_of(library, "angles", clock, q, v, held, slide)
+        expected = law.torque_at(clock, q, v, slide=slide)
+        ours = torque_of(library, "angles", clock, q, v, np.zeros(0), slide)
         assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-9, abs=1e-9)
+
+
+@compiled
+@pytest.mark.parametrize("trigger", ["retraction", "touchdown"])
+def test_a_law_with_discrete_states_steps_as_in_the_simulator(tmp_path, compass, slip_gait, trigger):
+    """Two steps of a walk, sample by sample: the C controller sees only clock, q, v and the sign of the slide."""
+    base = joint_pd(compass, slip_gait.motion, stiffness=20, damping=5, torque_limit=6)
+    law = push_off(compass, base, torque=2.0, duration=0.07, actuator="hip", trigger=trigger)
+    library = build(compass, law, slip_gait.motion.parameters, tmp_path, "pushing")
+    walker = make_walker(compass, law, slip_gait.motion.parameters, period=slip_gait.period)
+    first, memory, torque, differences, states = slip_gait.motion.segments[0], np.zeros(5), np.zeros(2), [], set()
+    state = np.concatenate([first.q[:, 0], first.v[:, 0] + np.array([0, 0, 0.01, -0.02])])
+    library.pushing_begin.restype = library.pushing_step.restype = None
+    for _ in range(2):
+        stride = walker.stride(state, record=True)
+        library.pushing_begin(pointer(memory), pointer(state[:4]), pointer(state[4:]))
+        for mode, arc in stride.arcs:
+            for clock, y in zip(arc.time[1:-1], arc.states.T[1:-1], strict=True):
+                inputs = ctypes.c_double(clock), pointer(y[:4]), pointer(y[4:8]), ctypes.c_double(mode.sign)
+                library.pushing_step(pointer(memory), *inputs, pointer(torque))
+                differences.append(np.max(np.abs(torque - walker.torque(mode, clock, y))))
+                assert memory == pytest.approx(y[8:], abs=0.01)  # the release is noticed at the next sample
+                states.add(int(np.argmax(memory[:4])))
+        state = stride.following
+    assert max(differences) < 1e-12
+    assert len(differences) > 50
+    assert states == ({0, 1, 2, 3} if trigger == "retraction" else {2, 3})
 
 
 @compiled

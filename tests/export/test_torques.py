@@ -21,7 +21,7 @@ def test_interpolated_torques_are_those_of_the_law(tmp_path, slip_gait, compass)
     table = json.loads(write_torques(slip_gait.motion, tmp_path / "t.json").read_text(encoding="utf-8"))
     law, n = feedforward(compass, slip_gait.motion), compass.n_q
     for clock in np.linspace(0.001, slip_gait.period - 0.001, 57):
-        expected = np.asarray(law.torque(clock, np.zeros(n), np.zeros(n), law.table[:, law.piece(clock)])).ravel()
+        expected = law.torque_at(clock, np.zeros(n), np.zeros(n))
         ours = [np.interp(clock, table["time"], table["torque"][name]) for name in compass.actuators]
         assert ours == pytest.approx(expected, abs=1e-9)
     assert table["sequence"] == "slip+ stick | slip+"
@@ -54,15 +54,41 @@ def test_gains_over_time_are_differences_of_the_torque(tmp_path, slip_gait, comp
         path = write_torques(slip_gait.motion, tmp_path / "t.json", law=law)
         table = json.loads(path.read_text(encoding="utf-8"))["torque_by_state"]
         first = slip_gait.motion.segments[0]
-        more = [] if law.hold is None else [law.hold(first.q[:, 0], first.v[:, 0], law.table[:, 0]), 0]
+        latched = law.memory.latch(first.q[:, 0], first.v[:, 0], law.table[:, 0])
         for k in (5, 40):
             clock, q, v = segment.time[k] - first.time[0], segment.q[:, k], segment.v[:, k]
             data = law.table[:, law.piece(law.measure(clock, np.concatenate((q, v))) - 1e-9)]
-            function = law.demand or law.torque
-            plus, minus = (function.call([clock, q, np.add(v, (0, 0, d, 0)), data, *more])[0] for d in (step, -step))
+            plus, minus = (law.control(clock, q, np.add(v, (0, 0, d, 0)), latched, 0, data)[0] for d in (step, -step))
             expected = np.asarray(plus - minus).ravel() / (2 * step)
             ours = [table[name]["th1_rate"][first.time.size + k] for name in compass.actuators]
             assert ours == pytest.approx(expected, abs=1e-5)
+
+
+def test_gain_matrices_are_those_of_the_law(tmp_path, slip_gait, compass):
+    """The torques of the table and K (x - x_ref), put together outside, are those of the law."""
+    law, segment = lqr(compass, slip_gait.motion), slip_gait.motion.segments[1]
+    facts = json.loads(write_torques(slip_gait.motion, tmp_path / "t.json", law=law).read_text(encoding="utf-8"))
+    (matrix,) = facts["gain_matrices"]
+    assert matrix["rows"] == ["ankle", "hip"]
+    assert matrix["columns"] == ["th1", "th2", "foot_speed", "th1_rate", "th2_rate"]
+    begins, value, slope = np.array(facts["pieces"]["begin"]), np.array(matrix["value"]), np.array(matrix["slope"])
+    error = np.array([0.01, -0.02, 0.0, 0.03, 0.05])
+    for k in (4, 33):
+        clock = segment.time[k]
+        piece = np.searchsorted(begins, clock, side="right") - 1
+        gain = value[piece] + slope[piece] * (clock - begins[piece])
+        q, v = segment.q[:, k] + [0, 0, *error[:2]], segment.v[:, k] + [error[2], 0, *error[3:]]
+        assert law.torque_at(clock, q, v) == pytest.approx(segment.torque[:, k] - gain @ error, abs=1e-8)
+    law = step_lqr(compass, slip_gait.motion)
+    facts = json.loads(write_torques(slip_gait.motion, tmp_path / "t.json", law=law).read_text(encoding="utf-8"))
+    (matrix,) = facts["gain_matrices"]
+    assert matrix["columns"] == ["th1", "th1_rate", "th2_rate", "foot_speed"]
+    assert matrix["rows"] == list(law.memory.values) == ["ankle_0", "hip_0", "ankle_1", "hip_1"]
+    first, push = slip_gait.motion.segments[0], np.array([0, 0, 0, 0.02])
+    latched = [
+        np.asarray(law.memory.latch(first.q[:, 0], first.v[:, 0] + k * push, law.table[:, 0])).ravel() for k in (0, 1)
+    ]
+    assert latched[1] - latched[0] == pytest.approx(-0.02 * np.array(matrix["value"][0])[:, 2], abs=1e-12)
 
 
 def test_a_robot_without_actuators_has_no_torques(tmp_path, wheel):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Law, Mode
-from gaitopt.control.law import torque_function
+from gaitopt.control.signature import torque_function
+from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.contact_choice import ContactChoice
 
 Q, V, TORQUE = np.array([0, 0, -0.15, -0.15]), np.array([0, 0, 0.75, -0.5]), np.zeros(2)
@@ -16,9 +17,9 @@ Q, V, TORQUE = np.array([0, 0, -0.15, -0.15]), np.array([0, 0, 0.75, -0.5]), np.
 def choice(compass, hand_compass, mu, *, v=V, torque=TORQUE, leaving=None):
     """Return what is chosen under a constant torque."""
     data = ca.SX.sym("data", 2)
-    law = Law("held", torque_function(compass, data, lambda clock, q, v: data), np.zeros(1), torque[:, None])
+    law = Law("constant", torque_function(compass, data, lambda clock, q, v: data), np.zeros(1), torque[:, None])
     hand = dataclasses.replace(hand_compass, mu=mu)
-    contact = ContactChoice(compass, law, compass.vector(compass.resolve(hand.parameters)))
+    contact = ContactChoice(ClosedLoop(compass, law, compass.vector(compass.resolve(hand.parameters))))
     return contact.choose(0.1, np.concatenate([Q, v]), leaving=leaving)
 
 

@@ -6,7 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Law, Mode, ScipyEngine, Stop
+from gaitopt import Law, Mode, ScipyEngine, Stop, compass_biped
+from gaitopt.control.signature import torque_function
 
 
 def at(segment, k):
@@ -61,8 +62,8 @@ def test_slip_reverses_where_the_sticking_force_lies_beyond_the_other_edge(compa
 
 def ankle_from(start, torque):
     """Return the law that gives a constant ankle torque from a clock time on."""
-    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 2)
-    function = ca.Function("torque", [clock, q, v, data], [data])
+    data = ca.SX.sym("data", 2)
+    function = torque_function(compass_biped(), data, lambda clock, q, v: data)
     return Law("ankle", function, np.array([0.0, start]), np.array([[0.0, torque], [0.0, 0.0]]))
 
 
@@ -111,9 +112,12 @@ def test_a_slip_that_starts_from_rest_lasts(wheel_walk, compass_walk, gait_b):
 
 def ankle_pulse():
     """Return the law of an ankle torque that swells to 40 N m and dies away around t = 0.3 s."""
-    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
-    torque = ca.vertcat(40 * ca.exp(-(((clock - 0.3) / 0.1) ** 2)), 0)
-    return Law("pulse", ca.Function("torque", [clock, q, v, data], [torque]), np.zeros(1), np.zeros((0, 1)))
+    data = ca.SX.sym("data", 0)
+
+    def torque(clock, q, v):
+        return ca.vertcat(40 * ca.exp(-(((clock - 0.3) / 0.1) ** 2)), 0)
+
+    return Law("pulse", torque_function(compass_biped(), data, torque), np.zeros(1), np.zeros((0, 1)))
 
 
 def test_a_force_that_barely_leaves_the_cone_in_mid_step_is_seen(compass_walk, gait_a):

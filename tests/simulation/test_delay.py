@@ -6,7 +6,6 @@ import pytest
 from gaitopt import (
     InputError,
     ScipyEngine,
-    assess_stability,
     by_stance_angle,
     compass_biped,
     feedforward,
@@ -14,9 +13,11 @@ from gaitopt import (
     step_lqr,
 )
 from gaitopt.simulation import default_engine
-from gaitopt.simulation.delay import READINGS, DelayedReadings, delay_readings
+from gaitopt.simulation.delay import READINGS, DelayedWalker
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
+from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.section import Section
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def start(gait):
 
 def late_walker(gait, law, delay, engine=None):
     robot, engine = compass_biped(), engine or default_engine(law)
-    return Walker(robot, delay_readings(law), robot.vector(gait.motion.parameters), DelayedReadings(engine, delay))
+    return DelayedWalker(robot, law, robot.vector(gait.motion.parameters), engine, delay=delay)
 
 
 def ends(walker, state, steps):
@@ -69,8 +70,8 @@ def test_the_law_reads_states_between_one_and_a_quarter_more_delays_old(slip_gai
     for k in after_arrival:
         column = law.table[:, law.piece(time[k] + 1e-9)]
         read = np.flatnonzero((time < time[k] - delay + 1e-9) & (time > time[k] - oldest - 1e-9))
-        asked = [np.asarray(law.torque(time[k], q[:, j], v[:, j], column)).ravel() for j in read]
-        assert min(np.max(np.abs(each - torque[:, k])) for each in asked) < 1e-9
+        demanded = [np.asarray(law.torque(time[k], q[:, j], v[:, j], [], 0, column)[0]).ravel() for j in read]
+        assert min(np.max(np.abs(each - torque[:, k])) for each in demanded) < 1e-9
     assert after_arrival.size > 50
 
 
@@ -90,5 +91,19 @@ def test_both_engines_agree(slip_gait, law, kind):
 
 
 def test_it_has_no_derivative(slip_gait, law):
+    """The state of the walk is more than (q, v): nothing that differentiates steps takes the walker of one."""
+    walker = late_walker(slip_gait, law, 0.01)
+    section = Section(walker.robot, walker.p, sliding=True)
     with pytest.raises(InputError, match="no derivative"):
-        assess_stability(slip_gait, delay_readings(law), engine=DelayedReadings(default_engine(law), 0.01))
+        ReturnMap(walker, section)
+
+
+def test_each_walk_remembers_its_own_readings(slip_gait, law):
+    state, steps = start(slip_gait), 3
+    one = ends(late_walker(slip_gait, law, 0.05), state, steps)
+    walkers = [late_walker(slip_gait, law, 0.05) for _ in range(2)]
+    states = [state, state]
+    for step in range(steps):  # two walks in turn
+        states = [walker.stride(each).following for walker, each in zip(walkers, states, strict=True)]
+        assert states[0] == pytest.approx(one[step], abs=1e-12)
+        assert states[1] == pytest.approx(one[step], abs=1e-12)

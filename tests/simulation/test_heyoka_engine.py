@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Law, Mode, compass_biped, feedforward, ledger, passive, replay, rimless_wheel, simulate
+from gaitopt.control.signature import torque_function
 from gaitopt.simulation import engine_choice
+from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine_choice import default_engine, engine_named
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
@@ -35,8 +37,7 @@ def wheel_state(rate, slide=0.0):
 
 def law_of(torque):
     """Return the law with a torque (clock, q, v) of the compass."""
-    clock, q, v, data = ca.SX.sym("clock"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
-    return Law("own", ca.Function("torque", [clock, q, v, data], [torque(clock, q, v)]), np.zeros(1), np.zeros((0, 1)))
+    return Law("custom", torque_function(COMPASS, ca.SX.sym("data", 0), torque), np.zeros(1), np.zeros((0, 1)))
 
 
 def vector(robot, parameters):
@@ -67,8 +68,8 @@ def assert_same_walk(robot, parameters, state, tolerance=1e-9, **options):
 def both_arcs(robot, law, mode, state, parameters, *, clock=0.0, until=2.0):
     """Return the arcs of both engines from a state, after checking that recording does not change the fast one."""
     p, state = vector(robot, parameters), np.array(state, dtype=float)
-    arcs = [engine.flow(robot, law, mode, clock, state, p, until=until) for engine in (FAST, REFERENCE)]
-    recorded = FAST.flow(robot, law, mode, clock, state, p, until=until, record=True)
+    arcs = [engine.flow(ClosedLoop(robot, law, p), mode, clock, state, until=until) for engine in (FAST, REFERENCE)]
+    recorded = FAST.flow(ClosedLoop(robot, law, p), mode, clock, state, until=until, record=True)
     assert recorded.event == arcs[0].event
     assert recorded.time[-1] == arcs[0].time[-1]
     np.testing.assert_array_equal(recorded.states[:, [0, -1]], arcs[0].states)
@@ -192,8 +193,8 @@ def test_motion_that_cannot_go_on(torque):
     law = law_of(lambda clock, q, v: ca.vertcat(0, torque(clock)))
     # The reference engine needs minutes to creep up to the pole at small tolerances.
     rough = ScipyEngine(relative=1e-6, absolute=1e-8)
-    arcs = [e.flow(COMPASS, law, Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=2.0, record=True)
-            for e in (FAST, rough)]  # fmt: skip
+    loop = ClosedLoop(COMPASS, law, vector(COMPASS, DOWNHILL))
+    arcs = [e.flow(loop, Mode.STICK, 0.0, np.array(GAIT_A), until=2.0, record=True) for e in (FAST, rough)]
     assert [arc.event for arc in arcs] == ["singular", "singular"]
     assert arcs[0].time[-1] == pytest.approx(arcs[1].time[-1], abs=1e-3)
     assert np.all(np.isfinite(arcs[0].states))
@@ -240,7 +241,9 @@ def test_slide_from_rest_is_no_event_unless_the_force_stops_it():
 def test_onset_of_slip_where_the_slide_starts_without_acceleration():
     # At the edge of the cone sticking and sliding force agree, so the sliding acceleration is zero to rounding.
     parameters, law = DOWNHILL | {"friction": 0.14}, passive(COMPASS)
-    arc = FAST.flow(COMPASS, law, Mode.SLIP_FORWARD, 0.0, np.array(GAIT_B), vector(COMPASS, parameters), until=2.0)
+    arc = FAST.flow(
+        ClosedLoop(COMPASS, law, vector(COMPASS, parameters)), Mode.SLIP_FORWARD, 0.0, np.array(GAIT_B), until=2.0
+    )
     rested = arc.states[:, -1] * (np.arange(8) != 4)
     stick = assert_same_arc(COMPASS, law, Mode.STICK, rested, parameters, clock=float(arc.time[-1]))
     assert stick.event == "slip-"
@@ -280,15 +283,16 @@ def test_touchdown_at_the_end_of_a_piece_of_the_law():
     assert law.breakpoints[-1] == walk.motion.jumps[0].time
     for shift in (0.0, 1e-16, -1e-16, 2e-16, -2e-16):
         moved = Law("moved", law.torque, law.breakpoints + shift, law.table)
-        arc = FAST.flow(COMPASS, moved, Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=3.0)
+        arc = FAST.flow(
+            ClosedLoop(COMPASS, moved, vector(COMPASS, DOWNHILL)), Mode.STICK, 0.0, np.array(GAIT_A), until=3.0
+        )
         assert arc.event == "touchdown"
         assert arc.time[-1] == pytest.approx(law.breakpoints[-1], abs=1e-12)
 
 
 def test_law_that_jumps_out_of_the_cone():
     data = ca.SX.sym("data", 2)
-    clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", 4), ca.SX.sym("v", 4)
-    torque = ca.Function("torque", [clock, q, v, data], [data])
+    torque = torque_function(COMPASS, data, lambda clock, q, v: data)
     law = Law("switched", torque, np.array([0.0, 0.2]), np.array([[0.0, 60.0], [0.0, 0.0]]))
     arc = assert_same_arc(COMPASS, law, Mode.STICK, GAIT_A, DOWNHILL | {"friction": 0.3})
     assert (arc.event, arc.time[-1]) == ("slip-", 0.2)
@@ -309,7 +313,7 @@ def test_recorded_arc(slip_gait):
     first, law = slip_gait.motion.segments[0], feedforward(COMPASS, slip_gait.motion)
     state, p = np.concatenate([first.q[:, 0], first.v[:, 0]]), vector(COMPASS, slip_gait.motion.parameters)
     fast, reference = (
-        engine.flow(COMPASS, law, Mode.SLIP_FORWARD, 0.0, state, p, until=2.0, record=True)
+        engine.flow(ClosedLoop(COMPASS, law, p), Mode.SLIP_FORWARD, 0.0, state, until=2.0, record=True)
         for engine in (FAST, REFERENCE)
     )
     assert fast.energy.shape == (3, fast.time.size)
@@ -319,7 +323,7 @@ def test_recorded_arc(slip_gait):
     # Between its ends: the reference arc, stopped at a recorded time.
     k = fast.time.size // 2
     until = float(fast.time[k])
-    middle = REFERENCE.flow(COMPASS, law, Mode.SLIP_FORWARD, 0.0, state, p, until=until, record=True)
+    middle = REFERENCE.flow(ClosedLoop(COMPASS, law, p), Mode.SLIP_FORWARD, 0.0, state, until=until, record=True)
     np.testing.assert_allclose(fast.states[:, k], middle.states[:, -1], atol=1e-9)
     np.testing.assert_allclose(fast.energy[:, k], middle.energy[:, -1], atol=1e-9)
 
@@ -347,9 +351,11 @@ def test_sensitivity(mode, case, slip_gait, rng):
     angles = robot.n_q - 2
     state = np.concatenate([[0.3, 0.2], rng.uniform(-0.2, 0.2, angles), [mode.sign * 0.5, 0], rng.normal(size=angles)])
     p = vector(robot, {"friction": 0.2, "slope": 0.05})
-    one, other = (e.sensitivity(robot, law, mode, 0.05, state, p, until=0.4) for e in (FAST, REFERENCE))
+    one, other = (e.sensitivity(ClosedLoop(robot, law, p), mode, 0.05, state, until=0.4) for e in (FAST, REFERENCE))
     np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(FAST.sensitivity(robot, law, mode, 0.4, state, p, until=0.4), np.eye(2 * robot.n_q))
+    np.testing.assert_array_equal(
+        FAST.sensitivity(ClosedLoop(robot, law, p), mode, 0.4, state, until=0.4), np.eye(2 * robot.n_q)
+    )
 
 
 def test_a_robot_whose_accelerations_are_no_sums_of_waves():
@@ -366,9 +372,9 @@ def test_a_robot_whose_accelerations_are_no_sums_of_waves():
 def test_law_made_anew_is_not_compiled_anew(slip_gait):
     one, two = feedforward(COMPASS, slip_gait.motion), feedforward(COMPASS, slip_gait.motion)
     p = vector(COMPASS, DOWNHILL)
-    FAST.flow(COMPASS, one, Mode.STICK, 0.0, np.array(GAIT_A), p, until=0.1)
+    FAST.flow(ClosedLoop(COMPASS, one, p), Mode.STICK, 0.0, np.array(GAIT_A), until=0.1)
     before = program_with_events.cache_info().misses
-    FAST.flow(COMPASS, two, Mode.STICK, 0.0, np.array(GAIT_A), p * 1.01, until=0.1)
+    FAST.flow(ClosedLoop(COMPASS, two, p * 1.01), Mode.STICK, 0.0, np.array(GAIT_A), until=0.1)
     assert program_with_events.cache_info().misses == before
 
 
@@ -380,7 +386,7 @@ def test_threads_do_not_disturb_each_other():
         for _ in range(10):
             y = walker.stride(y).following
         y[WHEEL.n_q] = 0.3
-        sensitivity = FAST.sensitivity(WHEEL, walker.law, Mode.SLIP_FORWARD, 0.0, y, walker.p, until=0.2)
+        sensitivity = FAST.sensitivity(ClosedLoop(WHEEL, walker.law, walker.p), Mode.SLIP_FORWARD, 0.0, y, until=0.2)
         return np.concatenate([y, sensitivity.ravel()])
 
     frictions, interval = np.linspace(0.25, 0.3, 12), sys.getswitchinterval()
@@ -396,7 +402,7 @@ def test_threads_do_not_disturb_each_other():
 def test_full_mode_and_looser_tolerance_agree():
     p, state = vector(WHEEL, STEEP | {"friction": 0.3}), np.array(wheel_state(1.12, 0.7))
     arcs = [
-        engine.flow(WHEEL, passive(WHEEL), Mode.SLIP_FORWARD, 0.0, state, p, until=2.0)
+        engine.flow(ClosedLoop(WHEEL, passive(WHEEL), p), Mode.SLIP_FORWARD, 0.0, state, until=2.0)
         for engine in (FAST, HeyokaEngine(compact_mode=False), HeyokaEngine(tolerance=1e-10))
     ]
     for arc in arcs[1:]:
@@ -425,7 +431,7 @@ def test_converted_operations_equal_those_of_casadi(rng):
 def test_operations_a_taylor_integrator_cannot_follow_are_refused(name, torque):
     law = law_of(lambda clock, q, v: ca.vertcat(torque(v[2]), 0))
     with pytest.raises(InputError, match=rf"cannot follow the operation '{name}' in 'stick'\. Use the scipy engine"):
-        FAST.flow(COMPASS, law, Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=1.0)
+        FAST.flow(ClosedLoop(COMPASS, law, vector(COMPASS, DOWNHILL)), Mode.STICK, 0.0, np.array(GAIT_A), until=1.0)
 
 
 # Which engine
@@ -460,7 +466,11 @@ def test_without_heyoka_the_reference_engine_runs(monkeypatch):
             engine_named("heyoka")
         with pytest.raises(InputError, match=r"pip install 'gaitopt\[fast\]'"):
             HeyokaEngine(tolerance=1e-9).flow(
-                COMPASS, passive(COMPASS), Mode.STICK, 0.0, np.array(GAIT_A), vector(COMPASS, DOWNHILL), until=1.0
+                ClosedLoop(COMPASS, passive(COMPASS), vector(COMPASS, DOWNHILL)),
+                Mode.STICK,
+                0.0,
+                np.array(GAIT_A),
+                until=1.0,
             )
     finally:
         heyoka_module.cache_clear()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Mode, compass_biped, feedforward, passive, rimless_wheel
-from gaitopt.simulation.closed_loop import closed_loop
+from gaitopt.simulation.closed_loop import mode_equations
 from gaitopt.simulation.taylor.partial_evaluation import split_expression
 
 MODES = [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD]
@@ -27,7 +27,7 @@ def separated(function, entries):
 @pytest.mark.parametrize("robot", [compass_biped(), rimless_wheel()], ids=["compass", "wheel"])
 @pytest.mark.parametrize("name", ["flow", "guards", "energy"])
 def test_closed_loops_keep_their_values(robot, mode, name, rng):
-    loop = closed_loop(robot, mode, passive(robot).torque)
+    loop = mode_equations(robot, mode, passive(robot).torque)
     function = getattr(loop, name)
     evaluate = separated(function, loop.active)
     for _ in range(10):
@@ -39,7 +39,7 @@ def test_closed_loops_keep_their_values(robot, mode, name, rng):
 
 def test_law_with_pieces_keeps_its_values(slip_gait, rng):
     robot, law = compass_biped(), feedforward(compass_biped(), slip_gait.motion)
-    loop, p = closed_loop(robot, Mode.STICK, law.torque), rng.uniform(0.5, 1.5, 7)
+    loop, p = mode_equations(robot, Mode.STICK, law.torque), rng.uniform(0.5, 1.5, 7)
     evaluate = separated(loop.flow, range(8))
     for piece in (0, 5, law.table.shape[1] - 1):
         y, data = rng.uniform(-0.5, 0.5, 8), law.table[:, piece]

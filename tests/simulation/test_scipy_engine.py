@@ -1,11 +1,15 @@
 """The reference engine: accuracy, events at known times, and sensitivities against finite differences."""
 
+import dataclasses
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from gaitopt import Law, Mode, ScipyEngine, feedforward, passive
+from gaitopt.control.signature import torque_function
 from gaitopt.simulation.active_piece import pieces
+from gaitopt.simulation.closed_loop import ClosedLoop
 
 
 def start(q, v):
@@ -22,7 +26,7 @@ def test_a_pendulum_swings_through_in_its_own_time(wheel):
     p = wheel.vector(wheel.resolve({"inertia_ratio": 0.5, "friction": np.inf}))
     lean, rate = 1e-4, np.sqrt(9.8 / 1.5)
     arc = ScipyEngine().flow(
-        wheel, passive(wheel), Mode.STICK, 0.0, start([0, 0, lean], [0, 0, 0]), p, until=1.0, record=True
+        ClosedLoop(wheel, passive(wheel), p), Mode.STICK, 0.0, start([0, 0, lean], [0, 0, 0]), until=1.0, record=True
     )
     np.testing.assert_allclose(arc.states[2], lean * np.cosh(rate * arc.time), rtol=1e-6)
 
@@ -30,7 +34,7 @@ def test_a_pendulum_swings_through_in_its_own_time(wheel):
 def test_no_time_is_no_motion(wheel):
     p = wheel.vector(wheel.resolve({}))
     state = start([0, 0, 0.1], [0, 0, 1.0])
-    arc = ScipyEngine().flow(wheel, passive(wheel), Mode.STICK, 0.3, state, p, until=0.3)
+    arc = ScipyEngine().flow(ClosedLoop(wheel, passive(wheel), p), Mode.STICK, 0.3, state, until=0.3)
     assert arc.event is None
     np.testing.assert_array_equal(arc.states[:, -1], state)
 
@@ -39,7 +43,7 @@ def test_energy_is_kept_to_the_tolerance_over_a_long_swing(compass):
     """A stance leg held by no torque and a swing leg: the double pendulum keeps its energy."""
     p = compass.vector(compass.resolve({}))
     state = start([0, 0, 0.01, 0.3], [0, 0, 0.0, 0.0])
-    arc = ScipyEngine().flow(compass, passive(compass), Mode.STICK, 0.0, state, p, until=1.0, record=True)
+    arc = ScipyEngine().flow(ClosedLoop(compass, passive(compass), p), Mode.STICK, 0.0, state, until=1.0, record=True)
     energies = [sum(float(part) for part in compass.energy(y[:4], y[4:], p)) for y in arc.states.T]
     np.testing.assert_allclose(energies, energies[0], rtol=1e-12)
 
@@ -48,7 +52,9 @@ def test_recording_does_not_change_the_motion(compass, compass_p):
     state = start([0, 0, -0.15, -0.15], [0.1, 0, 0.7, -0.5])
     engine = ScipyEngine()
     short, full = (
-        engine.flow(compass, passive(compass), Mode.SLIP_FORWARD, 0.0, state, compass_p, until=1.0, record=record)
+        engine.flow(
+            ClosedLoop(compass, passive(compass), compass_p), Mode.SLIP_FORWARD, 0.0, state, until=1.0, record=record
+        )
         for record in (False, True)
     )
     assert short.event == full.event == "at rest"
@@ -63,7 +69,9 @@ def test_tighter_tolerances_move_the_event_by_less(compass, compass_p):
 
     def end(relative):
         engine = ScipyEngine(relative=relative, absolute=relative / 100)
-        return engine.flow(compass, passive(compass), Mode.SLIP_FORWARD, 0.0, state, compass_p, until=1.0).time[-1]
+        return engine.flow(
+            ClosedLoop(compass, passive(compass), compass_p), Mode.SLIP_FORWARD, 0.0, state, until=1.0
+        ).time[-1]
 
     best = end(1e-13)
     assert abs(end(1e-6) - best) < 1e-6
@@ -78,7 +86,7 @@ def test_an_arc_may_start_late_on_the_clock_of_a_law(compass, slip_gait):
     state, clock = start(stuck.q[:, 0], stuck.v[:, 0]), float(stuck.time[0])
 
     def flow(clock, state, until):
-        return engine.flow(compass, law, Mode.STICK, clock, state, p, until=until)
+        return engine.flow(ClosedLoop(compass, law, p), Mode.STICK, clock, state, until=until)
 
     whole = flow(clock, state, 0.5)
     half = flow(clock, state, 0.3)
@@ -87,8 +95,8 @@ def test_an_arc_may_start_late_on_the_clock_of_a_law(compass, slip_gait):
     assert (whole.event, half.time[-1]) == (None, 0.3)
 
 
-def test_pieces_cover_the_clock_without_gaps():
-    law = Law("steps", ca.Function("f", [ca.SX.sym("x")], [0]), np.array([0.0, 0.2, 0.5]), np.zeros((0, 3)))
+def test_pieces_cover_the_clock_without_gaps(compass):
+    law = dataclasses.replace(passive(compass), breakpoints=np.array([0.0, 0.2, 0.5]), table=np.zeros((0, 3)))
     assert list(pieces(law, 0.1, 0.9)) == [(0, 0.1, 0.2), (1, 0.2, 0.5), (2, 0.5, 0.9)]
     assert list(pieces(law, 0.2, 0.4)) == [(1, 0.2, 0.4)]
     assert list(pieces(law, 0.6, 0.7)) == [(2, 0.6, 0.7)]
@@ -101,10 +109,12 @@ def test_sensitivity_is_the_derivative_of_the_flow(compass, compass_p, slip_gait
     law, engine = feedforward(compass, slip_gait.motion), ScipyEngine()
     state = start([0.1, 0, -0.1, -0.05], [5.0 * mode.sign, 0, 0.6, -0.3])
     span = {"until": 0.2}
-    exact = engine.sensitivity(compass, law, mode, 0.05, state, compass_p, **span)
+    exact = engine.sensitivity(ClosedLoop(compass, law, compass_p), mode, 0.05, state, **span)
     for j in (2, 3, 6, 7, *((0, 4) if mode.slips else ())):
         shift = 1e-5 * np.eye(8)[j]
-        ends = [engine.flow(compass, law, mode, 0.05, state + s, compass_p, **span) for s in (shift, -shift)]
+        ends = [
+            engine.flow(ClosedLoop(compass, law, compass_p), mode, 0.05, state + s, **span) for s in (shift, -shift)
+        ]
         assert [end.event for end in ends] == [None, None]
         difference = (ends[0].states[:, -1] - ends[1].states[:, -1]) / 2e-5
         np.testing.assert_allclose(exact[:, j], difference, atol=2e-8)
@@ -113,9 +123,8 @@ def test_sensitivity_is_the_derivative_of_the_flow(compass, compass_p, slip_gait
 @pytest.mark.parametrize("torque", [lambda t, v: ca.sqrt(0.3 - t), lambda t, v: ca.sqrt(v[3])], ids=["path", "slope"])
 def test_sensitivity_of_a_motion_that_cannot_go_on_is_not_a_number(compass, compass_p, torque):
     """The path ends at 0.3 s; the torque's slope is infinite where the swing leg is at rest."""
-    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
-    function = ca.Function("torque", [clock, q, v, data], [ca.vertcat(0, torque(clock, v))])
+    function = torque_function(compass, ca.SX.sym("data", 0), lambda clock, q, v: ca.vertcat(0, torque(clock, v)))
     law = Law("ending", function, np.zeros(1), np.zeros((0, 1)))
     state, engine = start([0, 0, -0.15, -0.15], [0, 0, 0.7, 0.0]), ScipyEngine(relative=1e-6, absolute=1e-8)
-    matrix = engine.sensitivity(compass, law, Mode.STICK, 0.0, state, compass_p, until=0.5)
+    matrix = engine.sensitivity(ClosedLoop(compass, law, compass_p), Mode.STICK, 0.0, state, until=0.5)
     assert not np.any(np.isfinite(matrix[[2, 3, 6, 7]][:, [2, 3, 6, 7]]))

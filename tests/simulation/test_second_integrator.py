@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gaitopt import Law, Stop
+from gaitopt import Law, Stop, compass_biped
+from gaitopt.control.signature import torque_function
 from tests.newton_euler.compass import HandCompass
 
 SIGNS = {"stick": 0, "slip+": 1, "slip-": -1}
@@ -64,9 +65,12 @@ def test_every_kind_of_step(compass_walk, hand_compass, z, xd, mu, sequence):
 
 def feedback():
     """Return a law that turns the hip with the clock and damps the ankle, written as a CasADi Function."""
-    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
-    torque = ca.vertcat(-0.3 * v[2], 2.0 * ca.sin(4 * clock))
-    return Law("feedback", ca.Function("torque", [clock, q, v, data], [torque]), np.zeros(1), np.zeros((0, 1)))
+    data = ca.SX.sym("data", 0)
+
+    def torque(clock, q, v):
+        return ca.vertcat(-0.3 * v[2], 2.0 * ca.sin(4 * clock))
+
+    return Law("feedback", torque_function(compass_biped(), data, torque), np.zeros(1), np.zeros((0, 1)))
 
 
 @dataclasses.dataclass(frozen=True)

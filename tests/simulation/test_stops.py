@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Law, Mode, Stop, ledger, simulate
+from gaitopt import InputError, Law, Mode, Stop, compass_biped, ledger, simulate
+from gaitopt.control.signature import torque_function
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
 
@@ -151,8 +152,7 @@ def test_painleve_while_sliding(wheel, engine, theta, v, parameters):
 
 
 def law_of(torque):
-    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("data", 0)
-    function = ca.Function("torque", [clock, q, v, data], [torque(clock)])
+    function = torque_function(compass_biped(), ca.SX.sym("data", 0), lambda clock, q, v: torque(clock))
     return Law("test", function, np.zeros(1), np.zeros((0, 1)))
 
 

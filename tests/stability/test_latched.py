@@ -1,4 +1,4 @@
-"""Laws that hold values over a step, and that know how the foot slides: derivatives and engines."""
+"""Laws that latch values over a step and read the sign of the slide: derivatives and engines."""
 
 import casadi as ca
 import numpy as np
@@ -6,6 +6,7 @@ import pytest
 
 from gaitopt import Law, ScipyEngine, compass_biped, load
 from gaitopt.control.reference import reference
+from gaitopt.control.signature import control_function, law_inputs, make_memory
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import ReturnMap
@@ -14,16 +15,15 @@ from gaitopt.stability.section import Section
 
 @pytest.fixture(scope="module")
 def setting():
-    """A law whose hip torque is corrected by a value held over the step and whose ankle brakes a slide."""
+    """A law whose hip torque is corrected by a value latched at touchdown and whose ankle brakes a slide."""
     gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
     plan = reference(robot, gait.motion)
-    clock, q, v = ca.SX.sym("clock"), ca.SX.sym("q", 4), ca.SX.sym("v", 4)
-    data, held, slide = ca.SX.sym("data", plan.size + 1), ca.SX.sym("held", 1), ca.SX.sym("slide")
-    torque = plan.desired(clock, data).torque + ca.vertcat(-20 * slide * v[0], held)
-    hold = ca.Function("hold", [q, v, data], [data[-1] * (v[2] - 0.59 + v[0] * q[2])])
+    inputs = law_inputs(robot, data=plan.size + 1, latched=1)
+    clock, q, v, latched, slide, data = inputs
+    torque = plan.desired(clock, data).torque + ca.vertcat(-20 * slide * v[0], latched)
+    kept = make_memory(inputs, data[-1] * (v[2] - 0.59 + v[0] * q[2]), values=["hip torque"])
     table = np.vstack([plan.table, np.full(plan.breakpoints.size, 1.5)])
-    function = ca.Function("torque", [clock, q, v, data, held, slide], [torque])
-    law = Law("held", function, plan.breakpoints, table, {"push": plan.size}, hold)
+    law = Law("latching", control_function(inputs, torque), plan.breakpoints, table, {"push": plan.size}, kept)
     p = robot.vector(gait.motion.parameters)
     z = Section(robot, p, sliding=True).project(
         np.concatenate([gait.motion.segments[0].q[:, 0], gait.motion.segments[0].v[:, 0]])
@@ -36,7 +36,7 @@ def returning(setting, engine):
     return ReturnMap(Walker(robot, law, p, engine), Section(robot, p, sliding=True))
 
 
-def test_derivative_includes_what_is_held(setting):
+def test_derivative_includes_latched_values(setting):
     found, z = returning(setting, ScipyEngine()), setting[-1]
     exact, step = found.derivative(z, found(z)), 2e-7
     columns = []
@@ -46,7 +46,7 @@ def test_derivative_includes_what_is_held(setting):
     assert np.max(np.abs(np.array(columns).T - exact)) < 1e-5 * np.max(np.abs(exact))
 
 
-def test_what_is_held_matters(setting):
+def test_latched_values_matter(setting):
     robot, law, p, z = setting
     without = ReturnMap(Walker(robot, law.with_gains({"push": 0.0}), p, ScipyEngine()), Section(robot, p, sliding=True))
     found = returning(setting, ScipyEngine())

@@ -98,5 +98,5 @@ def test_step_to_step_feedback_reads_the_coordinates_of_the_section(order):
     law = step_to_step(robot, passive(robot), np.zeros(6), gains, windows=1, duration=0.5)
     state = np.zeros(2 * robot.n_q)
     state[section.places] = np.arange(1.0, 7.0)
-    held = law.hold(state[: robot.n_q], state[robot.n_q :], law.table[:, 0])
+    held = law.memory.latch(state[: robot.n_q], state[robot.n_q :], law.table[:, 0])
     assert np.asarray(held).ravel() == pytest.approx([-1.0, -2.0])

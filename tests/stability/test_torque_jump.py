@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Law, compass_biped
+from gaitopt.control.signature import torque_function
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.stability.return_map import ReturnMap
@@ -15,8 +16,8 @@ from gaitopt.stability.section import Section
 
 def test_derivative_across_a_jump_of_torque():
     robot = compass_biped()
-    clock, q, v, data = ca.SX.sym("t"), ca.SX.sym("q", 4), ca.SX.sym("v", 4), ca.SX.sym("d", 1)
-    torque = ca.Function("torque", [clock, q, v, data], [ca.vertcat(0, data)])
+    data = ca.SX.sym("d", 1)
+    torque = torque_function(robot, data, lambda clock, q, v: ca.vertcat(0, data))
     law = Law("hip step", torque, np.array([0.0, 0.1, 0.12]), np.array([[0.0, -25.0, 0.0]]))
     p = robot.vector(robot.resolve({"slope": math.radians(1), "friction": 0.15}))
     walker, section = Walker(robot, law, p, ScipyEngine()), Section(robot, p, sliding=True)

@@ -24,8 +24,8 @@ def gait():
     return load("docs/examples/compass_slip.h5")
 
 
-def torque(law, clock, q, v, *more):
-    return np.asarray(law.torque(clock, q, v, law.table[:, law.piece(clock)], *more)).ravel()
+def torque(law, clock, q, v, latched=(), slide=0):
+    return law.torque_at(clock, q, v, latched=latched, slide=slide)
 
 
 def test_every_kind_is_survived_up_to_a_limit(gait):
@@ -71,7 +71,9 @@ def test_noise_on_a_law_by_the_stance_angle_lasts_for_parts_of_the_angle(gait):
         q, v = last.q[:, 9].copy(), last.v[:, 9]
         q[2] = begin + share * (end - begin)
         columns = [each.table[:, each.piece(q[2])] for each in (law, shaken)]
-        plain, added = (each.torque(0.0, q, v, column) for each, column in zip((law, shaken), columns, strict=True))
+        plain, added = (
+            each.torque(0.0, q, v, [], 0, column) for each, column in zip((law, shaken), columns, strict=True)
+        )
         part = min(max(int(10 * share), 0), 9)
         assert np.asarray(added[0] - plain[0]).ravel() == pytest.approx(noise[:, part], abs=1e-9)
         assert np.all(np.asarray(added[1]) > 0)

@@ -34,6 +34,9 @@ def tuned(slipping, design):
         slipping, design, search=QUICK, test=PushTest(starts=10, resolution=0.3), observer=seen.append
     )
     assert [step.number for step in seen] == list(range(1, found.evaluations + 1))
+    objectives = [step.objective for step in seen]
+    assert objectives == [trial.objective for trial in found.trials]
+    assert [step.best for step in seen] == np.minimum.accumulate(objectives).tolist()
     return found
 
 

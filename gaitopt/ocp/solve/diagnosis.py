@@ -90,6 +90,6 @@ def warnings(
     for phase in transcription.phases:
         if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
             found.append(
-                f"{phase.place().label} lasts {shortest:g} s, the minimum: the sequence without this phase may be better."
+                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without it may be better."
             )
     return tuple(found)

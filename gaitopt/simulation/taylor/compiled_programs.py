@@ -15,7 +15,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import ClosedLoop, closed_loop
+from gaitopt.simulation.closed_loop import ModeEquations, mode_equations
 from gaitopt.simulation.taylor.expression_conversion import convert, heyoka_module
 from gaitopt.simulation.taylor.partial_evaluation import SplitExpression, split_expression
 from gaitopt.simulation.taylor.trigonometric_form import to_trigonometric_form
@@ -57,56 +57,58 @@ class Program:
 
 @functools.lru_cache(maxsize=128)
 def program_with_events(
-    robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, compact_mode: bool, thread: int
+    robot: Robot, mode: Mode, control: ca.Function, tolerance: float, compact_mode: bool, thread: int
 ) -> Program:
     """Return the integrator that stops at guards; its last parameters are added to the guards."""
-    loop, heyoka = closed_loop(to_trigonometric_form(robot), mode, torque), heyoka_module()
-    separated, states, (rates, guards) = _translate(loop, loop.active, ("guards",))
+    equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
+    separated, states, (rates, guards) = _translate(equations, equations.active, ("guards",))
     count = separated.body.numel_in(2)
     events = [
         heyoka.t_event(guard + heyoka.par[count + i], direction=heyoka.event_direction.negative)
         for i, guard in enumerate(guards)
     ]
     options = {"tol": tolerance, "compact_mode": compact_mode, "t_events": events}
-    return Program(separated, loop.active, heyoka.taylor_adaptive(list(zip(states, rates, strict=True)), **options))
+    return Program(
+        separated, equations.active, heyoka.taylor_adaptive(list(zip(states, rates, strict=True)), **options)
+    )
 
 
 @functools.lru_cache(maxsize=128)
-def program_with_outputs(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, thread: int) -> Program:
+def program_with_outputs(robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and, as last states, of its energies; it watches nothing."""
-    loop, heyoka = closed_loop(to_trigonometric_form(robot), mode, torque), heyoka_module()
-    separated, states, (rates, powers) = _translate(loop, loop.active, ("energy",))
+    equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
+    separated, states, (rates, powers) = _translate(equations, equations.active, ("energy",))
     energies = heyoka.make_vars(*[f"energy{i}" for i in range(len(powers))])
     system = list(zip(states, rates, strict=True)) + list(zip(_list_expressions(energies), powers, strict=True))
-    return Program(separated, loop.active, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
+    return Program(separated, equations.active, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
 
 
 @functools.lru_cache(maxsize=128)
-def program_with_variations(robot: Robot, mode: Mode, torque: ca.Function, tolerance: float, thread: int) -> Program:
+def program_with_variations(robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and its derivatives by the initial state, row by row."""
-    loop, heyoka = closed_loop(to_trigonometric_form(robot), mode, torque), heyoka_module()
-    entries = _influential(loop)
-    separated, states, (rates,) = _translate(loop, entries, ())
+    equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
+    entries = _influential(equations)
+    separated, states, (rates,) = _translate(equations, entries, ())
     system = heyoka.var_ode_sys(list(zip(states, rates, strict=True)), states, order=1)
     return Program(separated, entries, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
 
 
 def _translate(
-    loop: ClosedLoop, entries: Sequence[int], others: Sequence[str]
+    equations: ModeEquations, entries: Sequence[int], others: Sequence[str]
 ) -> tuple[SplitExpression, list[Any], list[Any]]:
-    """Return the rates of some entries and other Functions of a loop, separated; the heyoka states; the outputs."""
-    heyoka, inputs = heyoka_module(), loop.flow.sx_in()
-    outputs = [loop.flow(*inputs)[list(entries)], *[getattr(loop, name).call(inputs)[0] for name in others]]
-    separated = split_expression(ca.Function(loop.mode.name.lower(), inputs, ca.cse(outputs)), entries)
+    """Return the rates of some entries and other Functions of a mode, separated; the heyoka states; the outputs."""
+    heyoka, inputs = heyoka_module(), equations.flow.sx_in()
+    outputs = [equations.flow(*inputs)[list(entries)], *[getattr(equations, name).call(inputs)[0] for name in others]]
+    separated = split_expression(ca.Function(equations.mode.name.lower(), inputs, ca.cse(outputs)), entries)
     states = _list_expressions(heyoka.make_vars(*[f"y{i}" for i in entries]))
     numbers = [heyoka.par[i] for i in range(separated.body.numel_in(2))]
     return separated, states, convert(separated.body, [[heyoka.time], states, numbers])
 
 
-def _influential(loop: ClosedLoop) -> list[int]:
+def _influential(equations: ModeEquations) -> list[int]:
     """Return the moving entries of y and those at rest whose change would be felt by them."""
-    felt = list(zip(*loop.flow.jac_sparsity(0, 1).get_triplet(), strict=True))
-    entries = set(loop.active)
+    felt = list(zip(*equations.flow.jac_sparsity(0, 1).get_triplet(), strict=True))
+    entries = set(equations.active)
     while more := {j for i, j in felt if i in entries} - entries:
         entries |= more
     return sorted(entries)

@@ -40,7 +40,7 @@ def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list
     Raises
     ------
     InputError
-        If the Function holds an operation a Taylor integrator cannot follow, such as ``fabs`` or ``if_else``.
+        If the Function contains an operation that a Taylor integrator cannot follow, such as ``fabs`` or ``if_else``.
 
     Examples
     --------
@@ -51,19 +51,19 @@ def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list
     """
     heyoka = heyoka_module()
     operations = _operations(heyoka)
-    held: dict[int, Any] = {}
+    values: dict[int, Any] = {}
     outputs: list[list[Any]] = [[None] * function.numel_out(i) for i in range(function.n_out())]
     for k in range(function.n_instructions()):
         operation, sources = function.instruction_id(k), function.instruction_input(k)
         targets = function.instruction_output(k)
         if operation == ca.OP_OUTPUT:
-            outputs[targets[0]][targets[1]] = held[sources[0]]
+            outputs[targets[0]][targets[1]] = values[sources[0]]
         elif operation == ca.OP_INPUT:
-            held[targets[0]] = inputs[sources[0]][sources[1]]
+            values[targets[0]] = inputs[sources[0]][sources[1]]
         elif operation == ca.OP_CONST:
-            held[targets[0]] = heyoka.expression(function.instruction_constant(k))
+            values[targets[0]] = heyoka.expression(function.instruction_constant(k))
         elif operation in operations:
-            held[targets[0]] = operations[operation](*[held[i] for i in sources])
+            values[targets[0]] = operations[operation](*[values[i] for i in sources])
         else:
             raise InputError(
                 f"The heyoka engine cannot follow the operation {_name(operation)!r} in {function.name()!r}. "
@@ -73,7 +73,7 @@ def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list
 
 
 def can_follow(function: ca.Function) -> bool:
-    """Return whether a Function holds nothing but operations :func:`convert` knows; needs heyoka.
+    """Return whether a Function contains only operations that :func:`convert` knows; needs heyoka.
 
     Examples
     --------

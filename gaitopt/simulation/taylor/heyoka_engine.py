@@ -5,10 +5,9 @@ from threading import get_ident
 
 import numpy as np
 
-from gaitopt.control.law import Law
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.taylor.compiled_programs import program_with_outputs, program_with_variations
 from gaitopt.simulation.taylor.mode_integrator import ModeIntegrator, mode_integrator
@@ -40,19 +39,10 @@ class HeyokaEngine:
     name = "heyoka"
 
     def flow(
-        self,
-        robot: Robot,
-        law: Law,
-        mode: Mode,
-        clock: float,
-        state: Array,
-        p: Array,
-        *,
-        until: float,
-        record: bool = False,
+        self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float, record: bool = False
     ) -> Arc:
         """Integrate one contact mode; see :class:`gaitopt.simulation.engine.Engine`."""
-        phase = mode_integrator(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode, get_ident())
+        phase = mode_integrator(loop.robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
         here = phase.here
         here[0], here[1:] = clock, state
         if record:
@@ -64,19 +54,18 @@ class HeyokaEngine:
         ends[1] = here
         return Arc(ends[:, 0], ends[:, 1:].T, event)
 
-    def sensitivity(
-        self, robot: Robot, law: Law, mode: Mode, clock: float, state: Array, p: Array, *, until: float
-    ) -> Array:
+    def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.engine.Engine`."""
-        phase = mode_integrator(robot, law, mode, p.tobytes(), self.tolerance, self.compact_mode, get_ident())
-        program = program_with_variations(robot, mode, phase.torque, self.tolerance, get_ident())
+        robot = loop.robot
+        phase = mode_integrator(robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
+        program = program_with_variations(robot, mode, phase.control, self.tolerance, get_ident())
         n, y = len(program.entries), np.array(state, dtype=float)
         program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
         within = np.ix_(program.entries, program.entries)
         for column, begin, end, jump in phase.stretches(clock, y, until):
             if jump is not None:
                 program.state[n:] = (jump[within] @ program.state[n:].reshape(n, n)).ravel()
-            program.numbers[:] = program.row(p, column, y)
+            program.numbers[:] = program.row(loop.p, column, y)
             program.integrator.time = begin
             program.integrator.propagate_until(end)
         # Entries at rest drift at their own constant rate, which is zero here but may be varied.
@@ -92,9 +81,11 @@ class _Tape:
 
     def __init__(self, phase: ModeIntegrator, tolerance: float, samples: int) -> None:
         self._phase, self._samples, here = phase, samples, phase.here
-        self._program = program_with_outputs(phase.robot, phase.loop.mode, phase.torque, tolerance, get_ident())
+        self._program = program_with_outputs(
+            phase.loop.robot, phase.equations.mode, phase.control, tolerance, get_ident()
+        )
         self._times, self._states = [here[:1].copy()], [here[1:, None].copy()]
-        self._energies = [np.zeros((phase.robot.n_u + 1, 1))]
+        self._energies = [np.zeros((phase.loop.robot.n_u + 1, 1))]
 
     def add(self, column: Array, start: Array, end: Array, steps: int) -> None:
         """Add a stretch between two (clock, state) with its data, which took some Taylor steps."""
@@ -104,7 +95,7 @@ class _Tape:
         grid = np.linspace(start[0], end[0], 1 + count)
         states, energies = (np.tile(part[:, None], grid.size) for part in (start[1:], reached))
         if end[0] > start[0]:
-            program.numbers[:] = program.row(self._phase.p, column, start[1:])
+            program.numbers[:] = program.row(self._phase.loop.p, column, start[1:])
             program.state[:n], program.state[n:] = start[1:][program.entries], reached
             program.integrator.time = start[0]
             values = program.integrator.propagate_grid(grid)[-1].T

@@ -19,9 +19,8 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.active_piece import pieces
-from gaitopt.simulation.closed_loop import SWITCH, closed_loop, piece_shift
-from gaitopt.simulation.taylor.active_piece import TaylorActivePiece
+from gaitopt.simulation.active_piece import ActivePiece, pieces
+from gaitopt.simulation.closed_loop import SWITCH, ClosedLoop, mode_equations
 from gaitopt.simulation.taylor.compiled_programs import program_with_events
 from gaitopt.simulation.taylor.expression_conversion import heyoka_module
 
@@ -43,62 +42,62 @@ class ModeIntegrator:
 
     Parameters
     ----------
-    robot : Robot
-    law : Law
+    loop : ClosedLoop
     mode : Mode
-    p : (n_p,) array
     tolerance : float
     compact_mode : bool
         As in :class:`gaitopt.simulation.taylor.heyoka_engine.HeyokaEngine`.
 
     Attributes
     ----------
-    torque : Function
-        The law's; of a law with limits, the one whose kinks are switches.
-    loop : ClosedLoop
+    control : Function
+        That of the law; of a law with limits, the one whose kinks are switches.
+    equations : ModeEquations
     here : (1 + n_y,) array
         Clock [s] and state, for :meth:`run` to change.
     """
 
-    def __init__(self, robot: Robot, law: Law, mode: Mode, p: Array, tolerance: float, compact_mode: bool) -> None:
-        self.robot, self.law, self.p = robot, law, p
-        self.torque = law.torque if law.demand is None else split_at_limits(law.demand)
-        self.loop = closed_loop(robot, mode, self.torque)
-        guards = _parameters_last(self.loop.guards)
-        memory = np.zeros(1 + self.loop.size + guards.numel_in(2))
-        self.here, self._data = memory[: 1 + self.loop.size], memory[1 + self.loop.size :]
-        self._y, self._watch = self.here[1:], FastCall(guards, p, shared=memory)
-        self._program = program_with_events(robot, mode, self.torque, tolerance, compact_mode, get_ident())
-        self._names = self.loop.guard_names
+    def __init__(self, loop: ClosedLoop, mode: Mode, tolerance: float, compact_mode: bool) -> None:
+        robot, law = loop.robot, loop.law
+        self.loop, self.control = loop, split_at_limits(law.control) if law.limited else law.control
+        self.equations = mode_equations(robot, mode, self.control)
+        guards = _parameters_last(self.equations.guards)
+        memory = np.zeros(1 + loop.size + guards.numel_in(2))
+        self.here, self._data = memory[: 1 + loop.size], memory[1 + loop.size :]
+        self._y, self._watch = self.here[1:], FastCall(guards, loop.p, shared=memory)
+        self._program = program_with_events(robot, mode, self.control, tolerance, compact_mode, get_ident())
+        self._names = self.equations.guard_names
         self._shifts = self._program.numbers[-len(self._names) :]
-        self._near = ZERO if law.demand is None else AT_LIMIT
-        self._law = TaylorActivePiece(law, mode, self.here)
+        self._near = AT_LIMIT if law.limited else ZERO
+        self._active = ActivePiece(law, self.here, mode)
         self._ready: dict[tuple[int, tuple[float, ...]], tuple[Array, Array | None]] = {}
         outcomes = heyoka_module().taylor_outcome
         self._in_time, self._stuck = int(outcomes.time_limit), int(outcomes.step_limit)
 
     def stretches(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float, Array | None]]:
-        """Yield the data in force in each stretch between two clock times, with its begin and end.
+        """Yield the data of each interval between two clock times, with its begin and end.
 
-        Last comes the jump of a deviation at its begin, (n_y, n_y), where the law goes over into another piece by the
-        state; None where deviations do not jump.
+        Last comes the jump of a deviation at its begin, (n_y, n_y), if the state decides the pieces of the law; None if
+        deviations do not jump.
         """
-        if self.law.demand is None and self.law.index is None:
-            for piece, begin, end in pieces(self.law, clock, until):
-                yield self.law.table[:, piece], begin, end, None
+        law = self.loop.law
+        if not law.limited and law.index is None:
+            for piece, begin, end in pieces(law, clock, until):
+                yield law.table[:, piece], begin, end, None
             return
         taken: list[tuple[Array, Array, Array]] = []
         self.here[0], self.here[1:] = clock, state
         self.walk(until, lambda column, before, after, steps: taken.append((column, before, after.copy())))
         last: tuple[Array, Array] | None = None
         for column, before, after in taken:
-            jump = None if last is None or self.law.index is None else self._jump(last[0], column, last[1])
+            jump = None if last is None or law.index is None else self._jump(last[0], column, last[1])
             yield column, before[0], after[0], jump
             last = column, after
 
     def _jump(self, old: Array, new: Array, here: Array) -> Array:
-        rates = [np.asarray(self.loop.flow(here[0], here[1:], self.p, data)).ravel() for data in (old, new)]
-        return np.eye(here.size - 1) + np.outer(rates[0] - rates[1], piece_shift(self.law, rates[0]))
+        flow, p = self.equations.flow, self.loop.p
+        rates = [np.asarray(flow(here[0], here[1:], p, data)).ravel() for data in (old, new)]
+        return np.eye(here.size - 1) + np.outer(rates[0] - rates[1], self.loop.piece_shift(rates[0]))
 
     def walk(self, until: float, tape: Tape | None = None) -> str | None:
         """Integrate through the pieces of the law, from what is in `here`, and return the event that ended it.
@@ -107,19 +106,19 @@ class ModeIntegrator:
         ----------
         until : float [s]
         tape : callable, optional
-            Called with (data in force, `here` before, `here` after, Taylor steps) for each stretch between changes of
-            the data.
+            Called with (data, `here` before, `here` after, Taylor steps) for each interval between changes of the
+            data.
         """
-        here, law = self.here, self._law
+        here, active = self.here, self._active
         began = clock = here.item(0)
-        law.begin()
+        active.begin()
         while clock < until:
             before = here if tape is None else here.copy()
-            event, steps = self.run(law.end(until), first=clock == began)
+            event, steps = self.run(active.end(until), first=clock == began)
             clock = here.item(0)
             if tape is not None:
-                tape(law.column, before, here, steps)
-            event = law.advance(event)
+                tape(active.data, before, here, steps)
+            event = active.advance(event)
             if event is not None:
                 return event
         return None
@@ -141,7 +140,7 @@ class ModeIntegrator:
         """
         here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
         watch = self._watch
-        self._data[:], row = self._ready.get((self._law.piece, self._law.sides)) or self._prepare()
+        self._data[:], row = self._ready.get((self._active.piece, self._active.sides)) or self._prepare()
         *values, armed = watch.here().tolist()
         program.numbers[:] = self._row() if row is None else row
         if not min(values) > self._near:
@@ -203,13 +202,13 @@ class ModeIntegrator:
             here[0], y[program.entries] = integrator.time, program.state
 
     def _prepare(self) -> tuple[Array, Array | None]:
-        """Return the data in force, and the integrator's numbers unless they depend on the state."""
-        ready = self._law.column, None if self._program.rest_matters else self._row()
-        self._ready[self._law.piece, self._law.sides] = ready
+        """Return the data, and the integrator's numbers unless they depend on the state."""
+        ready = self._active.data, None if self._program.rest_matters else self._row()
+        self._ready[self._active.piece, self._active.sides] = ready
         return ready
 
     def _row(self) -> Array:
-        return self._program.row(self.p, self._law.column, self._y)
+        return self._program.row(self.loop.p, self._active.data, self._y)
 
 
 @functools.lru_cache(maxsize=128)
@@ -224,4 +223,4 @@ def mode_integrator(
     robot: Robot, law: Law, mode: Mode, p: bytes, tolerance: float, compact_mode: bool, thread: int
 ) -> ModeIntegrator:
     """Return the phase of a mode for a parameter vector given as bytes; made once in each thread."""
-    return ModeIntegrator(robot, law, mode, np.frombuffer(p), tolerance, compact_mode)
+    return ModeIntegrator(ClosedLoop(robot, law, np.frombuffer(p)), mode, tolerance, compact_mode)

@@ -53,7 +53,7 @@ def split_expression(function: ca.Function, active: Sequence[int]) -> SplitExpre
     """
     inputs, used = function.sx_in(), list[_Result]()
     moving = {(0, 0), *((1, i) for i in active)}
-    held: dict[int, _Result] = {}
+    computed: dict[int, _Result] = {}
     outputs: list[list[ca.SX]] = [[ca.SX(0)] * function.numel_out(i) for i in range(function.n_out())]
 
     def in_body(result: _Result) -> ca.SX:
@@ -68,17 +68,17 @@ def split_expression(function: ca.Function, active: Sequence[int]) -> SplitExpre
         operation, sources = function.instruction_id(k), function.instruction_input(k)
         targets = function.instruction_output(k)
         if operation == ca.OP_INPUT:
-            held[targets[0]] = _Result(inputs[sources[0]].nz[sources[1]], (sources[0], sources[1]) not in moving)
+            computed[targets[0]] = _Result(inputs[sources[0]].nz[sources[1]], (sources[0], sources[1]) not in moving)
         elif operation == ca.OP_CONST:
-            held[targets[0]] = _Result(ca.SX(function.instruction_constant(k)), True)
+            computed[targets[0]] = _Result(ca.SX(function.instruction_constant(k)), True)
         elif operation == ca.OP_OUTPUT:
-            outputs[targets[0]][targets[1]] = in_body(held[sources[0]])
+            outputs[targets[0]][targets[1]] = in_body(computed[sources[0]])
         else:
-            results = [held[i] for i in sources]
+            results = [computed[i] for i in sources]
             rests = all(result.rests for result in results)
             arguments = [result.expression if rests else in_body(result) for result in results]
             apply = ca.SX.unary if len(arguments) == 1 else ca.SX.binary
-            held[targets[0]] = _Result(apply(operation, *arguments), rests)
+            computed[targets[0]] = _Result(apply(operation, *arguments), rests)
     t, y, p, data = inputs
     symbols, values = ([ca.SX(0, 1), *column] for column in ([r.symbol for r in used], [r.expression for r in used]))
     state = ca.vertcat(ca.SX(0, 1), *[y[i] for i in active])

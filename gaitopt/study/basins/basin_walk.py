@@ -1,7 +1,6 @@
 """What a basin asks of its workers: to walk from starts given by their values on axes."""
 
 import dataclasses
-import hashlib
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -48,9 +47,7 @@ class BasinWalk:
 
     def method(self) -> dict[str, Any]:
         """Return what the answer depends on besides robot, parameters and starts, as plain data."""
-        law = hashlib.sha256(self.law.torque.serialize().encode())
-        law.update(self.law.breakpoints.tobytes() + self.law.table.tobytes())
-        return {"law": self.law.name, "law_digest": law.hexdigest(), **dataclasses.asdict(self.patience)}
+        return {"law": self.law.name, "law_digest": self.law.digest(), **dataclasses.asdict(self.patience)}
 
     def endings(self, points: Iterable[tuple[float, ...]]) -> Iterator[WalkEnding]:
         """Walk from starts given by their values on the axes, one after another."""

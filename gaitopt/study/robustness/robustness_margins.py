@@ -15,10 +15,10 @@ from gaitopt.motion.motion import Array
 from gaitopt.parallel.runner import Observer, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import check_options, counted, positive
-from gaitopt.simulation.delay import DelayedReadings, delay_readings
+from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.hybrid_automaton import Walker, make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
 from gaitopt.study.robustness.torque_noise import add_torque_noise
@@ -160,9 +160,9 @@ class _Setting:
     walking: WalkTest
     test: PushTest
 
-    def walker(self, changes: dict[str, float], law: Law | None = None, engine: Engine | None = None) -> Walker:
-        p = self.robot.vector({**self.cycle.parameters, **changes})
-        return Walker(self.robot, law or self.law, p, engine or self.engine, step_time_limit=3 * self.cycle.period)
+    def walker(self, changes: dict[str, float], law: Law | None = None) -> Walker:
+        parameters, period = {**self.cycle.parameters, **changes}, self.cycle.period
+        return make_walker(self.robot, law or self.law, parameters, period=period, engine=self.engine)
 
     def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> RobustnessMargins:
         """Double the size of a disturbance until one is not survived, `most` at the latest, and bisect the rest."""
@@ -202,7 +202,8 @@ class _Setting:
         return True
 
     def with_delay(self, delay: float) -> bool:
-        late = self.walker({}, delay_readings(self.law), DelayedReadings(self.engine, delay))
+        p, limit = self.robot.vector(self.cycle.parameters), 3 * self.cycle.period
+        late = DelayedWalker(self.robot, self.law, p, self.engine, delay=delay, step_time_limit=limit)
         return _walks(late, self.start, self.walking.steps) is not None
 
     @property
@@ -223,7 +224,7 @@ def _endured(setting: _Setting, kind: str) -> RobustnessMargins:
     return setting.pushed() if kind == "push" else setting.largest(kind, *trials[kind])
 
 
-def _walks(walker: Walker, state: Array, steps: int) -> Array | None:
+def _walks(walker: Walker | DelayedWalker, state: Array, steps: int) -> Array | None:
     """Return the state after some steps, or None if the walk ends before."""
     for _ in range(steps):
         following = walker.stride(state).following

@@ -1,0 +1,50 @@
+"""A gain to be tuned, with its bounds."""
+
+import math
+from dataclasses import dataclass
+
+from gaitopt.errors import InputError
+
+
+@dataclass(frozen=True)
+class Gain:
+    """A number to be tuned.
+
+    Attributes
+    ----------
+    name : str
+    start : float
+    lower, upper : float
+    logarithmic : bool
+        Whether it is searched by its logarithm; `lower` is then positive.
+
+    Examples
+    --------
+    >>> Gain("hip_stiffness", 20.0, 0.0, 100.0).at(0.5)
+    50.0
+    """
+
+    name: str
+    start: float
+    lower: float
+    upper: float
+    logarithmic: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.lower <= self.start <= self.upper or not self.lower < self.upper < math.inf:
+            raise InputError(f"Gain {self.name!r} needs finite bounds around its start, got {self}.")
+        if self.logarithmic and self.lower <= 0:
+            raise InputError(f"Gain {self.name!r} is searched by its logarithm: its lower bound must be positive.")
+
+    def at(self, share: float) -> float:
+        """Return the value at a fraction of the way from the lower bound to the upper."""
+        if self.logarithmic:
+            return float(self.lower * (self.upper / self.lower) ** share)
+        return float(self.lower + share * (self.upper - self.lower))
+
+    @property
+    def share(self) -> float:
+        """Fraction of the way from the lower bound to the upper at which the start lies."""
+        if self.logarithmic:
+            return math.log(self.start / self.lower) / math.log(self.upper / self.lower)
+        return (self.start - self.lower) / (self.upper - self.lower)

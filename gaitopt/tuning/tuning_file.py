@@ -1,0 +1,177 @@
+"""Tuned gains in files: JSON that any program reads."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gaitopt import __version__
+from gaitopt.control.law import Law
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.atomic import check_suffix, write_atomically
+from gaitopt.motion.motion import Motion
+from gaitopt.motion.summary import plain
+from gaitopt.tuning.controller_family import ControllerFamily, DesignSettings, controller_family_named
+from gaitopt.tuning.record import Tuning
+
+FORMAT, VERSION = "gaitopt tuned gains", 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class TunedGains:
+    """Tuned gains of a file.
+
+    Attributes
+    ----------
+    design : str
+        Name of the family of laws.
+    gains : mapping of str to float
+        All gains of the law, also those that were not tuned.
+    settings : DesignSettings
+    objective : str
+    radius : float
+        Spectral radius of the tuned gait.
+
+    Examples
+    --------
+    >>> gains = {"stiffness": 25.0, "damping": 10.0}
+    >>> settings = DesignSettings(torque_limit=8)
+    >>> tuned = TunedGains(design="computed-torque", gains=gains, settings=settings, objective="", radius=0.1)
+    >>> from gaitopt import compass_biped, load
+    >>> tuned.law(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
+    'computed torque'
+    """
+
+    design: str
+    gains: Mapping[str, float]
+    settings: DesignSettings
+    objective: str
+    radius: float
+
+    def law(self, robot: Robot, motion: Motion, design: ControllerFamily | None = None) -> Law:
+        """Return the tuned law for a gait.
+
+        Parameters
+        ----------
+        robot : Robot
+        motion : Motion
+            One step of the gait.
+        design : ControllerFamily, optional
+            Custom family of laws that was tuned; by default the one of gaitopt named in the file.
+
+        Raises
+        ------
+        InputError
+            If gaitopt has no family of this name and none is given, or it lacks a gain.
+        """
+        settings = self.settings
+        design = design or controller_family_named(self.design, robot, motion, torque_limit=settings.torque_limit)
+        if settings.stance_angle and not design.settings.stance_angle:
+            design = design.by_stance_angle(robot, motion)
+        missing = [gain.name for gain in design.gains if gain.name not in self.gains]
+        if missing:
+            raise InputError(f"The tuned gains lack {missing[0]!r} of the law {design.name!r}.")
+        return design.law(self.gains)
+
+
+def save_tuning(tuned: Tuning, path: str | Path) -> Path:
+    """Write tuned gains, how they were found, and how well they stabilise the gait, as JSON.
+
+    Parameters
+    ----------
+    tuned : Tuning
+    path : str or Path
+        Ends in ``.json``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one.
+    ArchiveError
+        If the file cannot be written; an older file of that name is then left as it was.
+
+    Examples
+    --------
+    Reads back what :func:`load_tuning` returns; ``gaitopt export FILE --law gains.json`` takes the file as well.
+
+    >>> save_tuning.__name__
+    'save_tuning'
+    """
+    path = Path(path)
+    check_suffix(path, {".json": "tuned gains"})
+    limit, cycle = tuned.settings.torque_limit, tuned.cycle
+    multipliers = [] if cycle is None else [[value.real, value.imag] for value in cycle.multipliers.tolist()]
+    facts = {
+        "format": FORMAT,
+        "format_version": VERSION,
+        "gaitopt": __version__,
+        "law": tuned.design,
+        "gains": {**tuned.settings.fixed, **tuned.gains},
+        "tuned": list(tuned.gains),
+        "torque_limit": dict(limit) if isinstance(limit, Mapping) else limit,
+        "stance_angle": tuned.settings.stance_angle,
+        "objective": tuned.objective,
+        "radius_before": tuned.radius_before,
+        "radius_after": tuned.radius_after,
+        "multipliers": multipliers,
+        "verified": {
+            "starts": tuned.verified.starts,
+            "returned": tuned.verified.returned,
+            "push_radius": tuned.verified.radius,
+        },
+        "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
+    }
+    text = json.dumps(plain(facts), indent=1, allow_nan=False)
+    with write_atomically(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+    return path
+
+
+def load_tuning(path: str | Path) -> TunedGains:
+    """Read tuned gains that :func:`save_tuning` wrote.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    ArchiveError
+        If it contains something else.
+
+    Examples
+    --------
+    >>> load_tuning("nowhere.json")
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: There is no file nowhere.json with tuned gains.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"There is no file {path} with tuned gains.")
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        if facts["format"] != FORMAT or facts["format_version"] > VERSION:
+            raise ValueError(f"it contains {facts['format']} of version {facts['format_version']}")
+        return TunedGains(
+            design=str(facts["law"]),
+            gains={str(name): float(value) for name, value in facts["gains"].items()},
+            settings=DesignSettings(
+                torque_limit=_limit(facts["torque_limit"]),
+                stance_angle=bool(facts["stance_angle"]),
+            ),
+            objective=str(facts["objective"]),
+            radius=float(facts["radius_after"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ArchiveError(
+            f"Cannot read tuned gains from {path}: expected the format '{FORMAT}', version {VERSION}, which "
+            f"'gaitopt tune -o' writes; {type(error).__name__}: {error}."
+        ) from None
+
+
+def _limit(value: Any) -> float | dict[str, float]:
+    if isinstance(value, dict):
+        return {str(name): float(limit) for name, limit in value.items()}
+    return math.inf if value is None else float(value)
