@@ -1,5 +1,6 @@
 """Objectives: what an optimal gait makes small."""
 
+import functools
 import inspect
 import math
 from collections.abc import Hashable
@@ -165,6 +166,7 @@ def overrides(objective: Objective, method: str) -> bool:
     return getattr(type(objective), method) is not getattr(Objective, method)
 
 
+@functools.lru_cache(maxsize=32)
 def is_curved(objective: Objective, robot: Robot) -> bool:
     """Return whether an objective has curvature in the torques or their rates.
 
