@@ -2,7 +2,7 @@ from gaitopt.ocp.mode_search.homotopy import Homotopy as Homotopy
 from gaitopt.ocp.nlp.active_set import Newton as Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt as Ipopt
 from gaitopt.ocp.problem import GaitProblem as GaitProblem
-from gaitopt.ocp.solve.passive_gait import passive_cycle as passive_cycle
+from gaitopt.ocp.solution.passive_gait import passive_cycle as passive_cycle
 from gaitopt.ocp.solver import solve as solve
 from gaitopt.ocp.statement.criteria import CostOfTransport as CostOfTransport
 from gaitopt.ocp.statement.criteria import Duration as Duration

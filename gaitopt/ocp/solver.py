@@ -10,7 +10,7 @@ from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.single_start import solve_from_start
+from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import SolveObserver, silent

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from gaitopt.control.law import Law
+from gaitopt.model.contacts.event import SINGULAR, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import SWITCH, torque_of
+from gaitopt.simulation.closed_loop import torque_of
 
 MOST_SWITCHES = 20
 """Largest number of changes at one instant: of the piece, or of the sides on which torques meet their limits."""
@@ -60,19 +61,19 @@ class ActivePiece:
             return until
         return min(until, self._breaks[self.piece + 1])
 
-    def advance(self, event: str | None) -> str | None:
+    def advance(self, event: HybridEvent | None) -> HybridEvent | None:
         """Enter the next piece at the end of this one or at a switch; return any other event.
 
-        Too many changes at one instant end in ``"singular"``.
+        Too many changes at one instant end in `SINGULAR`.
         """
         if event is None:
             self._enter(self.piece + 1)
-        elif event.startswith(SWITCH):
+        elif event.kind is EventKind.LAW_SWITCH:
             self._repeats = self._repeats + 1 if self._here[0] == self._switched else 0
             self._switched = self._here[0]
             if self._repeats > MOST_SWITCHES:
-                return "singular"
-            self._switch(int(event.removeprefix(SWITCH)))
+                return SINGULAR
+            self._switch(event.number)
             return None
         return event
 

@@ -12,19 +12,11 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.control.signature import torque_in_state
+from gaitopt.model.contacts.event import FALL, TOUCHDOWN, HybridEvent, law_event, law_switch
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.transition import ContactQuantities
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-
-SLIP_GUARDS = ("painleve", "at rest", "lift-off", "touchdown", "fall")
-STICK_GUARDS = ("lift-off", "slip+", "slip-", "touchdown", "fall")
-"""Guards in order; if several fall through zero together, the first counts.  In the paradox forces mean nothing."""
-
-
-SWITCH = "switch "
-"""Prefix of the guards at which a law changes its piece, or an actuator its side."""
-LAW_EVENT = "law event "
-"""Prefix of the guards of a law's own events."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +38,7 @@ class ClosedLoop:
     --------
     >>> from gaitopt import passive, rimless_wheel
     >>> wheel = rimless_wheel()
-    >>> ClosedLoop(wheel, passive(wheel), wheel.vector(wheel.resolve({}))).equations(Mode.STICK).guard_names[0]
+    >>> ClosedLoop(wheel, passive(wheel), wheel.vector(wheel.resolve({}))).equations(Mode.STICK).events[0].label
     'lift-off'
     """
 
@@ -91,8 +83,9 @@ class ModeEquations:
     Attributes
     ----------
     mode : Mode
-    guard_names : tuple of str
-        The mode lasts while every guard is positive.
+    events : tuple of HybridEvent
+        Event of each guard; the mode lasts while every guard is positive.  If several guards fall through zero
+        together, the first counts.
     active : tuple of int
         Entries of y that move in this mode; the others (a stuck foot, the height of a foot on the ground) rest.
     size : int
@@ -104,27 +97,12 @@ class ModeEquations:
     """
 
     mode: Mode
-    guard_names: tuple[str, ...]
+    events: tuple[HybridEvent, ...]
     active: tuple[int, ...]
     size: int
     flow: ca.Function
     energy: ca.Function
     guards: ca.Function
-
-
-def paradox_guard(wellposed: ca.SX, mode: Mode) -> ca.SX:
-    """Return an expression that is positive while a slip mode is well posed.
-
-    Near Painleve's paradox the contact force grows without bound and the steps of an integrator vanish, so the guard
-    falls through zero slightly earlier: at a share of 1e-6 of the mass that resists the slide.
-
-    Parameters
-    ----------
-    wellposed : SX, shape (2, 1)
-        Output of ``robot.wellposed``: for slip+ and slip-.
-    mode : Mode
-    """
-    return wellposed[0 if mode.sign > 0 else 1] - 1e-6
 
 
 @functools.lru_cache(maxsize=128)
@@ -138,29 +116,26 @@ def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquati
     acceleration, force = robot.acceleration[mode](q, v, u, p)
     loss = -force[0] * v[0] if mode.slips else 0
     guard, _, armed = robot.touchdown(q, v, p)
-    friction = p[robot.index("friction")]
-    if mode.slips:
-        contact = [paradox_guard(robot.wellposed(q, p), mode), mode.sign * v[0], force[1]]
-    else:
-        # f_t falls to -mu f_n: slip forward; f_t rises to +mu f_n: slip backward (over 1 + mu, so mu may be 0 or inf).
-        share = 1 / (1 + friction)
-        tangential, normal = share * force[0], (1 - share) * force[1]
-        contact = [force[1], normal + tangential, normal - tangential]
-    guards = ca.vertcat(*contact, guard, robot.upright(q, p), bounds, events)
-    names = [
-        *(SLIP_GUARDS if mode.slips else STICK_GUARDS),
-        *(f"{SWITCH}{i}" for i in range(bounds.numel())),
-        *(f"{LAW_EVENT}{i}" for i in range(events.numel())),
-    ]
-    moving = [*([0] if mode.slips else []), *range(2, n)]
+    resistance = robot.wellposed(q, p) if mode.slips else ca.SX.ones(2)
+    contact = ContactQuantities(force, v[0], robot.static_friction(p), resistance)
+    transitions = robot.contact_model.leaving(mode)
+    leaving = [transition.guard(mode, contact) for transition in transitions]
+    guards = ca.vertcat(*leaving, guard, robot.upright(q, p), bounds, events)
+    moving = robot.moving(mode)
 
     def function(name: str, *outputs: ca.SX) -> ca.Function:
         return ca.Function(name, [t, y, p, data], ca.cse([ca.densify(ca.SX(e)) for e in outputs]))
 
     return ModeEquations(
         mode=mode,
-        guard_names=tuple(names),
-        active=tuple(moving + [n + i for i in moving]),
+        events=(
+            *(transition.event for transition in transitions),
+            TOUCHDOWN,
+            FALL,
+            *map(law_switch, range(bounds.numel())),
+            *map(law_event, range(events.numel())),
+        ),
+        active=(*moving, *(n + i for i in moving)),
         size=2 * n + latched,
         flow=function("flow", ca.vertcat(v, acceleration, ca.SX.zeros(latched))),
         energy=function("energy", ca.vertcat(u * robot.joint_rates(q, v, p), loss)),

@@ -21,8 +21,8 @@ REST = 1e-12
 class ContactChoice:
     """The choice of the contact mode in which a foot on the ground continues.
 
-    A moving foot slides.  A foot at rest sticks if the sticking force lies in the friction cone; otherwise it slides
-    against the excess of that force.
+    A moving foot slides.  A foot at rest sticks if the sticking force lies in the static friction
+    cone; otherwise it slides against the excess of that force.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class ContactChoice:
 
     def __init__(self, loop: ClosedLoop) -> None:
         robot, law = loop.robot, loop.law
-        self.friction = float(loop.p[robot.index("friction")])
+        self.friction = float(robot.static_friction(loop.p))
         self._loop, self._speed = loop, 1 + robot.n_q
         self._breaks, self._index = law.breakpoints.tolist(), law.index
         self._forces: dict[int, FastCall] = {}

@@ -5,6 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gaitopt.model.contacts.event import HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop
@@ -19,15 +20,15 @@ class Arc(NamedTuple):
         Clock since the start of the step; only the two ends unless the arc was recorded.
     states : (n_y, K) array
         y = (q, v, latched values of the law).
-    event : str or None
-        Name of the guard that ended it, or "singular" if the integrator could not continue; None at the time limit.
+    event : HybridEvent or None
+        Event that ended it, `SINGULAR` if the integrator could not continue; None at the time limit.
     energy : (n_u + 1, K) array or None [J]
         Work of each actuator and friction loss since the arc began; None unless recorded.
     """
 
     time: Array
     states: Array
-    event: str | None
+    event: HybridEvent | None
     energy: Array | None = None
 
 

@@ -8,9 +8,10 @@ import numpy as np
 from scipy.integrate import DenseOutput
 from scipy.optimize import brentq, minimize_scalar
 
+from gaitopt.model.contacts.event import EventKind, HybridEvent
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import SWITCH, ModeEquations
+from gaitopt.simulation.closed_loop import ModeEquations
 
 SIMULTANEOUS = 1e-4
 """Part of a span after which the sign of a guard that starts at zero is looked at."""
@@ -38,11 +39,11 @@ class EventWatch:
         self, equations: ModeEquations, p: Array, data: Array, clock: float, y: Array, *, law_only: bool = False
     ) -> None:
         self._guards, self._size = FastCall(equations.guards, p, data), equations.size
-        names = enumerate(equations.guard_names)
-        self._watched = [(i, name) for i, name in names if not law_only or name.startswith(SWITCH)]
+        events = enumerate(equations.events)
+        self._watched = [(i, event) for i, event in events if not law_only or event.kind is EventKind.LAW_SWITCH]
         self._before = self._guards(clock, y[: equations.size])[0].copy()
 
-    def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[str | None, float]:
+    def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[HybridEvent | None, float]:
         """Return the first guard that falls through zero in a time span that goes on from the last, and when.
 
         A guard that starts at zero (a slide from rest, a force released exactly on the cone) is no event there unless
@@ -50,31 +51,31 @@ class EventWatch:
         """
         before, self._before = self._before, self._values(dense, span[1]).copy()
         now, middle = self._before, self._values(dense, (span[0] + span[1]) / 2).copy()
-        found: list[tuple[float, int, str]] = []
-        for i, name in self._watched:
+        located: list[tuple[float, int, HybridEvent]] = []
+        for i, event in self._watched:
             guard = functools.partial(self._value, dense, i)
             begin, end = span[0], span[1] if now[i] <= 0 else _dip(guard, span, (before[i], middle[i], now[i]))
             if before[i] <= 0:
-                if name == "touchdown":
+                if event.kind is EventKind.TOUCHDOWN:
                     # It starts at zero by definition (both feet on the ground) and counts only once armed.
                     continue
                 begin += SIMULTANEOUS * (span[1] - span[0])
                 if before[i] < -ROUNDING or (now[i] < 0 and guard(begin) <= 0):
-                    found.append((span[0], i, name))
+                    located.append((span[0], i, event))
                     continue
                 end = span[1] if now[i] < 0 else None
             if end is None:
                 continue
             at = _root(guard, (begin, end))
-            if name == "touchdown" and self._guards(at, dense(at)[: self._size])[1][0] <= 0:
+            if event.kind is EventKind.TOUCHDOWN and self._guards(at, dense(at)[: self._size])[1][0] <= 0:
                 continue
-            found.append((at, i, name))
-        if not found:
+            located.append((at, i, event))
+        if not located:
             return None, span[1]
-        at, _, name = min(found)
-        return name, at
+        at, _, first = min(located, key=lambda entry: entry[:2])
+        return first, at
 
-    def first_in_step(self, dense: DenseOutput, spans: int) -> tuple[str | None, float]:
+    def first_in_step(self, dense: DenseOutput, spans: int) -> tuple[HybridEvent | None, float]:
         """Return the same for a whole step of the integrator, divided into spans."""
         if not self._watched:
             return None, dense.t

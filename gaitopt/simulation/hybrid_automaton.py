@@ -4,13 +4,16 @@ import itertools
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from gaitopt.control.law import Law
+from gaitopt.model.contacts.event import EventKind, HybridEvent
 from gaitopt.model.contacts.impact import Impact, TouchdownMap
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import LAW_EVENT, ClosedLoop, torque_of
+from gaitopt.simulation.closed_loop import ClosedLoop, torque_of
 from gaitopt.simulation.contact_choice import REST, ContactChoice
 from gaitopt.simulation.engine import Arc, Engine, join_arcs
 from gaitopt.simulation.engine_choice import default_engine
@@ -18,16 +21,14 @@ from gaitopt.simulation.law_memory import LawMemory
 from gaitopt.status import Stop
 
 STOPS = {
-    "lift-off": Stop.LIFT_OFF,
-    "fall": Stop.FELL,
-    "painleve": Stop.PAINLEVE,
-    "singular": Stop.SINGULAR,
-    None: Stop.NO_TOUCHDOWN,
+    EventKind.LIFT_OFF: Stop.LIFT_OFF,
+    EventKind.FALL: Stop.FELL,
+    EventKind.PAINLEVE: Stop.PAINLEVE,
+    EventKind.SINGULAR: Stop.SINGULAR,
 }
-"""Reasons for which an arc ends a walk."""
+"""Events that end a walk, and the reason."""
 Flow = Callable[[Mode, float, Array, float, bool], Arc]
 """(mode, clock, y, until, record) -> arc, as :meth:`Engine.flow` for one closed loop."""
-SLIDES = {mode.value: mode for mode in PHYSICAL if mode.slips}
 
 
 class Stride(NamedTuple):
@@ -73,7 +74,7 @@ class Stride(NamedTuple):
 
 
 def _by_the_law(arc: Arc) -> bool:
-    return arc.event is not None and arc.event.startswith(LAW_EVENT)
+    return arc.event is not None and arc.event.kind is EventKind.LAW_EVENT
 
 
 class Walker:
@@ -101,6 +102,7 @@ class Walker:
             mode: FastCall(torque_of(law.torque, mode)) for mode in PHYSICAL if mode is not Mode.FREE
         }
         self._landing = TouchdownMap(robot, p)
+        self._transitions: dict[tuple[Mode, HybridEvent], tuple[Mode | None, Array | None]] = {}
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
@@ -137,30 +139,36 @@ class Walker:
             arc = flow(mode, clock, state, self.step_time_limit, record)
             arcs.append((mode, arc))
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
-            if event == "touchdown":
+            if event is None:
+                return Stride(tuple(arcs), Stop.NO_TOUCHDOWN, None, None)
+            if event.kind is EventKind.TOUCHDOWN:
                 impact, following = self._landing.solve(state[: 2 * n])
                 return Stride(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
-            if event == "at rest":
-                state[n] = 0.0
-                mode = choose(clock, state, leaving=mode)
-            elif event in SLIDES:
-                mode = SLIDES[event]
-            elif _by_the_law(arc):
-                state = self.memory.after(law_event(arc), clock, state)
-                mode = choose(clock, state)
-            else:
-                if event == "painleve" and clock == began:
+            if event.kind in STOPS:
+                if event.kind is EventKind.PAINLEVE and clock == began:
                     arcs.pop()  # the mode has no duration
-                return Stride(tuple(arcs), STOPS[event], None, None)
+                return Stride(tuple(arcs), STOPS[event.kind], None, None)
+            if event.kind is EventKind.LAW_EVENT:
+                state = self.memory.after(event.number, clock, state)
+                mode = choose(clock, state)
+                continue
+            next_mode, reset = self._transition(mode, event, state.size)
+            if reset is not None:
+                state = reset @ state
+            mode = next_mode or choose(clock, state, leaving=mode)
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
+
+    def _transition(self, mode: Mode, event: HybridEvent, size: int) -> tuple[Mode | None, Array | None]:
+        """Return the mode after a transition, None if friction decides, and its reset, None for the identity."""
+        if (mode, event) not in self._transitions:
+            transition = self.robot.contact_model.at(mode, event)
+            reset = transition.reset(self.robot.n_q, size)
+            identity = np.array_equal(reset, np.eye(size))
+            self._transitions[mode, event] = transition.following(mode), None if identity else reset
+        return self._transitions[mode, event]
 
     def _flow(self, mode: Mode, clock: float, state: Array, until: float, record: bool) -> Arc:
         return self.engine.flow(self.loop, mode, clock, state, until=until, record=record)
-
-
-def law_event(arc: Arc) -> int:
-    """Return the number of the law's event that ended an arc."""
-    return int(str(arc.event).removeprefix(LAW_EVENT))
 
 
 def make_walker(

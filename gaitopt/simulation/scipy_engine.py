@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853, DenseOutput
 
+from gaitopt.model.contacts.event import SINGULAR
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
@@ -61,7 +62,7 @@ class ScipyEngine:
                 if event is not None:
                     break
             if event is None and times[-1] < end:
-                event = "singular"  # the integrator cannot continue
+                event = SINGULAR  # the integrator cannot continue
             here[0], here[1:] = times[-1], states[-1][:n_y]
             event = active.advance(event)
         time, path = np.array(times), np.array(states).T

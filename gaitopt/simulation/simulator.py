@@ -7,17 +7,17 @@ import numpy as np
 
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
+from gaitopt.model.contacts.event import EventKind
 from gaitopt.model.contacts.impact import Impact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_motion, make_segment
 from gaitopt.parameters import Parameter
-from gaitopt.simulation.closed_loop import LAW_EVENT
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Arc, Engine
 from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Stride, Walker, law_event
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.status import Stop
 
 
@@ -226,7 +226,10 @@ def _events(law: Law, stride: Stride, step: int, began: float) -> list[Event]:
     log = []
     following = [mode.value for mode, _ in stride.arcs[1:]]
     for (mode, arc), after in zip(stride.arcs, following, strict=False):
-        name = law.memory.events[law_event(arc)] if str(arc.event).startswith(LAW_EVENT) else str(arc.event)
+        if arc.event is None:
+            continue
+        of_law = arc.event.kind is EventKind.LAW_EVENT
+        name = law.memory.events[arc.event.number] if of_law else arc.event.label
         log.append(Event(began + float(arc.time[-1]), step, name, mode.value, after))
     last = stride.modes[-1].value if stride.arcs else "-"
     end = began + stride.duration

@@ -15,13 +15,14 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.model.contacts.event import TOUCHDOWN, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.closed_loop import LAW_EVENT
 from gaitopt.simulation.engine import Arc
-from gaitopt.simulation.hybrid_automaton import Stride, Walker, law_event
+from gaitopt.simulation.hybrid_automaton import Stride, Walker
 
 BEYOND = 1e-7
 """A located event leaves its guard at rounding (N, m/s, rad); further below zero a jump of the torque ended it."""
@@ -102,28 +103,29 @@ class Linearisation:
 
     def _event(self, mode: Mode, following: Mode, arc: Arc) -> Array:
         """Return the jump of a deviation at an event that ends an arc, (n_y, n_y)."""
-        n, loop, event = self.walker.robot.n_q, self.walker.loop, str(arc.event)
+        n, loop, event = self.walker.robot.n_q, self.walker.loop, arc.event
+        assert event is not None
         clock, state = float(arc.time[-1]), arc.states[:, -1]
-        reset, drift, next_state = np.eye(state.size), np.zeros(state.size), state
-        if event == "at rest":
-            reset[n, n] = 0.0
+        if event.kind is EventKind.LAW_EVENT:
+            reset, drift = self.walker.memory.slopes(event.number, clock, state)
+            next_state = self.walker.memory.after(event.number, clock, state)
+        else:
+            reset, drift = self.walker.robot.contact_model.at(mode, event).reset(n, state.size), np.zeros(state.size)
             next_state = reset @ state
-        elif event.startswith(LAW_EVENT):
-            reset, drift = self.walker.memory.slopes(law_event(arc), clock, state)
-            next_state = self.walker.memory.after(law_event(arc), clock, state)
         before, shift = self._time_shift(mode, event, clock, state)
         after = self._slopes(following).flow(clock, next_state, loop.data(clock, next_state))[0]
-        return reset + np.outer(reset @ before + drift - after, shift)
+        return saltation(reset, before, after - drift, shift)
 
     def _touchdown(self, mode: Mode, outcome: Mode, clock: float, state: Array) -> Array:
         n = self.walker.robot.n_q
-        before, shift = self._time_shift(mode, "touchdown", clock, state)
+        before, shift = self._time_shift(mode, TOUCHDOWN, clock, state)
         if outcome not in self._resets:
             self._resets[outcome] = FastCall(reset_slope(self.walker.robot, outcome), self.walker.p)
         reset = self._resets[outcome](state[:n], state[n : 2 * n])[0].reshape(2 * n, 2 * n).T
-        return reset @ (np.eye(2 * n, state.size) + np.outer(before[: 2 * n], shift))
+        # The section's clock is reset, so the flow after the touchdown does not count.
+        return reset @ saltation(np.eye(2 * n, state.size), before, np.zeros(2 * n), shift)
 
-    def _time_shift(self, mode: Mode, event: str, clock: float, state: Array) -> tuple[Array, Array]:
+    def _time_shift(self, mode: Mode, event: HybridEvent, clock: float, state: Array) -> tuple[Array, Array]:
         """Return the flow before an event, and d (event time) / d y, each of shape (n_y,).
 
         A guard found well below zero did not fall through it: the law's torque jumped there, with a piece of the law.
@@ -132,11 +134,11 @@ class Linearisation:
         data = loop.data(clock, state)
         before = slopes.flow(clock, state, data)[0].copy()
         values, gradient, drift = slopes.guards(clock, state, data)
-        names = loop.equations(mode).guard_names
-        which = names.index(event)
+        events = loop.equations(mode).events
+        which = events.index(event)
         if values[which] < -BEYOND:
             return before, loop.piece_shift(before)
-        row = gradient.reshape(state.size, len(names))[:, which]
+        row = gradient.reshape(state.size, len(events))[:, which]
         return before, -row / (row @ before + drift[which])
 
     def _slopes(self, mode: Mode) -> _Slopes:

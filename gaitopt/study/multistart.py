@@ -14,8 +14,8 @@ from gaitopt.motion.motion import Motion
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.passive_gait import passive_cycle
-from gaitopt.ocp.solve.single_start import solve_from_start as solve_from
+from gaitopt.ocp.solution.passive_gait import passive_cycle
+from gaitopt.ocp.solution.single_start import solve_from_start as solve_from
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
 from gaitopt.ocp.transcription.method import Method

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, GaitProblem, Ipopt, Limits, MultipleShooting, compass_biped, solve, sweep
-from gaitopt.ocp.solve.grid_solve import BARRIER_SAME_PROBLEM, SingleStart
+from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, SingleStart
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.progress import silent
 from tests.benchmarks.conftest import ratios, spread, timed

@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 from gaitopt import ContactSequence, CostOfTransport, Limits, TorqueSquared
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Unknown
-from gaitopt.ocp.solve.diagnosis import violations, warnings
-from gaitopt.ocp.solve.swing_foot_checks import lack_of_height
+from gaitopt.ocp.solution.diagnosis import violations, warnings
+from gaitopt.ocp.solution.swing_foot_checks import lack_of_height
 from gaitopt.ocp.transcription.collocation import lobatto_points
 from gaitopt.ocp.transcription.relaxation import ExactPenalty
 from gaitopt.ocp.transcription.transcription import transcribe

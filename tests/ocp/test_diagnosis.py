@@ -4,7 +4,7 @@ import pytest
 from gaitopt import ContactSequence, TorqueSquared
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Group
-from gaitopt.ocp.solve.diagnosis import violations, warnings
+from gaitopt.ocp.solution.diagnosis import violations, warnings
 from tests.ocp.nlp_examples import programme
 
 

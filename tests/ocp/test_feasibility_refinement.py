@@ -4,7 +4,7 @@ import numpy as np
 
 from gaitopt import Ipopt, WarmStart, solve
 from gaitopt.ocp.bounds import bounds
-from gaitopt.ocp.solve.grid_solve import SingleStart
+from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.progress import silent
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gaitopt.ocp.solve import mesh_refinement
 
 from gaitopt import (
     Collocation,
@@ -20,10 +21,9 @@ from gaitopt import (
     verify,
 )
 from gaitopt.ocp.nlp.keys import Kind
-from gaitopt.ocp.solve import mesh_refinement
-from gaitopt.ocp.solve.grid_solve import SingleStart
-from gaitopt.ocp.solve.single_start import solve_from_start
-from gaitopt.ocp.solve.swing_foot_checks import EarlyTouchdown, early_touchdown
+from gaitopt.ocp.solution.grid_solve import SingleStart
+from gaitopt.ocp.solution.single_start import solve_from_start
+from gaitopt.ocp.solution.swing_foot_checks import EarlyTouchdown, early_touchdown
 from gaitopt.ocp.transcription.grid import divide_into_phases, node_places
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, schedule_for, shift_arming
 from gaitopt.ocp.transcription.transcription import transcribe

@@ -7,7 +7,7 @@ from gaitopt import Limits, load, save, solve
 from gaitopt.ocp import FromMotion
 from gaitopt.ocp.bounds import bounds, structure
 from gaitopt.ocp.nlp.keys import Key, Place
-from gaitopt.ocp.solve.diagnosis import violations
+from gaitopt.ocp.solution.diagnosis import violations
 from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.transcription import transcribe
 

@@ -15,11 +15,11 @@ from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
-from gaitopt.ocp.solve.diagnosis import violations, warnings
-from gaitopt.ocp.solve.grid_solve import SingleStart
-from gaitopt.ocp.solve.problem_checks import report_clipped_guess, report_poor_scaling
-from gaitopt.ocp.solve.swing_foot_checks import early_touchdown, lack_of_height
-from gaitopt.ocp.solve.trajectory import BetweenNodes, check_between_nodes, read_motion
+from gaitopt.ocp.solution.diagnosis import violations, warnings
+from gaitopt.ocp.solution.grid_solve import SingleStart
+from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
+from gaitopt.ocp.solution.swing_foot_checks import early_touchdown, lack_of_height
+from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_motion
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
 from gaitopt.ocp.transcription.transcription import transcribe

@@ -5,7 +5,7 @@ import pytest
 from gaitopt import Ipopt, Keyframes, Limits, LinearGuess, Status, solve
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
-from gaitopt.ocp.solve.problem_checks import report_clipped_guess, report_poor_scaling
+from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
 from gaitopt.ocp.transcription.transcription import transcribe
 
 

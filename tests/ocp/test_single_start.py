@@ -20,7 +20,7 @@ from gaitopt import (
     solve,
     verify,
 )
-from gaitopt.ocp.solve.single_start import solve_from_start
+from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.progress import silent
 from tests.benchmarks.test_reliability import random_problem
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from gaitopt import CostOfTransport, Mode, MultipleShooting, Status, solve
-from gaitopt.ocp.solve.trajectory import check_between_nodes, read_motion
+from gaitopt.ocp.solution.trajectory import check_between_nodes, read_motion
 from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
 
 SLIP = "slip+ stick | slip+"

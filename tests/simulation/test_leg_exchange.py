@@ -6,7 +6,7 @@ import casadi as ca
 import pytest
 
 from gaitopt import GaitProblem, InputError, Limits, Newton, Status, solve, verify
-from gaitopt.ocp.solve.single_start import solve_from_start
+from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.progress import silent
 from tests.walkers import round_compass, torso_biped

@@ -57,7 +57,7 @@ def test_recording_does_not_change_the_motion(compass, compass_p):
         )
         for record in (False, True)
     )
-    assert short.event == full.event == "at rest"
+    assert short.event.label == full.event.label == "at rest"
     assert short.time[-1] == pytest.approx(full.time[-1], abs=1e-11)
     np.testing.assert_allclose(short.states[:, -1], full.states[:, -1], atol=1e-10)
     assert short.energy is None

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from gaitopt.model.contacts.event import ContactEvent
+from gaitopt.model.contacts.event import HybridEvent
 from gaitopt.model.contacts.impact_law import ImpactLaw, PlasticFrictional
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import TRANSITIONS, Transition
@@ -31,12 +31,12 @@ class ContactModel:
         """Return the transitions by which a contact can leave a mode, in order."""
         return tuple(transition for transition in self.transitions if transition.leaves(mode))
 
-    def at(self, mode: Mode, event: ContactEvent) -> Transition | None:
-        """Return the transition of an event that leaves a mode; None for an event of another kind."""
+    def at(self, mode: Mode, event: HybridEvent) -> Transition:
+        """Return the transition of an event that leaves a mode."""
         for transition in self.leaving(mode):
             if transition.event == event:
                 return transition
-        return None
+        raise LookupError(f"the contact model has no transition {event.label!r} from {mode.value}")
 
     def onset(self, slip: Mode) -> Transition:
         """Return the transition from stick to a slip mode."""

@@ -16,13 +16,14 @@ class EventKind(Enum):
     PAINLEVE = "painleve"
     FALL = "fall"
     LAW_SWITCH = "law switch"
+    LAW_EVENT = "law event"
     CUSTOM = "custom"
     SINGULAR = "singular"
 
     __hash__ = object.__hash__  # each member is one object; by its name, as Enum has it, takes four times as long
 
 
-class ContactEvent(NamedTuple):
+class HybridEvent(NamedTuple):
     """An event with what must be known to continue from it.
 
     Attributes
@@ -31,13 +32,13 @@ class ContactEvent(NamedTuple):
     slip : Mode or None
         Mode that begins at a slip onset.
     number : int
-        Which switch of the law, in order.
+        Which switch or event of the law, in order.
     name : str
         Name of a custom transition.
 
     Examples
     --------
-    >>> ContactEvent(EventKind.SLIP_ONSET, Mode.SLIP_FORWARD).label, ContactEvent(EventKind.REST).label
+    >>> HybridEvent(EventKind.SLIP_ONSET, Mode.SLIP_FORWARD).label, HybridEvent(EventKind.REST).label
     ('slip+', 'at rest')
     """
 
@@ -49,19 +50,24 @@ class ContactEvent(NamedTuple):
     @property
     def label(self) -> str:
         """The event in logs."""
-        if self.slip is not None:
-            return self.slip.value
-        return self.name or self.kind.value
+        if self.name:
+            return self.name
+        return self.kind.value if self.slip is None else self.slip.value
 
 
-TOUCHDOWN = ContactEvent(EventKind.TOUCHDOWN)
-REST = ContactEvent(EventKind.REST)
-LIFT_OFF = ContactEvent(EventKind.LIFT_OFF)
-PAINLEVE = ContactEvent(EventKind.PAINLEVE)
-FALL = ContactEvent(EventKind.FALL)
-SINGULAR = ContactEvent(EventKind.SINGULAR)
+TOUCHDOWN = HybridEvent(EventKind.TOUCHDOWN)
+REST = HybridEvent(EventKind.REST)
+LIFT_OFF = HybridEvent(EventKind.LIFT_OFF)
+PAINLEVE = HybridEvent(EventKind.PAINLEVE)
+FALL = HybridEvent(EventKind.FALL)
+SINGULAR = HybridEvent(EventKind.SINGULAR)
 
 
-def law_switch(number: int) -> ContactEvent:
-    """Return the event at which a law, not a contact, changes its form."""
-    return ContactEvent(EventKind.LAW_SWITCH, number=number)
+def law_switch(number: int) -> HybridEvent:
+    """Return the event at which a law changes its piece, or an actuator its side."""
+    return HybridEvent(EventKind.LAW_SWITCH, number=number)
+
+
+def law_event(number: int) -> HybridEvent:
+    """Return an event of a law, by its number."""
+    return HybridEvent(EventKind.LAW_EVENT, number=number)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from gaitopt.model.contacts.event import LIFT_OFF, PAINLEVE, REST, ContactEvent, EventKind
+from gaitopt.model.contacts.event import LIFT_OFF, PAINLEVE, REST, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
 
 PARADOX_MARGIN = 1e-6
@@ -47,7 +47,7 @@ class Transition(ABC):
 
     @property
     @abstractmethod
-    def event(self) -> ContactEvent:
+    def event(self) -> HybridEvent:
         """The event at which it happens."""
 
     @abstractmethod
@@ -113,9 +113,9 @@ class SlipOnset(_Smooth):
     slip: Mode
 
     @property
-    def event(self) -> ContactEvent:
+    def event(self) -> HybridEvent:
         """Onset of the slip."""
-        return ContactEvent(EventKind.SLIP_ONSET, self.slip)
+        return HybridEvent(EventKind.SLIP_ONSET, self.slip)
 
     def leaves(self, mode: Mode) -> bool:
         """Return whether the contact sticks."""
@@ -142,7 +142,7 @@ class ComingToRest(Transition):
     """The slip velocity reaches zero: the contact sticks, or slips on in the other direction."""
 
     @property
-    def event(self) -> ContactEvent:
+    def event(self) -> HybridEvent:
         """Rest."""
         return REST
 
@@ -174,7 +174,7 @@ class LiftOff(_Smooth):
     """The normal force falls through zero."""
 
     @property
-    def event(self) -> ContactEvent:
+    def event(self) -> HybridEvent:
         """Lift-off."""
         return LIFT_OFF
 
@@ -196,7 +196,7 @@ class PainleveParadox(_Smooth):
     """Slip stops being well posed; the motion cannot be continued."""
 
     @property
-    def event(self) -> ContactEvent:
+    def event(self) -> HybridEvent:
         """Painleve's paradox."""
         return PAINLEVE
 

@@ -15,7 +15,7 @@ from gaitopt.ocp.mode_search.homotopy import Homotopy, follow_homotopy
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.trajectory import planned_states, solved_parameters
+from gaitopt.ocp.solution.trajectory import planned_states, solved_parameters
 from gaitopt.ocp.statement.initial_guess import Guess, Sample
 from gaitopt.ocp.transcription.nlp_builder import slide_columns
 from gaitopt.ocp.transcription.transcription import Transcription, transcribe

@@ -15,8 +15,8 @@ from gaitopt.ocp.mode_search.phase_proposal import propose_phases
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.grid_solve import BARRIER_NEARBY_PROBLEM, GridSolution, SingleStart
-from gaitopt.ocp.solve.single_start import solve_from_start
+from gaitopt.ocp.solution.grid_solve import BARRIER_NEARBY_PROBLEM, GridSolution, SingleStart
+from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.progress import SolveObserver, silent
 from gaitopt.reductions import rank_of

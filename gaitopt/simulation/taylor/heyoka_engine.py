@@ -5,6 +5,7 @@ from threading import get_ident
 
 import numpy as np
 
+from gaitopt.model.contacts.event import HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop
@@ -106,7 +107,7 @@ class _Tape:
         self._states.append(states[:, 1:])
         self._energies.append(energies[:, 1:])
 
-    def arc(self, event: str | None) -> Arc:
+    def arc(self, event: HybridEvent | None) -> Arc:
         """Return what was recorded, at least two samples."""
         if len(self._times) == 1:
             self._times, self._states, self._energies = 2 * self._times, 2 * self._states, 2 * self._energies

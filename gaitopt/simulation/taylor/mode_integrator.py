@@ -15,12 +15,13 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.control.limits import split_at_limits
+from gaitopt.model.contacts.event import SINGULAR, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.active_piece import ActivePiece, pieces
-from gaitopt.simulation.closed_loop import SWITCH, ClosedLoop, mode_equations
+from gaitopt.simulation.closed_loop import ClosedLoop, mode_equations
 from gaitopt.simulation.taylor.compiled_programs import program_with_events
 from gaitopt.simulation.taylor.expression_conversion import heyoka_module
 
@@ -66,8 +67,8 @@ class ModeIntegrator:
         self.here, self._data = memory[: 1 + loop.size], memory[1 + loop.size :]
         self._y, self._watch = self.here[1:], FastCall(guards, loop.p, shared=memory)
         self._program = program_with_events(robot, mode, self.control, tolerance, compact_mode, get_ident())
-        self._names = self.equations.guard_names
-        self._shifts = self._program.numbers[-len(self._names) :]
+        self._events = self.equations.events
+        self._shifts = self._program.numbers[-len(self._events) :]
         self._near = AT_LIMIT if law.limited else ZERO
         self._active = ActivePiece(law, self.here, mode)
         self._ready: dict[tuple[int, tuple[float, ...]], tuple[Array, Array | None]] = {}
@@ -99,7 +100,7 @@ class ModeIntegrator:
         rates = [np.asarray(flow(here[0], here[1:], p, data)).ravel() for data in (old, new)]
         return np.eye(here.size - 1) + np.outer(rates[0] - rates[1], self.loop.piece_shift(rates[0]))
 
-    def walk(self, until: float, tape: Tape | None = None) -> str | None:
+    def walk(self, until: float, tape: Tape | None = None) -> HybridEvent | None:
         """Integrate through the pieces of the law, from what is in `here`, and return the event that ended it.
 
         Parameters
@@ -123,7 +124,7 @@ class ModeIntegrator:
                 return event
         return None
 
-    def run(self, end: float, *, first: bool) -> tuple[str | None, int]:
+    def run(self, end: float, *, first: bool) -> tuple[HybridEvent | None, int]:
         """Integrate over one piece of the law, or until a guard falls through zero.
 
         Parameters
@@ -134,7 +135,7 @@ class ModeIntegrator:
 
         Returns
         -------
-        event : str or None
+        event : HybridEvent or None
         steps : int
             Taylor steps taken.
         """
@@ -156,8 +157,8 @@ class ModeIntegrator:
             code, steps = int(outcome[0]), steps + outcome[3]
             if code < 0 and code >= -len(values):
                 y[program.entries] = program.state
-                here[0], event = integrator.time, self._names[~code]
-                if event != "touchdown" or watch.here().item(-1) > 0:
+                here[0], event = integrator.time, self._events[~code]
+                if event.kind is not EventKind.TOUCHDOWN or watch.here().item(-1) > 0:
                     return event, steps
             elif code == self._in_time:
                 y[program.entries] = program.state
@@ -165,28 +166,28 @@ class ModeIntegrator:
                 return None, steps
             elif code != self._stuck or integrator.last_h <= 1e-12 * (end - here[0]):
                 self._last_finite()
-                return "singular", steps
+                return SINGULAR, steps
 
-    def _start(self, values: list[float], armed: bool, first: bool) -> str | None:
+    def _start(self, values: list[float], armed: bool, first: bool) -> HybridEvent | None:
         """Shift guards that start at zero to the side where they do not count, or return one that is negative."""
         for i, value in enumerate(values):
-            name = self._names[i]
-            if abs(value) < AT_LIMIT and name.startswith(SWITCH):
+            event = self._events[i]
+            if abs(value) < AT_LIMIT and event.kind is EventKind.LAW_SWITCH:
                 self._shifts[i] = AT_LIMIT / 10 - min(value, 0)
                 continue
             if value > ZERO:
                 continue
-            if name == "painleve" and value <= 0:
-                return name
-            if first and name == "touchdown":
+            if event.kind is EventKind.PAINLEVE and value <= 0:
+                return event
+            if first and event.kind is EventKind.TOUCHDOWN:
                 # Never an event where it starts: from below zero it must rise first.
                 if abs(value) < TOUCHING and (value <= 0 or not armed):
                     self._shifts[i] = -1e-15 - value
             elif -ZERO <= value <= 0:
                 # Falls through the shifted zero at once, or rises; a resting foot's speed is an exact zero.
-                self._shifts[i] = (1e-16 if name == "at rest" else 1e-14 * max(1, *map(abs, values))) - value
-            elif value < -ZERO and name != "touchdown":
-                return name
+                self._shifts[i] = (1e-16 if event.kind is EventKind.REST else 1e-14 * max(1, *map(abs, values))) - value
+            elif value < -ZERO and event.kind is not EventKind.TOUCHDOWN:
+                return event
         return None
 
     def _last_finite(self) -> None:

@@ -172,5 +172,6 @@ def _candidates(function: ca.Function) -> list[Harmonic]:
 
 def _near_defaults(robot: Robot, rng: np.random.Generator) -> np.ndarray:
     """Return random parameters near the defaults of a robot."""
-    p, factor = robot.vector(robot.resolve({})), rng.uniform(0.7, 1.3, len(robot.parameters))
+    # Static friction, the last parameter, does not enter the equations of motion.
+    p, factor = robot.vector(robot.resolve({})), np.append(rng.uniform(0.7, 1.3, len(robot.parameters) - 1), 1.0)
     return np.where(np.isfinite(p) & (p != 0), p * factor, factor)

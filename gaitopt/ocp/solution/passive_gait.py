@@ -14,7 +14,7 @@ from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.trajectory import read_motion
+from gaitopt.ocp.solution.trajectory import read_motion
 from gaitopt.ocp.statement.criteria import TorqueSquared
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.limits import Limits

@@ -10,10 +10,10 @@ from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.diagnosis import violations
-from gaitopt.ocp.solve.grid_solve import SingleStart
-from gaitopt.ocp.solve.mesh_refinement import approach_through_coarse_grids, refine_mesh, repair_early_touchdown
-from gaitopt.ocp.solve.problem_checks import report_poor_scaling
+from gaitopt.ocp.solution.diagnosis import violations
+from gaitopt.ocp.solution.grid_solve import SingleStart
+from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh, repair_early_touchdown
+from gaitopt.ocp.solution.problem_checks import report_poor_scaling
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.progress import Observer
 

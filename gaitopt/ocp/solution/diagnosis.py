@@ -9,7 +9,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Key, Place, Unknown
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
+from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
 from gaitopt.ocp.transcription.transcription import Transcription
 
 ROUNDING = 1e-7

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
-from gaitopt.ocp.solve.diagnosis import ROUNDING
-from gaitopt.ocp.solve.grid_solve import BARRIER_NEARBY_PROBLEM, BARRIER_SAME_PROBLEM, GridSolution, SingleStart
-from gaitopt.ocp.solve.swing_foot_checks import early_touchdown
+from gaitopt.ocp.solution.diagnosis import ROUNDING
+from gaitopt.ocp.solution.grid_solve import BARRIER_NEARBY_PROBLEM, BARRIER_SAME_PROBLEM, GridSolution, SingleStart
+from gaitopt.ocp.solution.swing_foot_checks import early_touchdown
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, shift_arming
 from gaitopt.status import Status
 

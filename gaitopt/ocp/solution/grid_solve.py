@@ -17,10 +17,10 @@ from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.diagnosis import warnings
-from gaitopt.ocp.solve.problem_checks import report_clipped_guess
-from gaitopt.ocp.solve.swing_foot_checks import SCUFF, lack_of_height
-from gaitopt.ocp.solve.trajectory import BetweenNodes, check_between_nodes, read_motion, solved_parameters
+from gaitopt.ocp.solution.diagnosis import warnings
+from gaitopt.ocp.solution.problem_checks import report_clipped_guess
+from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
+from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_motion, solved_parameters
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule

@@ -11,7 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solve.trajectory import solved_parameters
+from gaitopt.ocp.solution.trajectory import solved_parameters
 from gaitopt.ocp.transcription.foot_clearance import bump
 from gaitopt.ocp.transcription.grid import node_places
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, schedule_for
