@@ -168,18 +168,6 @@ class Robot(LazyRecord):
         """
         return self._places[name]
 
-    def moving(self, mode: Mode) -> tuple[int, ...]:
-        """Return the entries of q that move while the stance contact is in a mode.
-
-        Examples
-        --------
-        >>> from gaitopt import Mode, compass_biped
-        >>> compass_biped().moving(Mode.STICK), compass_biped().moving(Mode.SLIP_FORWARD)
-        ((2, 3), (0, 2, 3))
-        """
-        foot = {Mode.STICK: (), Mode.FREE: (0, 1)}.get(mode, (0,))
-        return (*foot, *range(2, self.n_q))
-
     def static_friction(self, p: ca.SX) -> ca.SX:
         """Return the coefficient of static friction from the vector p, of symbols or numbers."""
         return p[self.index("static_friction_ratio")] * p[self.index("friction")]

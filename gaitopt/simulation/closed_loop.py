@@ -14,6 +14,7 @@ from gaitopt.control.law import Law
 from gaitopt.control.signature import torque_in_state
 from gaitopt.model.contacts.event import FALL, TOUCHDOWN, HybridEvent, law_event, law_switch
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.transition import ContactQuantities
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -121,7 +122,7 @@ def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquati
     transitions = robot.contact_model.leaving(mode)
     leaving = [transition.guard(mode, contact) for transition in transitions]
     guards = ca.vertcat(*leaving, guard, robot.upright(q, p), bounds, events)
-    moving = robot.moving(mode)
+    moving = PhaseDynamics(robot, mode).entries
 
     def function(name: str, *outputs: ca.SX) -> ca.Function:
         return ca.Function(name, [t, y, p, data], ca.cse([ca.densify(ca.SX(e)) for e in outputs]))

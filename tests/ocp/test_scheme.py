@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from gaitopt import Mode, compass_biped
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.collocation import Lobatto, integrals, lobatto_points
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.shooting import RungeKutta
 
 REAL = st.floats(-10, 10)

@@ -6,6 +6,7 @@ optimisation places it at a node.  The simulator, the linearisation and the tran
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from enum import Enum
 from typing import NamedTuple
 
 import casadi as ca
@@ -19,6 +20,33 @@ PARADOX_MARGIN = 1e-6
 
 Near Painleve's paradox the contact force grows without bound, so the guard falls through zero slightly before.
 """
+
+
+class Condition(Enum):
+    """Meaning of a condition on a contact, as optimisations label their rows."""
+
+    NORMAL_FORCE = "normal force"
+    FORWARD_CONE = "forward friction cone"
+    BACKWARD_CONE = "backward friction cone"
+    SLIP_ONSET = "slip onset on the cone"
+    REST = "rest of the contact"
+    CUSTOM = "custom transition"
+
+
+class NodeCondition(NamedTuple):
+    """A condition at the node where an optimisation places a transition.
+
+    Attributes
+    ----------
+    condition : Condition
+    value : SX
+    equality : bool
+        Whether the value must be 0; otherwise it must be at least 0.
+    """
+
+    condition: Condition
+    value: ca.SX
+    equality: bool
 
 
 class ContactQuantities(NamedTuple):
@@ -75,12 +103,8 @@ class Transition(ABC):
         """
 
     @abstractmethod
-    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
-        """Return what must hold at a node where an optimisation places the transition.
-
-        Each condition is an expression and whether it must be 0 (True) or at least 0 (False); forces in units of
-        `contact.force`.
-        """
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
+        """Return what must hold at a node where an optimisation places the transition, forces per weight."""
 
 
 class _Smooth(Transition):
@@ -90,9 +114,9 @@ class _Smooth(Transition):
         """Return the identity."""
         return np.eye(size)
 
-    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
         """Return that the guard is zero."""
-        return [(self.guard(mode, contact), True)]
+        return [NodeCondition(Condition.CUSTOM, self.guard(mode, contact), True)]
 
 
 @dataclass(frozen=True)
@@ -131,10 +155,11 @@ class SlipOnset(_Smooth):
         """Return the slip mode."""
         return self.slip
 
-    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
         """Return that the force is on the edge of the cone, over mu, and that the normal force is not negative."""
         tangential, normal = contact.force[0], contact.force[1]
-        return [(normal + self.slip.sign * tangential / contact.static_friction, True), (normal, False)]
+        excess = normal + self.slip.sign * tangential / contact.static_friction
+        return [NodeCondition(Condition.SLIP_ONSET, excess, True), NodeCondition(Condition.NORMAL_FORCE, normal, False)]
 
 
 @dataclass(frozen=True)
@@ -164,9 +189,9 @@ class ComingToRest(Transition):
         matrix[slip_rate, slip_rate] = 0.0
         return matrix
 
-    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[tuple[ca.SX, bool]]:
+    def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
         """Return that the slip velocity is zero."""
-        return [(contact.speed, True)]
+        return [NodeCondition(Condition.REST, contact.speed, True)]
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import make_jump, make_motion, make_segment
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.reductions import worst
 

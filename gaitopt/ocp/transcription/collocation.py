@@ -16,10 +16,10 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind
 from gaitopt.ocp.transcription.method import Method, check_count
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.scheme import Point, Scheme
 
 MOST_POINTS = 6

@@ -4,10 +4,10 @@ import math
 
 import casadi as ca
 
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Place, Row, Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 
 
 def bump(ahead: ca.SX, distance: ca.SX) -> ca.SX:

@@ -6,6 +6,7 @@ import casadi as ca
 
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group, Key, Kind, Row, Unknown, equation
@@ -15,7 +16,6 @@ from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.impact_complementarity import open_impact
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import boundary_cost, named_parameters, peak_cost
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 
 
 def touchdown_block(

@@ -8,12 +8,12 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.nlp.keys import Key, Kind, Row, Unknown
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant, StepBoundary
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.scheme import Point
 
 

@@ -12,9 +12,9 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.model.contacts.impact_law import PlasticFrictional
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind, Unknown
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.relaxation import Pair
 from gaitopt.ocp.transcription.scheme import Point, Scheme
 

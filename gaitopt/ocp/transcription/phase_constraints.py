@@ -7,6 +7,9 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.contacts.transition import Condition
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant
@@ -14,8 +17,17 @@ from gaitopt.ocp.transcription.foot_clearance import clearance_rows
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import InstantMaker, mean_integrand, peak_rows
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.scheme import Point
+
+KINDS = {
+    Condition.NORMAL_FORCE: Kind.NORMAL_FORCE,
+    Condition.FORWARD_CONE: Kind.FORWARD_CONE,
+    Condition.BACKWARD_CONE: Kind.BACKWARD_CONE,
+    Condition.SLIP_ONSET: Kind.SLIP_ONSET,
+    Condition.REST: Kind.SLIP_DIRECTION,
+    Condition.CUSTOM: Kind.CUSTOM,
+}
+"""Rows of the conditions on a contact."""
 
 
 class Equations:
@@ -154,7 +166,7 @@ def end_block(frame: NlpBuilder, phase: Phase, stance: PhaseDynamics) -> Block:
         equations.add(*_path(frame, stance, last, p, sliding=False))
     else:
         equations.add(_balance(frame, stance), last.residual)
-        equations.add(*stance.onset(last.force, p, phase.onset))
+        equations.add(*_onset(stance, last.force, p, phase.onset))
     if frame.peaks:
         power = local.add("power", frame.variables[Unknown.POWER][:, [node]]) if frame.objective.uses_power else None
         maker = InstantMaker(frame, local, phase, stance, p, np.array([phase.count]))
@@ -209,13 +221,20 @@ def _path(
     frame: NlpBuilder, stance: PhaseDynamics, point: Point, p: ca.SX, *, sliding: bool
 ) -> tuple[list[Row], ca.SX]:
     """Return rows and values of what holds at a point: the scheme's equations, the cone, and slip's direction."""
-    keys, values = stance.path(point.force, p, frame.data[len(frame.robot.parameters)])
-    table = _balance(frame, stance) + [Row(key, 0.0, math.inf) for key in keys]
+    conditions, values = stance.path(point.force, p, frame.data[len(frame.robot.parameters)])
+    table = _balance(frame, stance) + [Row(Key(KINDS[condition]), 0.0, math.inf) for condition in conditions]
     values = ca.vertcat(point.residual, values)
     if sliding and stance.mode.slips:
         table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
         values = ca.vertcat(values, stance.mode.sign * point.state[-1])
     return table, values
+
+
+def _onset(stance: PhaseDynamics, force: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
+    """Return rows and values of the transition from stick to a slip mode."""
+    conditions = stance.onset(force, p, slip)
+    table = [Row(Key(KINDS[kind]), 0.0, 0.0 if equality else math.inf) for kind, _, equality in conditions]
+    return table, ca.vertcat(*(condition.value for condition in conditions))
 
 
 def _power_split(

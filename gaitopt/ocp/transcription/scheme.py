@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind, Unknown
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.relaxation import Pair
 
 

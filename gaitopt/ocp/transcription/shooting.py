@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.nlp.keys import Key
 from gaitopt.ocp.transcription.method import Method, check_count
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.scheme import Point, Scheme
 
 MOST_SUBSTEPS = 8

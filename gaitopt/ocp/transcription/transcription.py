@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
@@ -28,7 +29,6 @@ from gaitopt.ocp.transcription.nlp_builder import MARGINS, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import quotient_block
 from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
 from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_block
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
 

@@ -6,8 +6,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gaitopt import Mode, compass_biped
-from gaitopt.ocp.nlp.keys import Key, Kind, equation
-from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics, rk4
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics, rk4
+from gaitopt.model.contacts.transition import Condition
 
 ROBOT = compass_biped()
 P = ROBOT.vector(ROBOT.resolve({"friction": 0.14}))
@@ -104,7 +104,7 @@ def test_the_cone_is_held_with_its_margin_on_both_sides():
     found = evaluated(values, x, u, p, margin)(STATES[Mode.STICK], TORQUE, P, 0.05)
     tangential, normal = sticking_force(STATES[Mode.STICK])
     scaled = tangential / (0.95 * 0.14)
-    assert keys == [Key(Kind.FORWARD_CONE), Key(Kind.BACKWARD_CONE)]
+    assert keys == [Condition.FORWARD_CONE, Condition.BACKWARD_CONE]
     assert np.asarray(found).ravel() == pytest.approx([(normal - scaled) / WEIGHT, (normal + scaled) / WEIGHT])
 
 
@@ -122,12 +122,13 @@ def test_without_a_friction_limit_the_cone_is_the_normal_force():
 def test_a_slip_begins_with_the_sticking_force_on_its_side_of_the_cone(slip, sign):
     stance = PhaseDynamics(ROBOT, Mode.STICK)
     x, u, p, _ = symbols(stance)
-    rows, values = stance.onset(stance.flow(x, u, p)[1], p, slip)
+    conditions = stance.onset(stance.flow(x, u, p)[1], p, slip)
+    values = ca.vertcat(*(condition.value for condition in conditions))
     found = np.asarray(evaluated(values, x, u, p)(STATES[Mode.STICK], TORQUE, P)).ravel()
     tangential, normal = sticking_force(STATES[Mode.STICK])
     # slip+ needs f_t = -mu f_n, slip- needs f_t = +mu f_n (docs/physics.md)
     assert found == pytest.approx([(normal + sign * tangential / 0.14) / WEIGHT, normal / WEIGHT])
-    assert rows[0] == equation(Kind.SLIP_ONSET)
+    assert (conditions[0].condition, conditions[0].equality) == (Condition.SLIP_ONSET, True)
 
 
 @pytest.mark.parametrize("mode", [Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD])
@@ -139,7 +140,7 @@ def test_a_sliding_foot_only_presses(mode):
     found = evaluated(values, x, u, p, margin)(state, TORQUE, P, 0.0)
     q, v = [state[4], 0, *state[:2]], [state[5], 0, *state[2:4]]
     force = np.asarray(ROBOT.acceleration[mode](q, v, TORQUE, P)[1]).ravel()
-    assert keys == [Key(Kind.NORMAL_FORCE)]
+    assert keys == [Condition.NORMAL_FORCE]
     assert float(found) == pytest.approx(force[1] / WEIGHT)
 
 

@@ -1,26 +1,35 @@
-"""The continuous physics of one phase, in the reduced state of its contact mode.
+"""The equations of motion of one contact state, in its reduced coordinates.
+
+This is the only place that knows which coordinates a contact state eliminates.
 
 State of a sticking phase: (angles, rates).  State of a slip phase, and of one whose mode is open: (angles, rates, foot
 slide, foot speed); slide counts from the start of the phase, or of the step if the mode is open.
 """
 
-import math
 from collections.abc import Callable
 
 import casadi as ca
 
+from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.transition import Condition, ContactQuantities, NodeCondition
 from gaitopt.model.robot import Robot
-from gaitopt.ocp.nlp.keys import Key, Kind, Row, equation
 
 
 class PhaseDynamics:
-    """The stance foot in one contact mode.
+    """The equations of motion of a walker in single support, its stance contact in one mode.
 
     Parameters
     ----------
     robot : Robot
     mode : Mode
+        Mode of the stance contact; ``any`` for one that an optimisation finds, whose coordinates are those of a slide.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> PhaseDynamics(compass_biped(), Mode.SLIP_FORWARD).moving
+    ('th1', 'th2', 'foot')
     """
 
     def __init__(self, robot: Robot, mode: Mode) -> None:
@@ -125,8 +134,7 @@ class PhaseDynamics:
 
     def weight(self, p: ca.SX) -> ca.SX:
         """Return total weight m g [N]."""
-        gravity = self.robot.index("gravity")
-        return self.robot.mass(p) * p[gravity]
+        return self.robot.weight(p)
 
     def balance_of(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, force: ca.SX, p: ca.SX) -> ca.SX:
         """Return the residual of the equations of motion, shape (n_q, 1); it and the given contact force per weight."""
@@ -139,8 +147,18 @@ class PhaseDynamics:
         """Return the absolute speed of the foot [m/s]."""
         return self.mode.sign * state[2 * self.n_angles + 1] if self.mode.slips else ca.SX(0)
 
-    def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[Key], ca.SX]:
-        """Return keys and values of what must be >= 0 along the phase, forces per weight.
+    @property
+    def contact_state(self) -> ContactState:
+        """Mode of each contact."""
+        return ContactState.single_support(self.mode)
+
+    @property
+    def entries(self) -> tuple[int, ...]:
+        """Entries of q that move; the others are eliminated."""
+        return (*((0,) if self.slides else ()), *range(2, self.robot.n_q))
+
+    def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[Condition], ca.SX]:
+        """Return meaning and values of what must be >= 0 along the phase, forces per weight.
 
         Written with 1/mu, so that an unlimited friction (mu = inf) leaves f_n >= 0.
         """
@@ -148,19 +166,18 @@ class PhaseDynamics:
             return [], ca.SX(0, 1)
         tangential, normal = ca.vertsplit(force / self.weight(p))
         if self.mode.slips:
-            return [Key(Kind.NORMAL_FORCE)], normal
-        scaled = tangential / ((1 - margin) * self.friction(p))
-        return [Key(Kind.FORWARD_CONE), Key(Kind.BACKWARD_CONE)], ca.vertcat(normal - scaled, normal + scaled)
+            return [Condition.NORMAL_FORCE], normal
+        scaled = tangential / ((1 - margin) * self.robot.static_friction(p))
+        return [Condition.FORWARD_CONE, Condition.BACKWARD_CONE], ca.vertcat(normal - scaled, normal + scaled)
 
-    def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
-        """Return the condition at which a sticking foot starts to slip: the force exactly on the cone."""
-        tangential, normal = ca.vertsplit(force / self.weight(p))
-        excess = normal + slip.sign * tangential / self.friction(p)
-        table = [equation(Kind.SLIP_ONSET), Row(Key(Kind.NORMAL_FORCE), 0.0, math.inf)]
-        return table, ca.vertcat(excess, normal)
+    def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> list[NodeCondition]:
+        """Return the conditions of the transition from stick to a slip mode, for a force in N."""
+        static, unused = self.robot.static_friction(p), ca.SX.ones(2)
+        contact = ContactQuantities(force / self.weight(p), ca.SX(0), static, unused)
+        return self.robot.contact_model.onset(slip).conditions(Mode.STICK, contact)
 
     def friction(self, p: ca.SX) -> ca.SX:
-        """Return the Coulomb coefficient."""
+        """Return the coefficient of kinetic friction."""
         return p[self.robot.index("friction")]
 
 
