@@ -230,11 +230,11 @@ class Gait(LazyRecord):
 
 
 def cone_margin(motion: Motion) -> float:
-    """Return the smallest 1 - abs(f_t) / (mu f_n) over the sticking samples of a motion; nan without any.
+    """Return the smallest 1 - abs(f_t) / (mu_s f_n) over the sticking samples of a motion; nan without any.
 
     It is -inf if a force is nan.
     """
-    friction = motion.parameters["friction"]
+    friction = motion.static_friction
     margins = [
         1 - np.abs(segment.force[0]) / (friction * segment.force[1])
         for segment in motion.segments

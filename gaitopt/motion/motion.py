@@ -169,6 +169,11 @@ class Motion:
         return float(self.segments[-1].time[-1] - self.segments[0].time[0]) if self.segments else 0.0
 
     @property
+    def static_friction(self) -> float:
+        """Coefficient of static friction."""
+        return self.parameters["friction"] * self.parameters.get("static_friction_ratio", 1.0)
+
+    @property
     def foot_slide(self) -> float:
         """Net forward displacement of stance feet while on the ground [m]."""
         return sum(segment.slide for segment in self.segments)
