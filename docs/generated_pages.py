@@ -25,6 +25,7 @@ LAYERS = {
     "plot": "Figures and animations",
     "report": "Reports and notebooks",
     "export": "Other programs",
+    "parallel": "Parallel execution",
     "parameters": "Parameters",
     "progress": "Progress",
     "status": "How computations end",

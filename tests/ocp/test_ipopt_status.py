@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve, summarise
-from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.ocp.nlp.nlp import ipopt
 
 
@@ -161,7 +161,7 @@ def test_the_time_limit(problem):
         ({"tolerance": math.nan}, "Ipopt.tolerance must be a finite number"),
         ({"max_iterations": -1}, "Ipopt.max_iterations must be at least 0"),
         ({"max_iterations": 2.5}, "Ipopt.max_iterations must be a whole number"),
-        ({"max_iterations": "many"}, "Ipopt.max_iterations must be a number"),
+        ({"max_iterations": "many"}, "Ipopt.max_iterations must be a whole number, got 'many'"),
         ({"time_limit": 0}, "Ipopt.time_limit must be greater than 0"),
     ],
 )

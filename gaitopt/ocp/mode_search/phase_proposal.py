@@ -4,6 +4,7 @@ import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
+from attrs import evolve
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -37,7 +38,7 @@ def propose_phases(
     """Follow the homotopy of a contact sequence with open phases on a grid of its own."""
     parts = {Mode.ANY: 1, Mode.STICK: 2}
     counts = tuple(homotopy.intervals // parts.get(mode, 4) for mode in problem.sequence.phases)
-    method = replace(problem.transcription, intervals=counts)
+    method = evolve(problem.transcription, intervals=counts)
     transcription = transcribe_open(replace(structure(problem, method, homotopy.relaxation), rate_limited=False))
     limits = open_bounds(transcription, problem)
     trail = follow_homotopy(
