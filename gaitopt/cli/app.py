@@ -1,11 +1,7 @@
 """The command line: one thin command per verb."""
 
-import signal
-import socket
 import sys
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +13,7 @@ from gaitopt.cli import exporting, feedback, listing, setup, solving, studies, w
 from gaitopt.cli.options import with_common_options
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
+from gaitopt.interrupts import record_interrupts
 
 app = typer.Typer(
     name="gaitopt",
@@ -64,14 +61,14 @@ def _version(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status: 0 success, 1 no verified solution, 2 a mistake."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    with _noticing() as interrupted:
+    with record_interrupts() as interrupt:
         try:
             status = app(given, prog_name="gaitopt", standalone_mode=False) or 0
         except (KeyboardInterrupt, typer.Abort):
             status = INTERRUPTED
         except Exception as error:
-            told = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
-            status = INTERRUPTED if interrupted() and not told else _explain(error, given)
+            expected = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
+            status = INTERRUPTED if interrupt.received and not expected else _explain(error, given)
     if status == INTERRUPTED:
         _report(given, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
@@ -89,34 +86,6 @@ def _explain(error: Exception, given: Sequence[str]) -> int:
     _report(given, "error", error.format_message())  # a usage error of the command-line parser
     error.show()
     return int(error.exit_code)
-
-
-@contextmanager
-def _noticing() -> Iterator[Callable[[], bool]]:
-    """Yield a question: whether there was a Ctrl-C.
-
-    Where CasADi's wrapper looks at arguments it clears whatever Python raises, and an interrupt becomes an error of
-    another kind.  Python writes a byte for each signal, whoever handles it.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
-    reading, writing = socket.socketpair()
-    with reading, writing:
-        reading.setblocking(False)
-        writing.setblocking(False)
-        former = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
-
-        def came() -> bool:
-            try:
-                return signal.SIGINT in reading.recv(4096)
-            except BlockingIOError:
-                return False
-
-        try:
-            yield came
-        finally:
-            signal.set_wakeup_fd(former)
 
 
 def run_script(path: str) -> None:

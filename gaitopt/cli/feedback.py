@@ -141,9 +141,7 @@ def push(
             cycle,
             walking=walking,
             test=test,
-            workers=hands.workers,
-            executor=hands.executor,
-            observer=observer,
+            execution=hands.execution(observer),
         )
     laws = {chosen.name: chosen, "open loop": feedforward(robot, gait.motion)}
     basins = {name: _basin(gait, robot, each, ball, test) for name, each in laws.items()}

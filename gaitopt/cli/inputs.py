@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +22,10 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import search_cycles, sort_cycles
 from gaitopt.stability.section import Section
 from gaitopt.stability.walk_problem import WalkProblem
-from gaitopt.study.basins.basin_file import Basin
+from gaitopt.study.basins.basin_file import PENDING, endings_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 AT_HOME = 1e-4
 """Largest difference of the state after touchdown from that of a gait in which a walk has ended."""
@@ -85,9 +88,10 @@ def read_input(
     return CommandInput(problem.robot, dict(problem.parameters), law, chosen, gaits)
 
 
-def share_at(found: Basin, names: Sequence[str], gait: Cycle) -> float | None:
+def share_at(table: "xr.Dataset", names: Sequence[str], gait: Cycle) -> float | None:
     """Return the share of the walks computed that ended in a gait: another one may have the same contact sequence."""
-    done = found.final[~found.pending()]
+    ends = endings_of(table)
+    done = ends.final[ends.outcome != PENDING]
     home = np.array([gait.state.get(name, 0.0) for name in names])
     return float(np.mean(np.max(np.abs(done - home), axis=1) <= AT_HOME)) if done.size else None
 

@@ -47,11 +47,8 @@ def search(
             problem,
             max_phases=max_phases,
             starts=starts,
-            workers=hands.workers,
-            executor=hands.executor,
-            prepare=functools.partial(load_script, script.resolve()),
+            execution=hands.execution(observer, functools.partial(load_script, script.resolve())),
             directory=output,
-            observer=observer,
         )
     if json:
         seconds = time.perf_counter() - began
@@ -98,27 +95,17 @@ def sweep(
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import counting, print_sweep, sweep_facts
     from gaitopt.study.sweeps.sweep import sweep as sweep_problem
-    from gaitopt.study.sweeps.sweep_grid import FIELDS
 
     began, problem = time.perf_counter(), build_problem(script, setting or [])
-    axes = grid(over, MOST_POINTS)
-    fields = {name: axes.pop(name) for name in FIELDS if name in axes}
     spelled = [sequence.strip() for text in sequences or [] for sequence in text.split(",")]
     with worker_options(workers, scheduler) as hands, counting("gaits", hidden=json or quiet) as observer:
         found = sweep_problem(
             problem,
-            friction=fields.get("friction"),
-            speed=fields.get("speed"),
-            step_length=fields.get("step_length"),
-            slope=fields.get("slope"),
-            parameters=axes,
+            grid(over, MOST_POINTS),
             sequences=spelled or None,
             starts=starts,
-            workers=hands.workers,
-            executor=hands.executor,
-            prepare=functools.partial(load_script, script.resolve()),
+            execution=hands.execution(observer, functools.partial(load_script, script.resolve())),
             path=output,
-            observer=observer,
         )
     complete, any_gait = bool(found.attrs["complete"]), bool((found.status == "solved").any())
     if json:

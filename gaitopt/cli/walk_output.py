@@ -1,6 +1,6 @@
 """What the commands on walks print."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.markup import escape
@@ -14,7 +14,10 @@ from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
-from gaitopt.study.basins.basin_file import Basin
+from gaitopt.study.basins.basin_file import basin_question, ending_labels, ending_shares
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
@@ -47,22 +50,22 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
     out.print(table)
 
 
-def basin_facts(basin: Basin, engine: Engine, own: float | None) -> dict[str, Any]:
+def basin_facts(table: "xr.Dataset", engine: Engine, own: float | None) -> dict[str, Any]:
     """Return a basin as plain data; `own` is the share of the starts that end in the gait it was asked about."""
     return {
         "engine": engine.name,
-        "robot": basin.robot,
-        "complete": not basin.pending().any(),
-        "axes": {name: values.tolist() for name, values in basin.axes.items()},
-        "fractions": basin.fractions(),
+        "robot": basin_question(table)["robot"],
+        "complete": bool(table.attrs["complete"]),
+        "axes": basin_question(table)["axes"],
+        "fractions": ending_shares(table),
         "saved_gait": own,
-        "endings": basin.labels_on_grid().tolist(),
+        "endings": ending_labels(table).tolist(),
     }
 
 
-def print_basin(basin: Basin, engine: Engine, own: float | None) -> None:
+def print_basin(table: "xr.Dataset", engine: Engine, own: float | None) -> None:
     """Print the share of each ending, and of the gait that was asked about."""
-    for label, share in basin.fractions().items():
+    for label, share in ending_shares(table).items():
         out.print(f"{100 * share:6.2f} %  {escape(label)}")
     if own is not None:
         out.print(f"{100 * own:6.2f} %  in the saved gait itself")

@@ -146,7 +146,7 @@ def basin(
 
     Interrupt it at any time; with an output file the same command goes on.
 
-    Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.h5
+    Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """
     from gaitopt.cli.inputs import coordinates_missing, read_input, read_start, share_at
     from gaitopt.cli.law import read_pairs
@@ -172,20 +172,17 @@ def basin(
         if subject.gaits
         else read_pairs(state)
     )
+    prepare = functools.partial(load_script, source.resolve()) if source.suffix == ".py" else None
     with worker_options(workers, scheduler) as hands, counting("starts", hidden=json or quiet) as observer:
         found = find_basin(
             subject.robot,
-            {name: value for name, value in subject.parameters.items() if name not in axes},
+            {name: value for name, value in {**base, **subject.parameters}.items() if name not in axes},
             axes,
-            base={name: value for name, value in base.items() if name not in axes},
             law=subject.law,
             patience=SettlingCriterion(steps=steps),
             engine=subject.engine,
-            workers=hands.workers,
-            executor=hands.executor,
-            prepare=functools.partial(load_script, source.resolve()) if source.suffix == ".py" else None,
+            execution=hands.execution(observer, prepare),
             path=output,
-            observer=observer,
         )
     own = None
     if source.suffix != ".py" and not any(name in subject.parameters for name in axes):
@@ -197,7 +194,7 @@ def basin(
         print_basin(found, subject.engine, own)
         if output is not None:
             print_written(output)
-    if found.pending().any():
+    if not found.attrs["complete"]:
         leave_unfinished(kept=output is not None)
 
 

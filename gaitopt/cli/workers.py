@@ -1,4 +1,4 @@
-"""Who does the work of a command that runs many: processes of this machine, or a cluster."""
+"""Options of commands that run many tasks: processes of this machine, or the workers of a Dask scheduler."""
 
 import os
 from collections.abc import Iterator
@@ -9,34 +9,45 @@ from typing import Annotated
 import typer
 
 from gaitopt.errors import InputError
-from gaitopt.parallel.dask_executor import DaskCluster
+from gaitopt.parallel.dask_executor import DaskExecutor
+from gaitopt.parallel.execution import Execution, TaskObserver
+from gaitopt.parallel.shared_payload import Prepare
 
 Workers = Annotated[
-    int | None, typer.Option(min=1, max=1024, help="Processes. [one for each processor]", show_default=False)
+    int | None,
+    typer.Option(min=1, max=1024, help="Number of worker processes (default: one per processor).", show_default=False),
 ]
 Scheduler = Annotated[
     str | None,
     typer.Option(
-        metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://host:8786, whose workers do the work instead."
+        metavar="ADDRESS",
+        help="Address of a Dask scheduler, such as tcp://host:8786, whose workers run the tasks instead.",
     ),
 ]
 
 
 @dataclass(frozen=True)
 class WorkerOptions:
-    """What studies are told of it."""
+    """Workers of a command."""
 
     workers: int
-    executor: DaskCluster | None = None
+    executor: DaskExecutor | None = None
+
+    def execution(self, observer: TaskObserver, prepare: Prepare | None = None) -> Execution:
+        """Return the execution of a study by these workers."""
+        return Execution(workers=self.workers, executor=self.executor, prepare=prepare, observer=observer)
 
 
 @contextmanager
 def worker_options(workers: int | None, scheduler: str | None) -> Iterator[WorkerOptions]:
-    """Yield processes of this machine, one for each processor unless said otherwise, or a connection to a cluster."""
+    """Yield processes of this machine, one per processor unless a number is given, or a connection to a scheduler."""
     if scheduler is None:
         yield WorkerOptions(workers or os.cpu_count() or 1)
         return
     if workers is not None:
-        raise InputError("Give --workers or --scheduler: how many workers a cluster has is its own affair.")
-    with DaskCluster(scheduler) as cluster:
-        yield WorkerOptions(1, cluster)
+        raise InputError(
+            "--workers applies to processes of this machine only; the scheduler determines the number of its workers. "
+            "Give --workers or --scheduler."
+        )
+    with DaskExecutor(scheduler) as executor:
+        yield WorkerOptions(1, executor)

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import check_options, counted, positive
+from gaitopt.parameters import counted, positive
 from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
@@ -65,7 +66,7 @@ class Recovery:
         return self.returned / self.starts
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class PushTest:
     """How recovery is tested.
 
@@ -86,16 +87,12 @@ class PushTest:
     30
     """
 
-    starts: int = 200
-    seed: int = 0
-    steps: int = 30
-    tolerance: float = 1e-4
-    largest: float = 2.0
-    resolution: float = 0.05
-
-    def __post_init__(self) -> None:
-        sizes = positive("tolerance"), positive("largest", "rad/s"), positive("resolution", upper=1.0)
-        check_options(self, counted("starts"), counted("steps"), counted("seed", 0), *sizes)
+    starts: int = field(default=200, validator=counted())
+    seed: int = field(default=0, validator=counted(0))
+    steps: int = field(default=30, validator=counted())
+    tolerance: float = field(default=1e-4, validator=positive())
+    largest: float = field(default=2.0, validator=positive("rad/s"))
+    resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
 def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:

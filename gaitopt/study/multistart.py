@@ -3,9 +3,9 @@
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
+from attrs import evolve
 
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -165,4 +165,4 @@ def halve_intervals(problem: GaitProblem) -> GaitProblem:
 
 
 def _roughly(problem: GaitProblem, method: Method) -> GaitProblem:
-    return problem.replace(transcription=replace(method, tolerance=math.inf))
+    return problem.replace(transcription=evolve(method, tolerance=math.inf))

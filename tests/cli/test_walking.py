@@ -1,6 +1,5 @@
 """Commands on walks: stability, simulate, basin, run."""
 
-import dataclasses
 import json
 
 import pytest
@@ -90,7 +89,7 @@ def test_simulate_from_a_changed_state_that_fails():
 
 
 def test_basin_on_the_command_line(tmp_path):
-    file = tmp_path / "basin.h5"
+    file = tmp_path / "basin.nc"
     result = run("basin", WHEEL, "--set", "friction=inf", "--over", "theta_rate=0.1:3.4:4", "-o", file, "--json")
     data = json.loads(result.stdout)
     assert data["endings"] == ["fell", "stick | stick", "stick | stick", "lift_off"]
@@ -115,12 +114,12 @@ def test_what_ends_in_the_saved_gait_is_told_apart_from_others_of_its_sequence(t
     assert facts["endings"] == ["slip+ stick | slip+", "lift_off"]
     assert facts["saved_gait"] == 0.5
     assert " 50.00 %  in the saved gait itself" in run(*own).stdout
-    file = tmp_path / "basin.h5"
+    file = tmp_path / "basin.nc"
     assert run(*own, "-o", file).exit_code == 0
     found, gait = load_basin(file), assess_stability(load(SLIP))
     names = ("th1", "th1_rate", "th2_rate", "foot_speed")
     assert share_at(found, names, gait) == 0.5
-    assert share_at(dataclasses.replace(found, final=found.final + 1e-3), names, gait) == 0.0
+    assert share_at(found.assign(final=found.final + 1e-3), names, gait) == 0.0
     other = json.loads(run("basin", SLIP, "--over", "friction=0.14", "--workers", "1", "--json").stdout)
     assert other["saved_gait"] is None
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt import ContactSequence, InputError, load, search
+from gaitopt import ContactSequence, Execution, InputError, load, search
 from gaitopt.study.sequence_search.ranking import RankedGait, judge_gait, rank_gaits
 from gaitopt.study.sequence_search.search import tasks
 from gaitopt.study.sequence_search.sequence_enumeration import enumerate_sequences
@@ -15,8 +15,9 @@ from tests.study.conftest import quick_problem
 SEQUENCES = ["stick | stick", "slip+ stick | slip+", "slip+ stick | stick", "slip+ | slip+"]
 
 
-def run(**options):
-    return search(quick_problem(objective="cost_of_transport", friction=0.13), sequences=SEQUENCES, starts=1, **options)
+def run(directory=None, **options):
+    problem = quick_problem(objective="cost_of_transport", friction=0.13)
+    return search(problem, sequences=SEQUENCES, starts=1, directory=directory, execution=Execution(**options))
 
 
 @pytest.fixture(scope="module")
