@@ -1,8 +1,8 @@
 """Progress of long work, as data handed to an observer.
 
 The library never prints.  A function that takes long accepts ``observer``, a callable that receives one
-:class:`Iteration` at a time, and for a sequence left open one :class:`HomotopyIteration` after each of its relaxed problems; the
-default looks away.
+:class:`Iteration` at a time, for a sequence left open one :class:`HomotopyIteration` after each of its relaxed problems, and for
+a verification one :class:`VerificationStep` after each walk; the default ignores them.
 """
 
 from collections.abc import Callable
@@ -65,9 +65,32 @@ class HomotopyIteration:
     status: str
 
 
+@dataclass(frozen=True)
+class VerificationStep:
+    """One walk of a verification by walks from perturbed starts.
+
+    Attributes
+    ----------
+    radius : float [rad/s]
+        Of the ball of pushes in which the start lies.
+    walks, starts : int
+        Walks that are done in this ball, and starts in all; the first walk that does not return ends the ball.
+
+    Examples
+    --------
+    >>> VerificationStep(0.125, 3, 200).walks
+    3
+    """
+
+    radius: float
+    walks: int
+    starts: int
+
+
 Observer = Callable[[Iteration], None]
+TuningObserver = Callable[[Iteration | VerificationStep], None]
 SolveObserver = Callable[[Iteration | HomotopyIteration], None]
 
 
-def silent(step: Iteration | HomotopyIteration) -> None:
+def silent(step: Iteration | HomotopyIteration | VerificationStep) -> None:
     """Observe nothing; the default observer."""

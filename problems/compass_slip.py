@@ -6,7 +6,7 @@ with ``--set NAME=VALUE``.
 
 import math
 
-from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+from gaitopt import GaitProblem, Limits, compass_biped, transcription_named
 
 
 def problem(
@@ -23,6 +23,7 @@ def problem(
     objective="cost_of_transport",  # or torque_squared, positive_work
     intervals=40,  # grid intervals of a sticking phase (a slip phase gets a quarter)
     sequence="slip+ stick | slip+",  # phases | impact
+    transcription="collocation",  # or multiple_shooting
 ):
     """Return the problem: walk at the given speed and step with the least energy."""
     return GaitProblem(
@@ -42,7 +43,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit),
         objective=objective,
-        transcription=Collocation(intervals=intervals),
+        transcription=transcription_named(transcription)(intervals=intervals),
     )
 
 

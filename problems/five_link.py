@@ -1,4 +1,4 @@
-"""A five-link walker, with knees and a torso, whose touchdown slips: a robot of one's own, used like the built-in ones.
+"""A five-link walker, with knees and a torso, whose touchdown slips: a custom robot, used like the built-in ones.
 
 Two legs of shank and thigh, a torso, point feet, torques at knees and hips and none at the ankle; about the size of the
 robot RABBIT (Chevallereau et al., IEEE Control Systems Magazine 23(5), 2003), with uniform rods as links.
@@ -6,11 +6,22 @@ robot RABBIT (Chevallereau et al., IEEE Control Systems Magazine 23(5), 2003), w
 Run it with ``gaitopt solve problems/five_link.py``; change any keyword below with ``--set NAME=VALUE``.
 """
 
+import dataclasses
 import functools
 
 import casadi as ca
 
-from gaitopt import Collocation, Coordinates, GaitProblem, Limits, Parameter, RigidLink, Robot, assemble
+from gaitopt import (
+    Collocation,
+    Coordinates,
+    GaitProblem,
+    Limits,
+    Parameter,
+    RigidLink,
+    Robot,
+    assemble,
+    transcription_named,
+)
 
 PARAMETERS = tuple(
     Parameter(name, default, unit, meaning, lower=0, lower_open=True)
@@ -97,9 +108,13 @@ def problem(
     intervals=80,  # grid intervals of a sticking phase (a slip phase gets a quarter)
     points=6,  # collocation points of an interval: many, as this walker magnifies errors 50 000 times within a step
     sequence="slip+ stick | slip+",  # phases | impact
+    transcription="collocation",  # or multiple_shooting, which has no points
 ):
     """Return the problem: walk at the given speed and step with the least torque."""
     knee = (0.02, 1.5)  # knees do not bend backwards
+    method = transcription_named(transcription)(intervals=intervals, tolerance=1e-6)
+    if isinstance(method, Collocation):
+        method = dataclasses.replace(method, points=points)
     return GaitProblem(
         name="five-link walker, slipping impact",
         robot=five_link(),
@@ -109,7 +124,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit, angle={"stance knee": knee, "swing knee": knee}, clearance=clearance),
         objective=objective,
-        transcription=Collocation(intervals=intervals, points=points, tolerance=1e-6),
+        transcription=method,
     )
 
 

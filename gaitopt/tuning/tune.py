@@ -11,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
-from gaitopt.progress import Observer, silent
+from gaitopt.progress import TuningObserver, silent
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -34,7 +34,7 @@ def tune_feedback(
     test: PushTest | None = None,
     robot: Robot | None = None,
     engine: Engine | None = None,
-    observer: Observer = silent,
+    observer: TuningObserver = silent,
 ) -> Tuning:
     """Tune the gains of a law until it holds a gait best, and verify the tuned law by walks in the simulator.
 
@@ -53,7 +53,8 @@ def tune_feedback(
         Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
     observer : callable, optional
-        Receives an :class:`gaitopt.Iteration` per evaluation: its objective, and that of the best so far.
+        Receives an :class:`gaitopt.Iteration` per evaluation: its objective, and that of the best so far; then a
+        :class:`gaitopt.VerificationStep` per walk of the verification.
 
     Returns
     -------
@@ -69,7 +70,7 @@ def tune_feedback(
     --------
     >>> from gaitopt import PushTest, GainSearchOptions, compass_biped, controller_family_named, load, tune_feedback
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> design = controller_family_named("computed-torque", compass_biped(), gait.motion, torque_limit=8)
+    >>> design = controller_family_named("computed_torque", compass_biped(), gait.motion, torque_limit=8)
     >>> tuned = tune_feedback(gait, design, search=GainSearchOptions(samples=2, starts=1, evaluations=8), test=PushTest(starts=1))
     >>> tuned.radius_after < 0.2 < tuned.radius_before
     True
@@ -90,7 +91,7 @@ def tune_feedback(
         radius_after=math.inf if cycle is None else cycle.radius,
         cycle=cycle,
         fixed_point_shift=math.nan if cycle is None else fixed_point_shift(gait, cycle),
-        verified=_verify_tuning(gait, law, cycle, test or PushTest(), robot, engine),
+        verified=_verify_tuning(gait, law, cycle, test or PushTest(), robot, engine, observer),
         trials=tuple(task.trials),
         evaluations=len(task.trials),
         seconds=seconds,
@@ -125,11 +126,17 @@ def _closed_loop_gait(
 
 
 def _verify_tuning(
-    gait: Gait, law: Law | None, cycle: Cycle | None, test: PushTest, robot: Robot, engine: Engine | None
+    gait: Gait,
+    law: Law | None,
+    cycle: Cycle | None,
+    test: PushTest,
+    robot: Robot,
+    engine: Engine | None,
+    observer: TuningObserver,
 ) -> Recovery:
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
     walker = Walker(
         robot, law, robot.vector(cycle.parameters), engine or default_engine(law), step_time_limit=3 * gait.period
     )
-    return largest_recovery(walker, cycle, test)
+    return largest_recovery(walker, cycle, test, observer)

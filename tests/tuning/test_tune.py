@@ -33,7 +33,10 @@ def tuned(slipping, design):
     found = tune_feedback(
         slipping, design, search=QUICK, test=PushTest(starts=10, resolution=0.3), observer=seen.append
     )
-    assert [step.number for step in seen] == list(range(1, found.evaluations + 1))
+    searched, verified = seen[: found.evaluations], seen[found.evaluations :]
+    assert [step.number for step in searched] == list(range(1, found.evaluations + 1))
+    assert verified
+    assert all(1 <= step.walks <= step.starts == 10 and step.radius > 0 for step in verified)
     return found
 
 

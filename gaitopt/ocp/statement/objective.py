@@ -23,6 +23,8 @@ class Objective(ABC):
     typical: float = 1.0
     """Size of a typical optimum; the solver is given the objective divided by it, so that its tolerance means as much
     for a small cost of transport as for a large sum of squares."""
+    unit: str = ""
+    """Unit of the objective for tables, ``"1"`` for a pure number; empty if it is not stated."""
     smooth: bool
     """Whether the integrand is smooth in time; where it has kinks, it is integrated by trapezoids."""
 
@@ -49,6 +51,7 @@ class CostOfTransport(Objective):
     """
 
     name = "cost_of_transport"
+    unit = "1"
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -82,6 +85,7 @@ class PositiveWork(Objective):
     regeneration: float = 0.0
 
     name = "positive_work"
+    unit = "1"
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -107,6 +111,7 @@ class TorqueSquared(Objective):
     """
 
     name = "torque_squared"
+    unit = "N^2 m^2 s"
     uses_power = False
     per_weight_and_travel = False
     smooth = True

@@ -1,6 +1,7 @@
 """Basins as data and in files."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 
 KIND, VERSION, PENDING = "basin", 1, -1
+
+SAME_STATE = 1e-4
+"""Largest difference of the last state of a walk from that of a gait in which it has ended (SI units)."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -103,6 +107,22 @@ class Basin:
         computed = self.outcome[~self.pending()]
         shares = {label: float(np.mean(computed == i)) for i, label in enumerate(self.labels)} if computed.size else {}
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+    def fraction_at(self, state: Mapping[str, float], coordinates: Sequence[str]) -> float | None:
+        """Return the share of the computed starts whose walks end at a state; None if nothing is computed yet.
+
+        Parameters
+        ----------
+        state : mapping of str to float
+            State after touchdown, such as that of a gait; coordinates not named are 0.  Another gait may have the same
+            label.
+        coordinates : sequence of str
+            Coordinates of the section with foot speed, in order, as in `final`.
+        """
+        final = self.final[~self.pending()]
+        target = np.array([state.get(name, 0.0) for name in coordinates])
+        distance = np.max(np.abs(final - target), axis=1)
+        return float(np.mean(distance <= SAME_STATE)) if final.size else None
 
     def question(self) -> dict[str, Any]:
         """Return what the basin answers, as plain data."""
