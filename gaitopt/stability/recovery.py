@@ -1,7 +1,7 @@
 """Which pushes a periodic gait recovers from, walked in the event-driven simulator."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,10 +9,13 @@ from attrs import field, frozen
 
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import counted, positive
+from gaitopt.progress import VerificationStep
 from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.section import Section
+
+WalkObserver = Callable[[VerificationStep], None]
 
 ARRIVED = 1e-3
 """Part of the tolerance at which a walk counts as back on the gait for good."""
@@ -123,7 +126,9 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     return _answer(test, radius, len(found), found)
 
 
-def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None) -> Recovery:
+def largest_recovery(
+    walker: Walker, cycle: Cycle, test: PushTest | None = None, observer: WalkObserver | None = None
+) -> Recovery:
     """Return the recovery from the largest ball found from which all starts return; radius 0 where none does.
 
     The radius is bisected; what is larger may hold again, but is not looked for.
@@ -134,6 +139,8 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
     cycle : Cycle
         An unstable gait is returned to from nowhere.
     test : PushTest, optional
+    observer : callable, optional
+        Receives a :class:`gaitopt.progress.VerificationStep` after each walk.
 
     Examples
     --------
@@ -157,6 +164,8 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
         settling = []
         for push in _pushes(walker, cycle, test):
             settling.append(_settling_steps(walker, cycle, radius * push, test))
+            if observer is not None:
+                observer(VerificationStep(radius, len(settling), test.starts))
             if settling[-1] is None:
                 upper = beyond = radius
                 break

@@ -1,7 +1,7 @@
 """Basins as labelled datasets, and in NetCDF files."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KIND, VERSION, PENDING = "basin", 2, -1
+
+SAME_STATE = 1e-4
+"""Largest difference of the last state of a walk from that of a gait in which it has ended (SI units)."""
 
 _SEPARATOR = ", "
 """Between labels in the attribute ``flag_meanings``; labels hold blanks, but no commas."""
@@ -152,6 +155,25 @@ def ending_shares(table: "xr.Dataset") -> dict[str, float]:
     computed = ends.outcome[ends.outcome != PENDING]
     shares = {label: float(np.mean(computed == i)) for i, label in enumerate(ends.labels)} if computed.size else {}
     return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def fraction_at(table: "xr.Dataset", state: Mapping[str, float], coordinates: Sequence[str]) -> float | None:
+    """Return the share of the computed starts whose walks end at a state; None if nothing is computed yet.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        From :func:`gaitopt.basin` or :func:`load_basin`.
+    state : mapping of str to float
+        State after touchdown, such as that of a gait; coordinates not named are 0.  Another gait may have the same
+        label.
+    coordinates : sequence of str
+        Coordinates of the section with foot speed, in order, as in `final`.
+    """
+    ends = endings_of(table)
+    final = ends.final[ends.outcome != PENDING]
+    target = np.array([state.get(name, 0.0) for name in coordinates])
+    return float(np.mean(np.max(np.abs(final - target), axis=1) <= SAME_STATE)) if final.size else None
 
 
 def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
