@@ -2,6 +2,7 @@ from gaitopt.ocp.mode_search.homotopy import Homotopy as Homotopy
 from gaitopt.ocp.nlp.active_set import Newton as Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt as Ipopt
 from gaitopt.ocp.problem import GaitProblem as GaitProblem
+from gaitopt.ocp.provenance import ScriptRecord as ScriptRecord
 from gaitopt.ocp.solution.passive_gait import passive_cycle as passive_cycle
 from gaitopt.ocp.solver import solve as solve
 from gaitopt.ocp.statement.criteria import CostOfTransport as CostOfTransport
@@ -24,6 +25,7 @@ from gaitopt.ocp.statement.tracking import Tracking as Tracking
 from gaitopt.ocp.statement.warm_start import FromMotion as FromMotion
 from gaitopt.ocp.statement.warm_start import WarmStart as WarmStart
 from gaitopt.ocp.transcription.collocation import Collocation as Collocation
+from gaitopt.ocp.transcription.method_names import transcription_named as transcription_named
 from gaitopt.ocp.transcription.relaxation import ExactPenalty as ExactPenalty
 from gaitopt.ocp.transcription.relaxation import FischerBurmeister as FischerBurmeister
 from gaitopt.ocp.transcription.relaxation import Relaxation as Relaxation

@@ -115,7 +115,8 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))[: stance.n_x]
         drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
         reached = ends[:swung, -1]  # the foot's own motion begins anew with each phase
-        outside = worst(outside, _violation_between(stance, ends[:, :-1], fine[:, 1:-1], p, float(stance.robot.static_friction(p))))
+        static = float(stance.robot.static_friction(p))
+        outside = worst(outside, _violation_between(stance, ends[:, :-1], fine[:, 1:-1], p, static))
     return BetweenNodes(drift, outside)
 
 
