@@ -15,7 +15,7 @@ import pytest
 
 from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve
 from gaitopt.ocp.nlp import ipopt
-from gaitopt.ocp.solve import trajectory
+from gaitopt.ocp.solution import trajectory
 from gaitopt.ocp.transcription.transcription import transcribe
 from tests.benchmarks import plain_casadi
 

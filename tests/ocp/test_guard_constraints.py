@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gaitopt.ocp.solve import mesh_refinement
 
 from gaitopt import (
     Collocation,
@@ -21,6 +20,7 @@ from gaitopt import (
     verify,
 )
 from gaitopt.ocp.nlp.keys import Kind
+from gaitopt.ocp.solution import mesh_refinement
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.swing_foot_checks import EarlyTouchdown, early_touchdown

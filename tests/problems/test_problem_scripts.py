@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gaitopt.ocp.solve import grid_solve
 from scipy.interpolate import CubicSpline
 
 from gaitopt import Collocation, GaitProblem, InputError, check_robot, replay, solve, verify
 from gaitopt.cli.script import build_problem, call_script, load_script, script_parameters
+from gaitopt.ocp.solution import grid_solve
 from gaitopt.ocp.transcription.method_names import TRANSCRIPTIONS
 
 SCRIPTS = [
