@@ -7,7 +7,10 @@ import sys
 from importlib import import_module, metadata
 from typing import Any
 
-__version__ = metadata.version("gaitopt")
+try:
+    __version__ = metadata.version("gaitopt")
+except metadata.PackageNotFoundError:  # a source tree that is not installed
+    __version__ = "0+unknown"
 
 _PUBLIC = {
     "gaitopt.continuation.branch": ("Branch", "SpecialPoint"),

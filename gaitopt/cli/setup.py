@@ -119,7 +119,8 @@ def _version(name: str) -> str | None:
 def _extras() -> dict[str, bool]:
     """Return for each extra of gaitopt whether all it asks for is installed."""
     found: dict[str, bool] = {}
-    for requirement in metadata.requires("gaitopt") or ():
+    requirements = metadata.requires("gaitopt") if _version("gaitopt") else None
+    for requirement in requirements or ():
         package, extra = re.match(r"[\w.-]+", requirement), re.search(r"extra == ['\"]([\w-]+)", requirement)
         if package and extra:
             found[extra[1]] = found.get(extra[1], True) and _version(package[0]) is not None

@@ -76,7 +76,7 @@ class DelayedReadings:
     def __init__(self, engine: Engine, delay: float) -> None:
         self.name, self._engine, self._delay = engine.name, engine, delay
         self._under_way = deque[_Reading]()
-        self._held: Array | None = None
+        self._held: Array = np.empty(0)
         self._landed, self._next = True, 0.0
 
     def flow(
@@ -115,13 +115,12 @@ class DelayedReadings:
     def _begin_step(self, y: Array, n: int) -> None:
         """Read the state after a touchdown; the first of a walk is known at once."""
         self._landed, self._next = False, self._delay / READINGS
-        if self._held is None:
+        if not self._held.size:
             self._held = y[2 * n :].copy()
         self._under_way.append(_Reading(self._delay, y[: 2 * n].copy(), y[4 * n :].copy()))
 
     def _take(self, clock: float, y: Array, n: int) -> None:
         """Take what has arrived, and the reading that is due."""
-        assert self._held is not None
         if self._next <= clock + SIMULTANEOUS:
             self._under_way.append(_Reading(clock + self._delay, y[: 2 * n].copy(), None))
             self._next = clock + self._delay / READINGS
@@ -132,7 +131,6 @@ class DelayedReadings:
 
     def _land(self, robot: Robot, clock: float, p: Array) -> None:
         """Let the readings under way, and the last one, change their legs, and count their time from the touchdown."""
-        assert self._held is not None
         size = 2 * robot.n_q
         self._landed = True
         self._held[:size] = _swapped(robot, self._held[:size], p)
@@ -151,10 +149,10 @@ def _joined(arcs: list[Arc]) -> Arc:
     """Return arcs that follow each other as one, their energies added up."""
     time = np.concatenate([arc.time if k == 0 else arc.time[1:] for k, arc in enumerate(arcs)])
     states = np.hstack([arc.states if k == 0 else arc.states[:, 1:] for k, arc in enumerate(arcs)])
-    if arcs[0].energy is None:
+    recorded = [arc.energy for arc in arcs if arc.energy is not None]
+    if len(recorded) < len(arcs):
         return Arc(time[[0, -1]], states[:, [0, -1]], arcs[-1].event)
-    energy = [arcs[0].energy]
-    for arc in arcs[1:]:
-        assert arc.energy is not None
-        energy.append(energy[-1][:, -1:] + arc.energy[:, 1:])
+    energy = recorded[:1]
+    for part in recorded[1:]:
+        energy.append(energy[-1][:, -1:] + part[:, 1:])
     return Arc(time, states, arcs[-1].event, np.hstack(energy))

@@ -1,5 +1,6 @@
 """The friction a sticking gait needs."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,8 @@ from scipy.optimize import minimize_scalar
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
+from gaitopt.reductions import worst
+from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import Passage
 
@@ -41,45 +44,53 @@ class CriticalFriction:
     impact: float
 
 
-def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) -> CriticalFriction:
+def critical_friction(walker: Walker, passage: Passage) -> CriticalFriction:
     """Return the friction a gait that never slips needs.
 
-    The maximum is found among samples of each step and refined by integrating to the instants a bounded search tries.
+    The maximum is found among the samples of one recorded arc per step, and refined by integrating from the sample
+    before it to the instants a bounded search tries.
 
     Parameters
     ----------
     walker : Walker
     passage : Passage
         Steps that stick throughout.
-    samples : int
-        Instants per step among which the maximum is looked for.
     """
-    n, force = walker.robot.n_q, walker.robot.acceleration[Mode.STICK]
-    best: tuple[float, float, Array] = (-1.0, 0.0, passage.states[0])
-    for state, stride in zip(passage.states, passage.strides, strict=True):
-        end = stride.duration
-
-        def at(t: float, state: Array = state) -> tuple[float, Array]:
-            y = walker.begin(state)
-            if t > 0:
-                arc = walker.engine.flow(walker.robot, walker.law, Mode.STICK, 0.0, y, walker.p, until=t)
-                y = arc.states[:, -1]
-            torque = walker.torque(Mode.STICK, t, y)
-            tangential, normal = np.asarray(force(y[:n], y[n : 2 * n], torque, walker.p)[1]).ravel()
-            return float(abs(tangential) / normal), y[: 2 * n]
-
-        times = np.linspace(0, end, samples + 1)
-        ratios = [at(t)[0] for t in times]
-        k = int(np.argmax(ratios))
-        found = minimize_scalar(
-            lambda t, at=at: -at(t)[0],
-            bounds=(times[max(k - 1, 0)], times[min(k + 1, samples)]),
-            method="bounded",
-            options={"xatol": 1e-12},
-        )
-        for t in (times[k], float(found.x)):
-            ratio, y = at(t)
-            if ratio > best[0]:
-                best = (ratio, float(t), y)
+    n = walker.robot.n_q
+    peaks = [
+        _find_peak(walker, walker.begin(state), stride.duration)
+        for state, stride in zip(passage.states, passage.strides, strict=True)
+    ]
+    ratio, time, y = max(peaks, key=lambda peak: peak[0])
     impacts = [abs(s.impact.impulse[0] / s.impact.impulse[1]) for s in passage.strides if s.impact is not None]
-    return CriticalFriction(best[0], best[1], best[2], float(max(impacts)))
+    return CriticalFriction(ratio, time, y[: 2 * n], worst(*impacts))
+
+
+def _find_peak(walker: Walker, start: Array, duration: float) -> tuple[float, float, Array]:
+    """Return the largest force ratio of a step, its time [s] and the state there; it is infinite without contact."""
+    n, force = walker.robot.n_q, walker.robot.acceleration[Mode.STICK]
+
+    def flow(clock: float, y: Array, until: float, record: bool = False) -> Arc:
+        return walker.engine.flow(walker.robot, walker.law, Mode.STICK, clock, y, walker.p, until=until, record=record)
+
+    def ratio(t: float, y: Array) -> float:
+        torque = walker.torque(Mode.STICK, t, y)
+        tangential, normal = np.asarray(force(y[:n], y[n : 2 * n], torque, walker.p)[1]).ravel()
+        return float(abs(tangential) / normal) if normal > 0 else math.inf
+
+    arc = flow(0.0, start, duration, record=True)
+    times, states = arc.time, arc.states.T
+    ratios = np.array([ratio(t, y) for t, y in zip(times, states, strict=True)])
+    k, last = int(np.argmax(ratios)), times.size - 1
+    before, after = max(k - 1, 0), min(k + 1, last)
+    best = float(ratios[k]), float(times[k]), states[k]
+    if not math.isfinite(best[0]) or times[after] <= times[before]:
+        return best
+
+    def state_at(t: float) -> Array:
+        return states[before] if t <= times[before] else flow(times[before], states[before], t).states[:, -1]
+
+    span = {"bounds": (times[before], times[after]), "method": "bounded", "options": {"xatol": 1e-12}}
+    t = float(minimize_scalar(lambda t: -ratio(t, state_at(t)), **span).x)
+    y = state_at(t)
+    return max(best, (ratio(t, y), t, y), key=lambda peak: peak[0])

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -72,7 +73,8 @@ class Linearisation:
             end = arc.states[:, -1]
             matrices.append(self._change_of_mode(mode, following, str(arc.event), float(arc.time[-1]), end))
         outcome = impact or (stride.impact.mode if stride.impact else None)
-        assert outcome is not None
+        if outcome is None:
+            raise InputError("A step has a derivative only if it ends in a touchdown; this one does not.")
         mode, arc = stride.arcs[-1]
         return [*matrices, self._touchdown(mode, outcome, float(arc.time[-1]), arc.states[:, -1])]
 
