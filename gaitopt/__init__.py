@@ -10,7 +10,10 @@ from importlib import metadata
 from gaitopt.ipython import load_ipython_extension
 from gaitopt.lazy_exports import export_lazily
 
-__version__ = metadata.version("gaitopt")
+try:
+    __version__ = metadata.version("gaitopt")
+except metadata.PackageNotFoundError:  # a source tree that is not installed
+    __version__ = "0+unknown"
 
 export_lazily(__name__)
 

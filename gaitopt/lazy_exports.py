@@ -74,9 +74,7 @@ def exported_names(package: str) -> dict[str, str]:
     >>> exported_names("gaitopt.continuation")["trace_branch"]
     'gaitopt.continuation.tracing'
     """
-    file = import_module(package).__file__
-    assert file is not None, package
-    stub = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
+    stub = ast.parse(Path(str(import_module(package).__file__)).with_suffix(".pyi").read_text(encoding="utf-8"))
     return {
         entry.name: node.module
         for node in stub.body

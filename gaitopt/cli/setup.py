@@ -150,17 +150,22 @@ def _version(name: str) -> str | None:
 def _extras() -> dict[str, bool]:
     """Return for each extra of gaitopt whether all its packages are installed."""
     installed: dict[str, bool] = {}
-    for requirement in metadata.requires("gaitopt") or ():
+    for requirement in _requirements():
         package, extra = re.match(r"[\w.-]+", requirement), re.search(r"extra == ['\"]([\w-]+)", requirement)
         if package and extra:
             installed[extra[1]] = installed.get(extra[1], True) and _version(package[0]) is not None
     return installed
 
 
+def _requirements() -> list[str]:
+    """Return the requirements of the installed gaitopt; none for a source tree that is not installed."""
+    return list(metadata.requires("gaitopt") or ()) if _version("gaitopt") else []
+
+
 def _unavailable_extras() -> dict[str, str]:
     """Return for each extra that installs nothing on this system the reason."""
     reasons: dict[str, str] = {}
-    for requirement in metadata.requires("gaitopt") or ():
+    for requirement in _requirements():
         package, extra = re.match(r"[\w.-]+", requirement), re.search(r"extra == ['\"]([\w-]+)", requirement)
         system = re.search(r"platform_system == ['\"](\w+)", requirement)
         if package and extra and system and system[1] != platform.system() and _version(package[0]) is None:

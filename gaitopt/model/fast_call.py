@@ -5,6 +5,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.errors import InputError
+
 
 class FastCall:
     """A Function called through fixed memory, about ten times faster than a plain call.
@@ -72,7 +74,7 @@ class FastCall:
 
 def _split(whole: np.ndarray, sizes: list[int]) -> tuple[np.ndarray, ...]:
     """Return the arrays of some sizes that lie one after the other in a whole, which must be contiguous."""
-    assert whole.flags.c_contiguous
-    assert whole.shape == (sum(sizes),)
+    if not whole.flags.c_contiguous or whole.shape != (sum(sizes),):
+        raise InputError(f"Shared memory must be {sum(sizes)} numbers in a row, got an array of shape {whole.shape}.")
     ends = np.cumsum(sizes)
     return tuple(whole[end - size : end] for size, end in zip(sizes, ends, strict=True))

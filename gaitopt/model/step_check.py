@@ -16,6 +16,9 @@ EXACT = 1e-9
 CONFIGURATIONS, TRIES, ITERATIONS = 8, 10, 40
 """Touchdown configurations of the check before a solve, random starts for each, and Newton steps from a start."""
 
+FAR = 1.5 * math.pi
+"""Largest angle at which a touchdown is looked for [rad]: a hanging leg's may be measured from the upward vertical."""
+
 
 @dataclass(frozen=True)
 class StepCheck:
@@ -92,14 +95,15 @@ def check_step(
         None if no touchdown configuration is found.
     """
     poses = _Poses(robot, p)
-    touchdowns = poses.find(configurations, rng)
+    touchdowns = poses.sample_touchdowns(configurations, rng)
     if not touchdowns:
         return None
-    exchanges = [poses.exchange_fault(*touchdown) for touchdown in touchdowns]
+    exchanges = [poses.measure_exchange(*touchdown) for touchdown in touchdowns]
     guards = [
-        poses.guard_fault(*touchdown, size <= EXACT) for touchdown, (size, _) in zip(touchdowns, exchanges, strict=True)
+        poses.measure_guard(*touchdown, size <= EXACT)
+        for touchdown, (size, _) in zip(touchdowns, exchanges, strict=True)
     ]
-    figures = [poses.figure_fault(*touchdown) for touchdown in touchdowns] if drawn else [(0.0, "")]
+    figures = [poses.measure_figure(*touchdown) for touchdown in touchdowns] if drawn else [(0.0, "")]
     exchange, guard, figure = worst = [_worst(errors) for errors in (exchanges, guards, figures)]
     faults = tuple(fault for size, fault in worst if not size <= EXACT)
     return StepCheck(exchange[0], guard[0], figure[0], faults)
@@ -123,28 +127,32 @@ class _Poses:
         self._p, self._mass, self._size = p, float(robot.mass(p)), 0.0
         self._gravity = p[robot.index("gravity")]
 
-    def find(self, count: int, rng: np.random.Generator) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return (q, v) at which the guard falls through zero while armed, at most `count`."""
+    def sample_touchdowns(self, count: int, rng: np.random.Generator) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return at most `count` states (q, v) at which the guard falls through zero while armed.
+
+        Angles are drawn near zero first, and from the whole circle if no touchdown is found near there.
+        """
         found: list[tuple[np.ndarray, np.ndarray]] = []
-        for _ in range(TRIES * count):
-            q = np.concatenate([[rng.normal(), 0.0], rng.uniform(-0.5, 0.5, self.robot.n_q - 2)])
+        for number in range(2 * TRIES * count):
+            spread = 0.5 if number < TRIES * count else FAR
+            if len(found) == count or (found and spread > 0.5):
+                break
+            q = np.concatenate([[rng.normal(), 0.0], rng.uniform(-spread, spread, self.robot.n_q - 2)])
             v = rng.normal(size=self.robot.n_q)
             self._size = float(np.maximum(self._size, np.linalg.norm(self.foot(q) - q[:2])))  # keeps a nan
-            if not self._close(q) or self._upright(q)[0][0] <= 0:
+            if not self._move_to_touchdown(q) or self._upright(q)[0][0] <= 0:
                 continue
             if self._touchdown(q, v)[1][0] > 0:
                 v = -v
             if self._touchdown(q, v)[2][0] > 0:
                 found.append((q, v))
-            if len(found) == count:
-                break
         return found
 
     def foot(self, q: np.ndarray) -> np.ndarray:
         """Return the position of the landing foot, shape (2,) [m]."""
         return self._landing(q, np.zeros(q.size))[0].copy()
 
-    def exchange_fault(self, q: np.ndarray, v: np.ndarray) -> tuple[float, str]:
+    def measure_exchange(self, q: np.ndarray, v: np.ndarray) -> tuple[float, str]:
         """Return the largest relative error of the leg exchange in a state, and a sentence about it."""
         after, rates = (part.copy() for part in self._swap(q, v))
         again = self._swap(after, rates)[0].copy()
@@ -160,12 +168,14 @@ class _Poses:
             apart.append(float(np.linalg.norm(self.foot(after) - q[:2]) / self._size))
         elif not self.foot(after)[1] > EXACT * self._size:
             apart.append(math.inf)
-        advice = f"exchange must describe the same pose with the legs exchanged, a torso unchanged; seen {self._at(q)}."
+        advice = (
+            f"exchange must describe the same pose with exchanged legs and the same torso; seen {self._describe(q)}."
+        )
         if not size <= EXACT:
             return float(np.max([size, *apart])), f"the leg exchange changes the {name} by {100 * size:.3g} %: {advice}"
         return float(np.max(apart)), f"the leg exchange does not make the stance foot the next foot to land: {advice}"
 
-    def figure_fault(self, q: np.ndarray, v: np.ndarray) -> tuple[float, str]:
+    def measure_figure(self, q: np.ndarray, v: np.ndarray) -> tuple[float, str]:
         """Return the distance of the points drawn before and after the exchange of two legs, and a sentence."""
         after, rates = (part.copy() for part in self._swap(q, v))
         if not self._restores(q, self._swap(after, rates)[0]):
@@ -173,21 +183,22 @@ class _Poses:
         before, exchanged = (np.asarray(self.robot.figure(pose, self._p)) for pose in (q, after))
         apart = np.linalg.norm(before[:, :, None] - exchanged[:, None, :], axis=0)
         size = np.max([*np.min(apart, axis=0), *np.min(apart, axis=1)]) / self._size
-        return float(size), f"the points drawn are others after the leg exchange: draw both legs alike; {self._at(q)}."
+        fault = f"the points drawn are others after the leg exchange: draw both legs alike; {self._describe(q)}."
+        return float(size), fault
 
     def _restores(self, q: np.ndarray, again: np.ndarray) -> bool:
         """Return whether two exchanges have restored the angles, up to full turns."""
         return bool(np.max(np.abs(np.sin((again[2:] - q[2:]) / 2))) <= EXACT)
 
-    def guard_fault(self, q: np.ndarray, v: np.ndarray, exchanged: bool) -> tuple[float, str]:
+    def measure_guard(self, q: np.ndarray, v: np.ndarray, exchanged: bool) -> tuple[float, str]:
         """Return the guard's error in a state at which it falls through zero, and a sentence about it.
 
         The start of the next step is looked at only if the leg exchange is correct.
         """
-        x, height = self.foot(q) - [q[0], 0.0]
+        (x, height), at = self.foot(q) - [q[0], 0.0], self._describe(q)
         if not abs(height) <= EXACT * self._size:
-            return abs(height) / self._size, (
-                f"touchdown is zero with the landing foot {height:.3g} m above the ground ({self._at(q)}): it must be "
+            return float(abs(height) / self._size), (
+                f"touchdown is zero with the landing foot {height:.3g} m above the ground ({at}): it must be "
                 "zero exactly with the foot on the ground."
             )
         guard = np.array([self._touchdown(q, unit)[1][0] for unit in self.angles])
@@ -197,19 +208,19 @@ class _Poses:
         starts_armed = exchanged and following[2] > 0 and following[0] <= EXACT * np.linalg.norm(guard)
         if x <= 1e-6 * self._size or starts_armed:
             return math.inf, (
-                f"touchdown is armed where the landing foot is {x:.3g} m ahead of the stance foot ({self._at(q)}), so "
+                f"touchdown is armed where the landing foot is {x:.3g} m ahead of the stance foot ({at}), so "
                 "a step ends there, too, as where the legs pass each other: arm it only where the foot is well ahead, "
                 "such as armed = landing_foot[0] - c.foot[0] - 0.1, or write a touchdown that is zero at the end of "
                 "the step only, such as th2 - th1 of a compass biped."
             )
         if not guard @ rise > 0:
             return math.inf, (
-                f"touchdown has the wrong sign: it falls through zero while the landing foot rises ({self._at(q)}); it "
+                f"touchdown has the wrong sign: it falls through zero while the landing foot rises ({at}); it "
                 "must be positive with the foot above the ground. Write it with the opposite sign."
             )
         return float(abs(height) / self._size), ""
 
-    def _close(self, q: np.ndarray) -> bool:
+    def _move_to_touchdown(self, q: np.ndarray) -> bool:
         """Move the angles of `q`, in place, to where the guard is zero; return whether there is such a place nearby."""
         for _ in range(ITERATIONS):
             value = self._touchdown(q, self.angles[0])[0][0]
@@ -217,7 +228,7 @@ class _Poses:
             if not (math.isfinite(value) and slope @ slope > 0):
                 return False
             if abs(value) <= 1e-13 * np.linalg.norm(slope):
-                return bool(np.max(np.abs(q[2:])) < math.pi / 2)
+                return bool(np.max(np.abs(q[2:])) <= FAR)
             q[2:] -= value / (slope @ slope) * slope
         return False
 
@@ -225,6 +236,6 @@ class _Poses:
         kinetic, potential = (part.item() for part in self._energy(q, v))
         return kinetic, potential, self._momentum(q, v)[1].item()
 
-    def _at(self, q: np.ndarray) -> str:
+    def _describe(self, q: np.ndarray) -> str:
         pose = zip(self.robot.angles, q[2:], strict=True)
         return "at " + ", ".join(f"{name} = {angle:.3g}" for name, angle in pose)

@@ -85,13 +85,13 @@ class ContactSequence:
         >>> ContactSequence.parse("any | stick").require_closed("A walk")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: A walk needs a closed sequence, but 'any | stick' is open; solve() closes it: \
-use the contact sequence of the gait it returns.
+        gaitopt.errors.SequenceError: A walk needs a closed contact sequence, but 'any | stick' is open; \
+solve() closes it: use the sequence of the gait it returns.
         """
         if self.is_open:
             raise SequenceError(
-                f"{purpose} needs a closed sequence, but {str(self)!r} is open; solve() closes it: use the "
-                "contact sequence of the gait it returns."
+                f"{purpose} needs a closed contact sequence, but {str(self)!r} is open; solve() closes it: "
+                "use the sequence of the gait it returns."
             )
         return self
 

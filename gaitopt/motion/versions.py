@@ -13,4 +13,7 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def _installed(name: str) -> str:
-    return metadata.version(name)
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "0+unknown"

@@ -130,7 +130,8 @@ def _write_mp4(pictures: Iterator[Picture], rate: float, path: Path) -> None:
     with TemporaryFile() as complaints:
         command = [get_ffmpeg_exe(), "-y", "-v", "error", *source, *target]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints) as ffmpeg:
-            assert ffmpeg.stdin is not None
+            if ffmpeg.stdin is None:
+                raise ArchiveError("The film cannot be written: ffmpeg does not take pictures.")
             try:
                 ffmpeg.stdin.write(first.tobytes())
                 for picture in pictures:

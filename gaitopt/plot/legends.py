@@ -40,7 +40,8 @@ def add_page_legend(
         Keywords of matplotlib's ``legend``.
     """
     figure = owner.get_figure(root=True)
-    assert figure is not None
+    if figure is None:
+        raise ValueError("a legend needs axes or a figure that belong to a figure")
     wrapped = [textwrap.fill(label, int(LETTERS_PER_INCH * width)) for label in labels]
     for count in range(min(columns, len(wrapped)), 1, -1):
         legend = owner.legend(handles, wrapped, ncols=count, **placement)

@@ -83,7 +83,7 @@ class DelayedWalker:
         self._walker = Walker(robot, delay_readings(law), p, engine, step_time_limit=step_time_limit)
         self.robot, self.law, self.p, self.engine, self.delay = robot, self._walker.law, p, engine, delay
         self._under_way = deque[_Reading]()
-        self._reading: Array | None = None
+        self._reading: Array = np.empty(0)
         self._latched = np.zeros(0)
         self._begin, self._next = True, 0.0
 
@@ -116,14 +116,13 @@ class DelayedWalker:
         """Read the state after a touchdown; the first reading of a walk is known immediately."""
         self._begin, self._next = False, self.delay / READINGS
         self._under_way.append(_Reading(self.delay, y[: 2 * n].copy(), y[4 * n :].copy()))
-        if self._reading is None:
+        if not self._reading.size:
             self._reading = y[2 * n : 4 * n].copy()
         else:
             y[4 * n :] = self._latched
 
     def _take(self, clock: float, y: Array, n: int) -> None:
         """Use the readings that have arrived, and take the one that is due."""
-        assert self._reading is not None
         if self._next <= clock + SIMULTANEOUS:
             self._under_way.append(_Reading(clock + self.delay, y[: 2 * n].copy(), None))
             self._next = clock + self.delay / READINGS
@@ -136,7 +135,6 @@ class DelayedWalker:
 
     def _touch_down(self, stride: Stride) -> None:
         """Change the legs of the readings under way and of the last one, and count time from the touchdown."""
-        assert self._reading is not None
         self._reading = _swapped(self.robot, self._reading, self.p)
         self._latched = stride.arcs[-1][1].states[4 * self.robot.n_q :, -1].copy()
         self._under_way = deque(

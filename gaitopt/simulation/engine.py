@@ -80,6 +80,7 @@ def join_arcs(arcs: Sequence[Arc]) -> Arc:
         return Arc(time[[0, -1]], states[:, [0, -1]], arcs[-1].event)
     energy = [arcs[0].energy]
     for arc in arcs[1:]:
-        assert arc.energy is not None
+        if arc.energy is None:
+            raise ValueError("arcs that are joined must all be recorded, or none")
         energy.append(energy[-1][:, -1:] + arc.energy[:, 1:])
     return Arc(time, states, arcs[-1].event, np.hstack(energy))

@@ -204,12 +204,12 @@ def _jump(
     walker: Walker | DelayedWalker, step: int, time: float, state: Array, impact: Impact, following: Array
 ) -> Jump:
     n = walker.robot.n_q
-    mode = impact.mode
-    assert mode is not None
+    if impact.mode is None:
+        raise InputError("A touchdown whose impact has no outcome cannot be recorded.")
     return Jump(
         step=step,
         time=time,
-        mode=mode,
+        mode=impact.mode,
         impulse=impact.impulse,
         q=state[:n],
         v_minus=state[n : 2 * n],

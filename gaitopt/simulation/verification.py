@@ -113,7 +113,7 @@ def verify(
     """
     robot = robot_named(gait.robot, robot)
     rollout, tolerances = replay(gait, robot, engine=engine), tolerances or Tolerances()
-    return gait.with_verification(_compare(gait, rollout, tolerances, _exchange_faults(robot, rollout.motion)))
+    return gait.with_verification(_compare(gait, rollout, tolerances, _check_exchange(robot, rollout.motion)))
 
 
 def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[str]) -> Verification:
@@ -157,7 +157,7 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
     )
 
 
-def _exchange_faults(robot: Robot, walked: Motion) -> list[str]:
+def _check_exchange(robot: Robot, walked: Motion) -> list[str]:
     """Return why a touchdown of a motion is not one after which a step can repeat, a sentence for each violation.
 
     The foot must come down from above, and the leg exchange, which only renames coordinates, must keep kinetic and

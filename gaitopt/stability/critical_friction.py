@@ -1,6 +1,6 @@
 """The friction a sticking gait needs."""
 
-import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,9 @@ from scipy.optimize import minimize_scalar
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.reductions import worst
+from gaitopt.simulation.engine import Arc
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.return_map import Passage
 
 
@@ -42,45 +44,50 @@ class CriticalFriction:
     impact: float
 
 
-def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) -> CriticalFriction:
+def critical_friction(walker: Walker, passage: Passage) -> CriticalFriction:
     """Return the friction a gait that never slips needs.
 
-    The maximum is found among samples of each step and refined by integrating to the instants a bounded search tries.
+    The maximum is found among the samples of one recorded arc per step, and refined by integrating from the sample
+    before it to the instants a bounded search tries.
 
     Parameters
     ----------
     walker : Walker
     passage : Passage
         Steps that stick throughout.
-    samples : int
-        Instants per step among which the maximum is looked for.
     """
-    best: tuple[float, float, Array] = (-1.0, 0.0, passage.states[0])
-    for stride in passage.strides:
-        ratio_at = functools.partial(_force_ratio, walker, stride)
-        times = np.linspace(0, stride.duration, samples + 1)
-        k = int(np.argmax([ratio_at(t)[0] for t in times]))
-        refined = minimize_scalar(
-            lambda t, ratio_at=ratio_at: -ratio_at(t)[0],
-            bounds=(times[max(k - 1, 0)], times[min(k + 1, samples)]),
-            method="bounded",
-            options={"xatol": 1e-12},
-        )
-        for t in (times[k], float(refined.x)):
-            ratio, state = ratio_at(t)
-            if ratio > best[0]:
-                best = (ratio, float(t), state)
-    impacts = [abs(s.impact.impulse[0] / s.impact.impulse[1]) for s in passage.strides if s.impact is not None]
-    return CriticalFriction(best[0], best[1], best[2], float(max(impacts)))
-
-
-def _force_ratio(walker: Walker, stride: Stride, t: float) -> tuple[float, Array]:
-    """Return the force ratio abs(f_t) / f_n at a time of a step that sticks, and the state (q, v) there."""
     n = walker.robot.n_q
-    begun = [arc for _, arc in stride.arcs if arc.time[0] < t] or [stride.arcs[0][1]]  # the law's events divide a step
-    clock, y = begun[-1].time.item(0), begun[-1].states[:, 0]
-    if t > clock:
-        y = walker.engine.flow(walker.loop, Mode.STICK, clock, y, until=t).states[:, -1]
-    force = walker.robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], walker.torque(Mode.STICK, t, y), walker.p)[1]
-    tangential, normal = np.asarray(force).ravel()
-    return float(abs(tangential) / normal), y[: 2 * n]
+    peaks = [_find_peak(walker, arc) for stride in passage.strides for _, arc in stride.arcs]
+    ratio, time, y = max(peaks, key=lambda peak: peak[0])
+    impacts = [abs(s.impact.impulse[0] / s.impact.impulse[1]) for s in passage.strides if s.impact is not None]
+    return CriticalFriction(ratio, time, y[: 2 * n], worst(*impacts))
+
+
+def _find_peak(walker: Walker, arc: Arc) -> tuple[float, float, Array]:
+    """Return the largest force ratio of an arc, its time [s] and the state there; it is infinite without contact."""
+    n, force = walker.robot.n_q, walker.robot.acceleration[Mode.STICK]
+
+    def flow(clock: float, y: Array, until: float, record: bool = False) -> Arc:
+        return walker.engine.flow(walker.loop, Mode.STICK, clock, y, until=until, record=record)
+
+    def ratio(t: float, y: Array) -> float:
+        torque = walker.torque(Mode.STICK, t, y)
+        tangential, normal = np.asarray(force(y[:n], y[n : 2 * n], torque, walker.p)[1]).ravel()
+        return float(abs(tangential) / normal) if normal > 0 else math.inf
+
+    sampled = flow(arc.time.item(0), arc.states[:, 0], arc.time.item(-1), record=True)
+    times, states = sampled.time, sampled.states.T
+    ratios = np.array([ratio(t, y) for t, y in zip(times, states, strict=True)])
+    k, last = int(np.argmax(ratios)), times.size - 1
+    before, after = max(k - 1, 0), min(k + 1, last)
+    best = float(ratios[k]), float(times[k]), states[k]
+    if not math.isfinite(best[0]) or times[after] <= times[before]:
+        return best
+
+    def state_at(t: float) -> Array:
+        return states[before] if t <= times[before] else flow(times[before], states[before], t).states[:, -1]
+
+    span = {"bounds": (times[before], times[after]), "method": "bounded", "options": {"xatol": 1e-12}}
+    t = float(minimize_scalar(lambda t: -ratio(t, state_at(t)), **span).x)
+    y = state_at(t)
+    return max(best, (ratio(t, y), t, y), key=lambda peak: peak[0])

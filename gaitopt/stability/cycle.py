@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, ledger
@@ -135,8 +136,8 @@ def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle
     A gait whose impacts stick is described on the section without foot speed, one that slips throughout too.
     """
     last = point.passage.strides[-1]
-    assert last.impact is not None
-    assert last.following is not None
+    if last.impact is None or last.following is None:
+        raise InputError("A gait needs steps that end in touchdowns; the last step of these has none.")
     section, z, derivative = returning.section, point.z, point.derivative
     n = walker.robot.n_q
     if section.sliding and last.impact.mode is Mode.STICK:

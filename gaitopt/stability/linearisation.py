@@ -86,7 +86,8 @@ class Linearisation:
         for (mode, arc), (following, _) in itertools.pairwise(stride.arcs):
             matrices.append(self._event(mode, following, arc))
         outcome = impact or (stride.impact.mode if stride.impact else None)
-        assert outcome is not None
+        if outcome is None:
+            raise InputError("A step has a derivative only if it ends in a touchdown; this one does not.")
         mode, arc = stride.arcs[-1]
         return [*matrices, self._touchdown(mode, outcome, float(arc.time[-1]), arc.states[:, -1])]
 
@@ -104,7 +105,8 @@ class Linearisation:
     def _event(self, mode: Mode, following: Mode, arc: Arc) -> Array:
         """Return the jump of a deviation at an event that ends an arc, (n_y, n_y)."""
         n, loop, event = self.walker.robot.n_q, self.walker.loop, arc.event
-        assert event is not None
+        if event is None:
+            raise ValueError("an arc that ended at the time limit has no saltation")
         clock, state = float(arc.time[-1]), arc.states[:, -1]
         if event.kind is EventKind.LAW_EVENT:
             reset, drift = self.walker.memory.slopes(event.number, clock, state)

@@ -37,12 +37,11 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
         Empty away from the edge; else two (n_z, n_z) arrays for the section with foot speed.
     """
     impact, friction = stride.impact, walker.contact.friction
-    if impact is None or impact.mode is None or not np.isfinite(friction):
+    if impact is None or impact.mode is None or stride.following is None or not np.isfinite(friction):
         return ()
     ratio, n = float(impact.impulse[0] / impact.impulse[1]), walker.robot.n_q
     if impact.mode.slips:
         # A slipping impulse always lies on the cone; it is near the edge when the foot is left almost at rest.
-        assert stride.following is not None
         if not abs(stride.following[n]) <= nearness * np.max(np.abs(impact.v_plus)):
             return ()
     elif not abs(abs(ratio) - friction) <= nearness * friction:

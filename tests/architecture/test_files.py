@@ -32,6 +32,12 @@ def test_only_the_command_line_prints(path):
 
 
 @every_file
+def test_nothing_is_asserted_without_a_sentence(path):
+    """Python leaves asserts out with -O, and they tell a user nothing."""
+    assert not [node.lineno for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Assert)]
+
+
+@every_file
 def test_every_file_says_what_it_holds(path):
     assert ast.get_docstring(ast.parse(path.read_text()))
 

@@ -128,3 +128,26 @@ def test_no_matplotlib_without_a_plot(statement):
 
 def test_importing_gaitopt_loads_no_numerics():
     assert not loaded_by("import gaitopt") & {"casadi", "numpy", "scipy", "h5py"}
+
+
+NOT_INSTALLED = """
+from importlib import metadata
+
+known = metadata.version
+
+def version(name):
+    if name == "gaitopt":
+        raise metadata.PackageNotFoundError(name)
+    return known(name)
+
+metadata.version = version
+import gaitopt
+from gaitopt.motion.versions import versions
+
+print(gaitopt.__version__, versions()["gaitopt"], versions()["numpy"] != "0+unknown")
+"""
+
+
+def test_a_source_tree_that_is_not_installed_can_be_imported():
+    run = subprocess.run([sys.executable, "-c", NOT_INSTALLED], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["0+unknown", "0+unknown", "True"]

@@ -46,7 +46,7 @@ from gaitopt import (
     tune_feedback,
     verify,
 )
-from gaitopt.study import basin_edges, imitate
+from gaitopt.study import basin_edges, ending_labels, imitate
 from gaitopt.tuning import controller_family_named
 
 PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
@@ -255,8 +255,9 @@ def tune_gains(statement, design, options, test):
 def label_basin(statement):
     """Return the ending of each start of a basin, in the shape of its axes, and the steps until then."""
     axes = {name: np.linspace(*span) for name, span in statement["axes"].items()}
-    found = basin(make_robot(statement["robot"]), statement["parameters"], axes, base=statement.get("base"))
-    return {"labels": found.labels_on_grid().tolist(), "steps": found.steps.reshape(found.shape).tolist()}
+    fixed = statement["parameters"] | statement.get("base", {})
+    table = basin(make_robot(statement["robot"]), fixed, axes)
+    return {"labels": ending_labels(table).tolist(), "steps": table.steps.values.tolist()}
 
 
 def locate_edges(statement):
@@ -264,16 +265,14 @@ def locate_edges(statement):
     edges = basin_edges(
         make_robot(statement["robot"]),
         statement["parameters"],
-        statement["coordinate"],
-        *statement["interval"],
-        samples=statement["samples"],
+        {statement["coordinate"]: np.linspace(*statement["interval"], statement["samples"])},
     )
     return [list(edge) for edge in edges]
 
 
 def tabulate_sweep(statement, sequences, axes):
     """Return the numbers of a sweep: statuses, verdicts and measures over contact sequence and axes."""
-    table = sweep(make_problem(statement), sequences=sequences, starts=1, **axes)
+    table = sweep(make_problem(statement), axes, sequences=sequences, starts=1)
     measures = ("cost_of_transport", "objective", "period", "travel", "foot_slide", "peak_torque")
     return {
         "status": table.status.values.tolist(),

@@ -1,9 +1,10 @@
 """FastCall calls give what plain calls give, in memory of their own."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Mode
+from gaitopt import InputError, Mode
 from gaitopt.model.fast_call import FastCall
 
 
@@ -46,3 +47,10 @@ def test_wrong_number_of_values_is_refused(compass):
     fast = FastCall(compass.landing, compass.vector(compass.resolve({})))
     with pytest.raises(ValueError, match="zip"):
         fast([0, 0, 0, 0])
+
+
+def test_memory_of_another_size_is_refused():
+    x = ca.SX.sym("x", 3)
+    for memory in (np.zeros(2), np.zeros((3, 2))[:, 0]):
+        with pytest.raises(InputError, match="3 numbers in a row"):
+            FastCall(ca.Function("double", [x], [2 * x]), shared=memory)

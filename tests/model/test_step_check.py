@@ -47,6 +47,9 @@ def test_a_wrong_step_fails_and_is_refused_in_a_sentence(robot, what, sentence):
 
 RIGHT = {
     "absolute angles": torso_biped(),
+    "swing leg measured from the upward vertical": torso_biped(
+        relabel=lambda a, b, t: [-b, np.pi - a, t], offset=np.pi
+    ),
     "guard is the foot's height": torso_biped(
         touchdown=lambda a, b: ca.cos(a) - ca.cos(b), armed=lambda a, b: ca.sin(a) + ca.sin(b) - 0.1
     ),

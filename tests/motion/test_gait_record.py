@@ -89,5 +89,5 @@ def test_a_gait_and_its_parts_are_shown_in_a_line(slip_gait, infeasible, not_a_n
     assert repr(motion) == (
         "Motion(first step 'slip+ stick | slip+', segments: 2, touchdowns: 1, period 0.74455 s, travel 0.4713 m)"
     )
-    assert repr(motion.segments[0]) == "Segment(slip+, step 0, 0 to 0.0195586 s, 21 samples)"
+    assert repr(motion.segments[0]) == "Segment(slip+, step 0, 0 to 0.0196301 s, 21 samples)"
     assert repr(dataclasses.replace(motion, segments=(), jumps=())).startswith("Motion(segments: 0, touchdowns: 0")

@@ -1,8 +1,10 @@
 """What a gait promises for a problem nearby: its objective to first order."""
 
+from dataclasses import replace
+
 import pytest
 
-from gaitopt import solve
+from gaitopt import InputError, solve
 from gaitopt.ocp.initial.cost_prediction import predict_cost
 
 SEQUENCE = "slip+ stick | slip+"
@@ -40,3 +42,8 @@ def test_elsewhere_it_is_right_to_first_order(problem, gait, changed):
     shift = abs(predict_cost(changed(problem, 1), gait) - gait.solver.objective)
     assert abs(whole) < 0.15 * shift
     assert whole / half == pytest.approx(4, rel=0.25)
+
+
+def test_a_gait_without_solution_is_refused(problem, gait):
+    with pytest.raises(InputError, match="no unknowns and multipliers"):
+        predict_cost(problem, replace(gait, solution=None))

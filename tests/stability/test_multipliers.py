@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import compass_biped, rimless_wheel
+from gaitopt import InputError, compass_biped, rimless_wheel
 from gaitopt.control.law import passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.linearisation import Linearisation
 
 from .conftest import COMPASS, GAITS, NATURAL_TIME, WHEEL
 
@@ -175,3 +176,11 @@ def test_multiplier_of_a_wheel_that_only_just_rolls_over(cycle):
     assert gait.period > 4 * NATURAL_TIME
     numerical = central_differences(rimless_wheel(), parameters, gait, step=1e-6)
     assert gait.multipliers[0] == pytest.approx(numerical[0, 0], abs=1e-6)
+
+
+def test_a_step_without_touchdown_has_no_derivative(cycle, wheel):
+    gait = cycle(wheel, {**WHEEL, "friction": 1.0}, [2.4, 0])
+    walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), ScipyEngine(), step_time_limit=0.01)
+    state = gait.section.embed(gait.z)
+    with pytest.raises(InputError, match="only if it ends in a touchdown"):
+        Linearisation(walker).derivative(state, walker.stride(state))

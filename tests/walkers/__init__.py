@@ -22,10 +22,15 @@ def torso_biped(
     *,
     balanced=False,
     drawn=("stance foot", "hip", "swing foot", "head"),
+    offset=0.0,
 ):
-    """Return two straight legs and a torso, whose mass is at its end or, balanced, spread about the hip."""
+    """Return two straight legs and a torso, whose mass is at its end or, balanced, spread about the hip.
+
+    The swing leg's angle is measured from the vertical turned by an offset.
+    """
     c = Coordinates(("th1", "th2", "th3"), (GRAVITY,))
     a, b, t = (c.angle(name) for name in c.angles)
+    b = b - offset
     hip = c.foot + up(1, a)
     foot, head = hip + down(1, b), hip + up(0.5, t)
     torso = RigidLink(10, hip, 0.5, t) if balanced else PointMass(10, head)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector, structure
@@ -22,8 +23,14 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
     problem : GaitProblem
     gait : Gait
         With its solution.
+
+    Raises
+    ------
+    InputError
+        If the gait has no solution, as one read from a file of an earlier version.
     """
-    assert gait.solution is not None
+    if gait.solution is None:
+        raise InputError("The gait has no unknowns and multipliers to predict another problem from: solve it again.")
     transcription = transcribe(structure(problem, problem.transcription))
     limits, data = bounds(transcription, problem), data_vector(problem)
     x, (on_bounds, on_rows) = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))

@@ -158,7 +158,8 @@ class _Assembly:
         self._add_hessian(block, data, local)
 
     def _add_cost(self, block: Block, data: ca.SX, local: list[ca.MX]) -> None:
-        assert block.minimised is not None
+        if block.minimised is None:
+            raise ValueError(f"block {block.name} has no cost")
         slope = ca.gradient(block.minimised, block.variables)
         parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
         cost, penalty, slopes = _mapped(block, data, "c", [*parts, ca.densify(slope)])(*local)

@@ -93,7 +93,7 @@ class GridSolution:
         message = f"{later.message}; kept is the solution before this refinement"
         return replace(self, outcome=replace(self.outcome, status=later.status, message=message), kept=True)
 
-    def sound(self) -> "GridSolution":
+    def reject_unsound(self) -> "GridSolution":
         """Return the step, as a failure if a solution is not finite between its nodes: no motion passes there."""
         if not self.outcome.status.ok or math.isfinite(self.error):
             return self

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+from gaitopt.errors import InputError
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
 from gaitopt.ocp.solution.diagnosis import ROUNDING
@@ -44,7 +45,8 @@ def approach_through_coarse_grids(own: SingleStart) -> GridSolution:
             break
         # On another grid a swing foot rests on its least height at other points.
         barrier = BARRIER_SAME_PROBLEM if problem.limits.clearance is None else BARRIER_NEARBY_PROBLEM
-    assert step is not None
+    if step is None:
+        raise InputError(f"{type(problem.transcription).__name__}.approach must return at least one grid, got none.")
     if step.outcome.status.ok or len(path) == 1:
         return step
     return own.run(path[-1], None, BARRIER_SAME_PROBLEM)  # the coarse grid has misled
@@ -67,7 +69,7 @@ def refine_mesh(own: SingleStart, step: GridSolution) -> GridSolution:
         last, step = step, own.run(finer, solution_of(step.transcription, step.outcome), BARRIER_SAME_PROBLEM)
         if step.outcome.status in STOPPED:
             return last.stopped(step.outcome)
-    return step.sound() if math.isfinite(tolerance) else step
+    return step.reject_unsound() if math.isfinite(tolerance) else step
 
 
 def repair_early_touchdown(own: SingleStart, step: GridSolution) -> GridSolution:

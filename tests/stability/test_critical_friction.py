@@ -1,0 +1,100 @@
+"""The friction a sticking gait needs: the largest force ratio, found on one integration per step."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import Mode, ScipyEngine, joint_pd, passive, replay
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.critical_friction import critical_friction
+from gaitopt.stability.return_map import Passage
+from tests.stability.conftest import COMPASS
+
+
+class CountingEngine:
+    """The reference engine, which adds up how long its integrations are."""
+
+    name = "counting"
+
+    def __init__(self):
+        self.seconds, self._engine = 0.0, ScipyEngine()
+
+    def flow(self, robot, law, mode, clock, state, p, *, until, record=False):
+        arc = self._engine.flow(robot, law, mode, clock, state, p, until=until, record=record)
+        self.seconds += arc.time[-1] - clock
+        return arc
+
+
+@pytest.fixture(params=["passive", "controlled"])
+def step(request, compass, cycle, slip_gait):
+    """Return a walker with unlimited friction and a step of it, that of a passive gait or of a law."""
+    gait = cycle(compass, {**COMPASS, "friction": 0.3}, [-0.1478, 0.7328, -0.5007, 0])
+    law, state = passive(compass), gait.section.embed(gait.z)
+    parameters = gait.parameters
+    if request.param == "controlled":  # the ratio is largest in the middle of the step
+        law = joint_pd(compass, replay(slip_gait, compass).motion, stiffness=5)
+        first, parameters = slip_gait.motion.segments[0], slip_gait.motion.parameters
+        state = np.concatenate([first.q[:, 0], [0.0, 0.0], first.v[2:, 0]])
+    p = compass.vector({**parameters, "friction": math.inf})
+    walker = Walker(compass, law, p, CountingEngine())
+    stride = walker.stride(state)
+    assert stride.modes == (Mode.STICK,)
+    walker.engine.seconds = 0.0
+    return walker, Passage(None, (state,), (stride,))
+
+
+def test_each_step_is_integrated_about_once(step):
+    """It once was integrated from its start to each of sixty instants."""
+    walker, passage = step
+    critical_friction(walker, passage)
+    assert walker.engine.seconds < 2 * passage.strides[0].duration
+
+
+def test_no_sample_of_the_step_needs_more(step):
+    walker, passage = step
+    found = critical_friction(walker, passage)
+    robot, n = walker.robot, walker.robot.n_q
+    arc = ScipyEngine(samples=40).flow(
+        robot, walker.law, Mode.STICK, 0.0, passage.states[0], walker.p, until=passage.strides[0].duration, record=True
+    )
+    ratios = []
+    for t, y in zip(arc.time, arc.states.T, strict=True):
+        force = np.asarray(robot.acceleration[Mode.STICK](y[:n], y[n:], walker.torque(Mode.STICK, t, y), walker.p)[1])
+        ratios.append(abs(force[0, 0]) / force[1, 0])
+    assert max(ratios) <= found.friction + 1e-12
+    assert max(ratios) == pytest.approx(found.friction, rel=1e-4)
+    k = int(np.argmax(ratios))
+    assert found.time == pytest.approx(arc.time[k], abs=2e-2)
+
+
+@pytest.mark.parametrize("value", [np.nan, -1.0])
+def test_a_force_that_is_nan_or_pulls_needs_infinite_friction(step, value):
+    walker, passage = step
+    force = walker.robot.acceleration[Mode.STICK]
+
+    def broken(*state):
+        return force(*state)[0], np.array([1.0, value])
+
+    robot = dataclasses.replace(walker.robot, acceleration={**walker.robot.acceleration, Mode.STICK: broken})
+    walker.robot, walker.engine = robot, _Sampled(passage)
+    assert critical_friction(walker, passage).friction == math.inf
+
+
+class _Sampled:
+    """An engine that returns the ends of a step."""
+
+    def __init__(self, passage):
+        self.arc = passage.strides[0].arcs[0][1]
+
+    def flow(self, *_, **__):
+        return self.arc
+
+
+def test_an_impulse_that_is_nan_needs_infinite_friction(step):
+    walker, passage = step
+    stride = passage.strides[0]
+    impact = stride.impact._replace(impulse=stride.impact.impulse * np.nan)
+    broken = Passage(None, passage.states, (stride._replace(impact=impact),))
+    assert critical_friction(walker, broken).impact == math.inf
