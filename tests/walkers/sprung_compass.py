@@ -14,16 +14,20 @@ ROTOR = Parameter("rotor_inertia", 1e-4, "kg m^2", "inertia of the rotor at the 
 RATIO = Parameter("gear_ratio", 50.0, "1", "gear ratio at the hip", lower=0.0)
 
 MAKERS = {
-    "spring": (STIFFNESS, lambda c, s: Spring(s, c.parameter("hip_stiffness"))),
-    "potential": (STIFFNESS, lambda c, s: Potential(c.parameter("hip_stiffness") * (1 - ca.cos(s)))),
-    "damper": (DAMPING, lambda c, s: Damper(s, c.parameter("hip_damping"))),
-    "rotor": (ROTOR, lambda c, s: RotorInertia(s, c.parameter("rotor_inertia"), c.parameter("gear_ratio"))),
+    "spring": (STIFFNESS, lambda c, s, rest: Spring(s, c.parameter("hip_stiffness"), rest)),
+    "potential": (STIFFNESS, lambda c, s, _: Potential(c.parameter("hip_stiffness") * (1 - ca.cos(s)))),
+    "damper": (DAMPING, lambda c, s, _: Damper(s, c.parameter("hip_damping"))),
+    "rotor": (ROTOR, lambda c, s, _: RotorInertia(s, c.parameter("rotor_inertia"), c.parameter("gear_ratio"))),
 }
 
 
 @functools.cache
-def sprung_compass(*names):
-    """Return the compass biped with forces on its hip angle th1 + th2: spring, potential, damper or rotor."""
+def sprung_compass(*names, rest=0.0):
+    """Return the compass biped with forces on its hip angle th1 + th2: spring, potential, damper or rotor.
+
+    The exchange of the legs changes the sign of the hip angle, so a spring with another rest angle than 0 is at odds
+    with it.
+    """
     added = [MAKERS[name][0] for name in names] + ([RATIO] if "rotor" in names else [])
     c = Coordinates(("th1", "th2"), (*PARAMETERS, *added))
     th1, th2 = c.angle("th1"), c.angle("th2")
@@ -45,5 +49,5 @@ def sprung_compass(*names):
             {"stance foot": c.foot, "hip": hip, "swing foot": swing_foot},
             [("stance foot", "hip"), ("hip", "swing foot")],
         ),
-        forces=[MAKERS[name][1](c, th1 + th2) for name in names],
+        forces=[MAKERS[name][1](c, th1 + th2, rest) for name in names],
     )
