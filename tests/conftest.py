@@ -84,6 +84,16 @@ def sloping(slipping):
 
 
 @pytest.fixture(scope="session")
+def damped(slipping):
+    """Return the example as if dampers had taken 0.25 J/s from it and its springs had stored 0.5 J/s."""
+    segments = tuple(
+        replace(part, damping_work=0.25 * (part.time - part.time[0]), elastic=1 + 0.5 * part.time)
+        for part in slipping.motion.segments
+    )
+    return replace(slipping, motion=replace(slipping.motion, segments=segments))
+
+
+@pytest.fixture(scope="session")
 def infeasible(slipping):
     """Return the example called infeasible."""
     return replace(slipping, status=Status.INFEASIBLE)
