@@ -16,7 +16,14 @@ from tests.simulation.test_second_integrator import compare
 from tests.walkers.sprung_compass import sprung_compass
 
 HAND = HandSprungCompass(slope=np.deg2rad(1))
-FORCES = [("spring",), ("damper",), ("rotor",), ("spring", "damper", "rotor"), ("potential", "damper")]
+FORCES = [
+    ("spring",),
+    ("damper",),
+    ("rotor",),
+    ("spring", "damper", "rotor"),
+    ("potential", "damper"),
+    ("hardening", "rotor"),
+]
 BOUND = 1e-8
 
 every_robot = pytest.mark.parametrize("names", FORCES, ids="-".join)
@@ -37,7 +44,7 @@ def test_the_ledger_closes(names, gait, engine):
     energies = ledger(rollout.motion)
     assert energies.relative_residual < BOUND
     assert (energies.damping_loss > 1e-3) == ("damper" in names)
-    assert (abs(energies.elastic_change) > 1e-6) == bool({"spring", "potential"} & set(names))
+    assert (abs(energies.elastic_change) > 1e-6) == bool({"spring", "potential", "hardening"} & set(names))
     fall = sum(gravitational(segment.q[:, 0]) - gravitational(segment.q[:, -1]) for segment in rollout.motion.segments)
     assert energies.gravity == pytest.approx(fall, rel=1e-9)  # no part of it is the spring's
 
@@ -56,7 +63,7 @@ def test_damping_work_is_the_integral_of_damping_times_rate_squared(names, engin
         time, keep = np.unique(segment.time, return_index=True)
         loss = cumulative_simpson(0.1 * rate[keep] ** 2, x=time, initial=0)
         np.testing.assert_allclose(segment.damping_work[keep], ("damper" in names) * loss, atol=1e-8)
-        stored = {"spring": 1.5 * hip**2, "potential": 3 * (1 - np.cos(hip))}
+        stored = {"spring": 1.5 * hip**2, "potential": 3 * (1 - np.cos(hip)), "hardening": 1.5 * hip**2 + 12 * hip**4}
         elastic = sum((stored[name] for name in names if name in stored), 0 * hip)
         np.testing.assert_allclose(segment.elastic, elastic, atol=1e-15)
 
@@ -121,7 +128,7 @@ def test_engines_agree(names):
 
 
 def test_a_spring_is_not_trigonometric_and_is_converted_as_it_is():
-    """A rotor and a potential in cosines are sums of harmonics; a linear spring or damper is kept as written."""
-    for name, trigonometric in (("rotor", True), ("potential", True), ("spring", False), ("damper", False)):
+    """A rotor and a potential in cosines are sums of harmonics; springs are polynomials and kept as written."""
+    for name, trigonometric in (("rotor", True), ("potential", True), ("spring", False), ("hardening", False)):
         robot = sprung_compass(name)
         assert (to_trigonometric_form(robot) is not robot) == trigonometric, name

@@ -16,6 +16,7 @@ RATIO = Parameter("gear_ratio", 50.0, "1", "gear ratio at the hip", lower=0.0)
 MAKERS = {
     "spring": (STIFFNESS, lambda c, s, rest: Spring(s, c.parameter("hip_stiffness"), rest)),
     "potential": (STIFFNESS, lambda c, s, _: Potential(c.parameter("hip_stiffness") * (1 - ca.cos(s)))),
+    "hardening": (STIFFNESS, lambda c, s, _: Potential(c.parameter("hip_stiffness") * (s**2 / 2 + 4 * s**4))),
     "damper": (DAMPING, lambda c, s, _: Damper(s, c.parameter("hip_damping"))),
     "rotor": (ROTOR, lambda c, s, _: RotorInertia(s, c.parameter("rotor_inertia"), c.parameter("gear_ratio"))),
 }
@@ -23,7 +24,8 @@ MAKERS = {
 
 @functools.cache
 def sprung_compass(*names, rest=0.0):
-    """Return the compass biped with forces on its hip angle th1 + th2: spring, potential, damper or rotor.
+    """Return the compass biped with forces on its hip angle th1 + th2: spring, potential, hardening,
+    damper or rotor.
 
     The exchange of the legs changes the sign of the hip angle, so a spring with another rest angle than 0 is at odds
     with it.
