@@ -150,7 +150,7 @@ def push(
     facts = plain(
         {
             "law": chosen.name,
-            "engine": default_engine(chosen).name,
+            "engine": default_engine(chosen, robot).name,
             "radius": cycle.radius,
             "steps": steps,
             "survived": [dataclasses.asdict(each) for each in found],

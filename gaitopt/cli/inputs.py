@@ -61,7 +61,7 @@ def read_input(
         gait = load(source)
         robot = robot_of(gait, script)
         law = feedforward(robot, gait.motion) if feedback is None else feedback(gait, robot)
-        chosen = engine_named(engine, law)
+        chosen = engine_named(engine, law, robot)
         cycle = assess_stability(gait, law, robot=robot, engine=chosen)
         return CommandInput(robot, gait.motion.parameters, law, chosen, (cycle,))
     if script is not None:
@@ -73,7 +73,7 @@ def read_input(
         kind = type(problem).__name__
         raise InputError(f"{source} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
     law = problem.law or passive(problem.robot)
-    chosen = engine_named(engine, law)
+    chosen = engine_named(engine, law, problem.robot)
     found: Iterator[Cycle] = iter(())
     if starts:
         wanted = None if problem.sequence is None else str(problem.sequence)

@@ -135,7 +135,7 @@ def simulate(
     Parameter("step_time_limit", 1.0, "s", "", lower=0, lower_open=True).check(step_time_limit)
     Parameter("most_events", 50, "1", "", lower=1, whole=True).check(most_events)
     law = law or passive(robot)
-    engine = engine or default_engine(law)
+    engine = engine or default_engine(law, robot)
     p = robot.vector(robot.resolve(parameters))
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
     if v[1] != 0:

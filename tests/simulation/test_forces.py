@@ -132,3 +132,13 @@ def test_a_spring_is_not_trigonometric_and_is_converted_as_it_is():
     for name, trigonometric in (("rotor", True), ("potential", True), ("spring", False), ("hardening", False)):
         robot = sprung_compass(name)
         assert (to_trigonometric_form(robot) is not robot) == trigonometric, name
+
+
+def test_a_stop_that_is_not_smooth_is_walked_by_the_reference_engine():
+    """A one-sided spring has a conditional expression, which a Taylor series cannot follow."""
+    robot = sprung_compass("stop", "damper")
+    z = GAIT_A["z"]
+    rollout = simulate(robot, [0, 0, z[0], z[0]], [0, 0, *z[1:]], {"slope": HAND.slope, "friction": 0.5})
+    assert rollout.engine == "scipy"
+    assert ledger(rollout.motion).relative_residual < BOUND
+    assert max(segment.elastic.max() for segment in rollout.motion.segments) > 1e-4

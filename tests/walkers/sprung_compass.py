@@ -17,6 +17,10 @@ MAKERS = {
     "spring": (STIFFNESS, lambda c, s, rest: Spring(s, c.parameter("hip_stiffness"), rest)),
     "potential": (STIFFNESS, lambda c, s, _: Potential(c.parameter("hip_stiffness") * (1 - ca.cos(s)))),
     "hardening": (STIFFNESS, lambda c, s, _: Potential(c.parameter("hip_stiffness") * (s**2 / 2 + 4 * s**4))),
+    "stop": (
+        STIFFNESS,
+        lambda c, s, _: Potential(c.parameter("hip_stiffness") * ca.fmax(0, ca.fabs(s) - 0.2) ** 2 / 2),
+    ),
     "damper": (DAMPING, lambda c, s, _: Damper(s, c.parameter("hip_damping"))),
     "rotor": (ROTOR, lambda c, s, _: RotorInertia(s, c.parameter("rotor_inertia"), c.parameter("gear_ratio"))),
 }
@@ -25,7 +29,7 @@ MAKERS = {
 @functools.cache
 def sprung_compass(*names, rest=0.0):
     """Return the compass biped with forces on its hip angle th1 + th2: spring, potential, hardening,
-    damper or rotor.
+    stop, damper or rotor.
 
     The exchange of the legs changes the sign of the hip angle, so a spring with another rest angle than 0 is at odds
     with it.

@@ -91,9 +91,8 @@ def basin(
     """
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
     law = law or passive(robot)
-    walk = walk_over(
-        robot, parameters, values, base or {}, law, patience or SettlingCriterion(), engine or default_engine(law)
-    )
+    engine = engine or default_engine(law, robot)
+    walk = walk_over(robot, parameters, values, base or {}, law, patience or SettlingCriterion(), engine)
     known = Basin.empty(robot.name, walk.parameters, walk.base, values, walk.method())
     if path is not None and Path(path).exists():
         held = load_basin(path)
@@ -153,7 +152,7 @@ def basin_edges(
     if not -np.inf < lower < upper < np.inf:
         raise InputError(f"The interval of {coordinate} needs finite ends, the lower first: got {lower} and {upper}.")
     points, law = np.linspace(lower, upper, samples), law or passive(robot)
-    axes, engine = {coordinate: points}, engine or default_engine(law)
+    axes, engine = {coordinate: points}, engine or default_engine(law, robot)
     walk = walk_over(robot, parameters, axes, base or {}, law, patience or SettlingCriterion(), engine)
 
     def ending(value: float) -> str:
