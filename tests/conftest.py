@@ -69,8 +69,8 @@ def sticking(slipping):
 def slipping_both_ways(slipping):
     """Return the example with the end of its sticking phase called a backward slip."""
     first, last = slipping.motion.segments
-    names = ("time", "q", "v", "torque", "force", "power", "work", "friction_work", "kinetic", "potential", "points")
-    parts = [{name: getattr(last, name)[..., cut] for name in names} for cut in (slice(0, 76), slice(75, None))]
+    arrays = {name: value for name, value in vars(last).items() if isinstance(value, np.ndarray)}
+    parts = [{name: value[..., cut] for name, value in arrays.items()} for cut in (slice(0, 76), slice(75, None))]
     middle, end = replace(last, **parts[0]), replace(last, mode=Mode.SLIP_BACKWARD, **parts[1])
     motion = replace(slipping.motion, segments=(first, middle, end))
     return replace(slipping, sequence=ContactSequence.parse("slip+ stick slip- | slip+"), motion=motion)
@@ -81,6 +81,16 @@ def sloping(slipping):
     """Return the example with its ground called a slope."""
     motion = replace(slipping.motion, parameters={**slipping.motion.parameters, "slope": np.deg2rad(3)})
     return replace(slipping, motion=motion)
+
+
+@pytest.fixture(scope="session")
+def damped(slipping):
+    """Return the example as if dampers had taken 0.25 J/s from it and its springs had stored 0.5 J/s."""
+    segments = tuple(
+        replace(part, damping_work=0.25 * (part.time - part.time[0]), elastic=1 + 0.5 * part.time)
+        for part in slipping.motion.segments
+    )
+    return replace(slipping, motion=replace(slipping.motion, segments=segments))
 
 
 @pytest.fixture(scope="session")

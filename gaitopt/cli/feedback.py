@@ -144,7 +144,7 @@ def push(
     basins = _basins(gait, robot, laws, ball, test, hidden=json)
     facts = {
         "law": title,
-        "engine": default_engine(chosen).name,
+        "engine": default_engine(chosen, robot).name,
         "radius": cycle.radius,
         "steps": steps,
         **endurance_facts(survived, ball, basins["open loop"], basins[title]),

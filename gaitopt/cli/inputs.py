@@ -92,7 +92,7 @@ def _of_gait(request: Request) -> CommandInput:
     gait = load(request.source)
     robot = robot_of(gait, request.script)
     law = feedforward(robot, gait.motion) if request.feedback is None else request.feedback(gait, robot)
-    engine = engine_named(request.engine, law)
+    engine = engine_named(request.engine, law, robot)
     cycle = assess_stability(gait, law, robot=robot, engine=engine)
     return CommandInput(robot, gait.motion.parameters, law, engine, (cycle,))
 
@@ -104,7 +104,7 @@ def _of_script(request: Request, starts: int, first: bool) -> CommandInput:
         raise InputError("--law is for a saved gait; the law of a walking problem is stated in its script.")
     problem = walk_problem(read_script(request.source, request.settings))
     law = problem.law or passive(problem.robot)
-    engine = engine_named(request.engine, law)
+    engine = engine_named(request.engine, law, robot)
     cycles: Iterator[Cycle] = iter(())
     if starts:
         sequence = None if problem.sequence is None else str(problem.sequence)

@@ -78,9 +78,10 @@ def print_comparison(comparison: Comparison) -> None:
             rows.append((label, [_number(record[name], form) for record in records]))
     for name in dict.fromkeys(name for record in records for name in record["peak_torque"]):
         rows.append((f"peak {name} torque [N m]", [_number(r["peak_torque"].get(name, "-"), ".4g") for r in records]))
-    for name in records[0]["energy_per_distance"]:
+    energies = [record["energy_per_distance"] for record in records]
+    for name in max(energies, key=len):  # that of a robot with dampers has one more entry
         label = f"{name.replace('_', ' ')} [J/m]"
-        rows.append((label, [_number(record["energy_per_distance"][name], ".5f") for record in records]))
+        rows.append((label, [_number(energy.get(name, 0.0), ".5f") for energy in energies]))
     for label, cells in rows:
         shown.add_row(label, *cells)
     out.print(shown)

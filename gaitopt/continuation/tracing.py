@@ -82,7 +82,7 @@ def trace_branch(
         raise InputError(f"Robot {robot.name!r} has no parameter {parameter!r}. {suggest(parameter, known)}")
     Parameter("tolerance", 1e-6, "", "", lower=0, lower_open=True).check(tolerance)
     law = law or passive(robot)
-    family = _Family(robot, parameters, parameter, law, engine or default_engine(law), tolerance)
+    family = _Family(robot, parameters, parameter, law, engine or default_engine(law, robot), tolerance)
     points: list[_Point] = []
     special: list[SpecialPoint] = []
     ended = "all values reached"

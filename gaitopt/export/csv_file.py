@@ -15,7 +15,8 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
 
     Columns are named by quantity and unit such as ``th1_rad`` or ``hip_torque_Nm``, in letters that MATLAB's
     ``readtable`` and Julia's ``CSV.jl`` take as they are.  Each phase has its own first and last sample, so a time
-    comes twice where a phase ends and the next begins.  Numbers have all their digits.
+    comes twice where a phase ends and the next begins.  Numbers have all their digits.  ``damping_work_J`` and
+    ``elastic_J`` are those of robots with dampers and springs; ``potential_J`` includes the elastic energy.
 
     Parameters
     ----------
@@ -57,6 +58,12 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
     return path
 
 
+def _present(motion: Motion, segment: Segment, name: str) -> Iterator[tuple[str, Array]]:
+    """Yield an energy that only robots with dampers or springs have, if it is not zero throughout the motion."""
+    if np.any(motion.channel(name)):
+        yield f"{name}_J", getattr(segment, name)
+
+
 def _columns(motion: Motion, segment: Segment) -> Iterator[tuple[str, Array]]:
     """Yield the name and the samples of each quantity."""
     yield "time_s", segment.time
@@ -75,8 +82,10 @@ def _columns(motion: Motion, segment: Segment) -> Iterator[tuple[str, Array]]:
     yield "tangential_force_N", segment.force[0]
     yield "normal_force_N", segment.force[1]
     yield "friction_work_J", segment.friction_work
+    yield from _present(motion, segment, "damping_work")
     yield "kinetic_J", segment.kinetic
     yield "potential_J", segment.potential
+    yield from _present(motion, segment, "elastic")
     for number, name in enumerate(motion.points):
         label = name.replace(" ", "_")
         yield f"{label}_x_m", segment.points[0, number]

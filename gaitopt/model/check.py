@@ -28,7 +28,7 @@ class RobotCheck:
     least_eigenvalue : float
         Smallest eigenvalue of the mass matrix over the largest in size; must be positive.
     energy : float
-        Rate of total energy along the motion against the power of torques and contact force.
+        Rate of total energy along the motion against the power of torques, contact force and dampers.
     force : float
         Rate of linear momentum along the motion against gravity and contact force.
     contact : float
@@ -41,8 +41,8 @@ class RobotCheck:
     derivatives : float
         Jacobians by algorithmic differentiation against central differences.
     exchange : float
-        Leg exchange at random touchdowns: change of kinetic and potential energy and of angular momentum, and distance
-        of the exchanged feet from their old places; infinite if no touchdown is found.
+        Leg exchange at random touchdowns: change of kinetic, potential and elastic energy and of angular momentum, and
+        distance of the exchanged feet from their old places; infinite if no touchdown is found.
     guard : float
         Height of the landing foot where the touchdown guard is zero; infinite if the guard has the wrong sign, or is
         armed where the landing foot is not ahead of the stance foot.
@@ -153,7 +153,7 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
         behind = (q - step * speed + step**2 / 2 * a, speed - step * a)
         energy = [sum(float(part) for part in robot.energy(*state, p)) for state in (ahead, behind)]
         rates = np.asarray(robot.joint_rates(q, speed, p)).ravel()
-        power = float(u @ rates + f @ speed[:2])
+        power = float(u @ rates + f @ speed[:2]) - float(robot.force_powers(q, speed, p)[1])
         scale = abs(power) + abs(energy[0]) + 1
         energy_error = abs((energy[0] - energy[1]) / (2 * step) - power) / scale
         momentum = [np.asarray(robot.momentum(*state, p)[0]).ravel() for state in (ahead, behind)]
@@ -198,13 +198,14 @@ def _momentum_error(robot: Robot, q: np.ndarray, v: np.ndarray, impact: Impact, 
 
 
 def _centre_of_mass(robot: Robot, q: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return the centre of mass, shape (2,) [m], from the potential energies on level and on vertical ground."""
+    """Return the centre of mass, shape (2,) [m], from the energies of gravity on level and on vertical ground."""
     names = [parameter.name for parameter in robot.parameters]
     potential = []
     for slope in (-np.pi / 2, 0.0):
         there = p.copy()
         there[names.index("slope")] = slope
-        potential.append(float(robot.energy(q, np.zeros(robot.n_q), there)[1]))
+        still = (q, np.zeros(robot.n_q), there)
+        potential.append(float(robot.energy(*still)[1] - robot.force_powers(*still)[0]))
     return np.array(potential) / (float(robot.mass(p)) * p[names.index("gravity")])
 
 

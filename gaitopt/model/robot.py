@@ -104,7 +104,7 @@ class Robot(LazyRecord):
     joint_rates : (q, v, p) -> (n_u) rates the actuators work on [rad/s]
     figure : (q, p) -> (2, n_points) positions drawn [m]
     rims : (q, p) -> (4, 2) centre [m], radius [m] and clockwise angle [rad] of the stance and the landing foot's rim
-    force_powers : (q, v, p) -> elastic energy of springs [J], power dissipated by dampers [W]
+    force_powers : (q, v, p) -> elastic energy of springs and potentials [J], power dissipated by dampers [W]
 
     Examples
     --------
@@ -152,6 +152,30 @@ class Robot(LazyRecord):
     def n_u(self) -> int:
         """Number of actuators."""
         return len(self.actuators)
+
+    @functools.cached_property
+    def has_springs(self) -> bool:
+        """Whether springs or potentials store elastic energy, a part of the potential energy."""
+        return self.force_powers.jac_sparsity(0, 0).nnz() > 0
+
+    @functools.cached_property
+    def has_dampers(self) -> bool:
+        """Whether dampers dissipate energy."""
+        return self.force_powers.jac_sparsity(1, 1).nnz() > 0
+
+    @property
+    def n_works(self) -> int:
+        """Number of entries of :meth:`work_rates`."""
+        return self.n_u + 1 + self.has_dampers
+
+    def work_rates(self, q: ca.SX, v: ca.SX, u: ca.SX, force: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the rates of the works that are integrated along a motion, shape (n_works, 1) [W].
+
+        They are the power of each actuator, the friction loss rate and, of a robot with dampers, the damping loss
+        rate.  `force` is the contact force (f_t, f_n) of a sliding foot, or zero.
+        """
+        powers = ca.vertcat(u * self.joint_rates(q, v, p), -force[0] * v[0])
+        return ca.vertcat(powers, self.force_powers(q, v, p)[1]) if self.has_dampers else powers
 
     @functools.cached_property
     def _places(self) -> dict[str, int]:

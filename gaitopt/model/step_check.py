@@ -27,8 +27,8 @@ class StepCheck:
     Attributes
     ----------
     exchange : float
-        Change of kinetic and potential energy and of angular momentum by the leg exchange, distance of the exchanged
-        feet from their old places.
+        Change of kinetic, potential and elastic energy and of angular momentum by the leg exchange, distance of the
+        exchanged feet from their old places.
     guard : float
         Height of the landing foot where the guard is zero; infinite if the guard has the wrong sign or is armed
         where the landing foot is not ahead of the stance foot.
@@ -123,7 +123,7 @@ class _Poses:
             FastCall(function, p) for function in (robot.touchdown, robot.landing, robot.swap)
         )
         self._energy, self._momentum = FastCall(robot.energy, p), FastCall(robot.momentum, p)
-        self._upright = FastCall(robot.upright, p)
+        self._powers, self._upright = FastCall(robot.force_powers, p), FastCall(robot.upright, p)
         self._p, self._mass, self._size = p, float(robot.mass(p)), 0.0
         self._gravity = p[robot.index("gravity")]
 
@@ -156,10 +156,12 @@ class _Poses:
         """Return the largest relative error of the leg exchange in a state, and a sentence about it."""
         after, rates = (part.copy() for part in self._swap(q, v))
         again = self._swap(after, rates)[0].copy()
-        kinetic, potential, turning = zip(self._mechanics(q, v), self._mechanics(after, rates), strict=True)
+        pairs = zip(self._mechanics(q, v), self._mechanics(after, rates), strict=True)
+        kinetic, potential, turning, elastic = pairs
         errors = {
             "kinetic energy": abs(kinetic[1] - kinetic[0]) / kinetic[0],
             "potential energy": abs(potential[1] - potential[0]) / (self._mass * self._gravity * self._size),
+            "elastic energy": abs(elastic[1] - elastic[0]) / (self._mass * self._gravity * self._size),
             "angular momentum": abs(turning[1] - turning[0]) / (np.sqrt(kinetic[0] * self._mass) * self._size),
         }
         size, name = _worst([(error, name) for name, error in errors.items()])
@@ -171,6 +173,8 @@ class _Poses:
         advice = (
             f"exchange must describe the same pose with exchanged legs and the same torso; seen {self._describe(q)}."
         )
+        if name == "elastic energy":
+            advice = f"springs and potentials must be the same for both legs; seen {self._describe(q)}."
         if not size <= EXACT:
             return float(np.max([size, *apart])), f"the leg exchange changes the {name} by {100 * size:.3g} %: {advice}"
         return float(np.max(apart)), f"the leg exchange does not make the stance foot the next foot to land: {advice}"
@@ -232,9 +236,11 @@ class _Poses:
             q[2:] -= value / (slope @ slope) * slope
         return False
 
-    def _mechanics(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:
+    def _mechanics(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float, float, float]:
+        """Return kinetic energy, energy of gravity, angular momentum and elastic energy."""
         kinetic, potential = (part.item() for part in self._energy(q, v))
-        return kinetic, potential, self._momentum(q, v)[1].item()
+        elastic = self._powers(q, v)[0].item()
+        return kinetic, potential - elastic, self._momentum(q, v)[1].item(), elastic
 
     def _describe(self, q: np.ndarray) -> str:
         pose = zip(self.robot.angles, q[2:], strict=True)

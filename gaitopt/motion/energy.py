@@ -1,6 +1,6 @@
 """The energy ledger of a motion and the cost of transport."""
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from gaitopt.reductions import worst
 class Ledger:
     """Where the energy of a motion came from and went, all in J.
 
-    actuator + gravity = impact_loss + friction_loss + kinetic_change, up to `residual`.
+    actuator + gravity = impact_loss + friction_loss + damping_loss + kinetic_change + elastic_change, up to
+    `residual`.
 
     Attributes
     ----------
@@ -22,6 +23,11 @@ class Ledger:
         Energy lost at touchdowns and by sliding.
     kinetic_change : float
         Kinetic energy gained from the first state to the last, zero for a periodic gait.
+    damping_loss : float
+        Energy dissipated by dampers, zero for a robot without them.
+    elastic_change : float
+        Energy stored in springs and potentials from the first state to the last: zero for a periodic gait, and for a
+        robot without them.
 
     Examples
     --------
@@ -34,17 +40,24 @@ class Ledger:
     impact_loss: float
     friction_loss: float
     kinetic_change: float
+    damping_loss: float = 0.0
+    elastic_change: float = 0.0
+
+    @property
+    def losses(self) -> float:
+        """Energy dissipated at touchdowns, by sliding and by dampers [J]."""
+        return self.impact_loss + self.friction_loss + self.damping_loss
 
     @property
     def residual(self) -> float:
         """Closing error of the ledger [J]."""
-        return self.actuator + self.gravity - self.impact_loss - self.friction_loss - self.kinetic_change
+        changes = self.kinetic_change, self.damping_loss, self.elastic_change
+        return self.actuator + self.gravity - self.impact_loss - self.friction_loss - sum(changes)
 
     @property
     def relative_residual(self) -> float:
         """Closing error relative to the largest entry of the ledger; infinite if an entry is nan."""
-        entries = (self.actuator, self.gravity, self.impact_loss, self.friction_loss, self.kinetic_change)
-        largest = worst(np.abs(entries))
+        largest = worst(np.abs(astuple(self)))
         return worst(abs(self.residual) / largest) if largest > 0 else 0.0
 
 
@@ -75,10 +88,12 @@ def ledger(motion: Motion) -> Ledger:
         end -= motion.jumps[-1].energy_lost
     return Ledger(
         actuator=float(sum(segment.work[:, -1].sum() for segment in segments)),
-        gravity=-float(sum(segment.potential[-1] - segment.potential[0] for segment in segments)),
+        gravity=-float(sum(_rise(segment.potential - segment.elastic) for segment in segments)),
         impact_loss=float(lost),
         friction_loss=float(sum(segment.friction_work[-1] for segment in segments)),
         kinetic_change=float(end - segments[0].kinetic[0]),
+        damping_loss=float(sum(segment.damping_work[-1] for segment in segments)),
+        elastic_change=float(sum(_rise(segment.elastic) for segment in segments)),
     )
 
 
@@ -139,6 +154,11 @@ def cost_of_transport(motion: Motion) -> float:
     walked = replace(motion, segments=tuple(s for s in motion.segments if s.step <= motion.jumps[-1].step))
     weighed = motion.total_mass * motion.parameters["gravity"] * motion.travel
     return absolute_work(walked) / weighed if weighed else float("nan")
+
+
+def _rise(values: Array) -> float:
+    """Return the difference of the last and the first of some samples."""
+    return float(values[-1] - values[0])
 
 
 def _rise_and_fall(time: Array, work: Array, power: Array) -> Array:

@@ -1,5 +1,6 @@
 """The facts of a gait in words, the same in every table: on a terminal, in a report, in a notebook."""
 
+from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
 from gaitopt.status import Status
 
@@ -57,11 +58,17 @@ def _numbers(gait: Gait) -> Facts:
         (
             "energy",
             f"actuators {energy.actuator:.6f} J + gravity {round(energy.gravity, 6) + 0.0:.6f} J = "
-            f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J, "
+            f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J{_forces(energy)}, "
             f"balance error {energy.relative_residual:.1e}",
         ),
         ("replay", _replay(gait)),
     ]
+
+
+def _forces(energy: Ledger) -> str:
+    """Return the entries of dampers and springs, where they are not zero."""
+    dampers = f" + dampers {energy.damping_loss:.6f} J" if energy.damping_loss else ""
+    return dampers + (f" + elastic change {energy.elastic_change:.6f} J" if energy.elastic_change else "")
 
 
 def _origin(gait: Gait) -> Facts:

@@ -1,6 +1,6 @@
 """Motion: what an optimised gait and a simulated walk have in common, as plain arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +33,13 @@ class Segment:
     friction_work : (K,) array [J]
         Energy dissipated by sliding since the start of the segment.
     kinetic, potential : (K,) arrays [J]
+        The potential energy includes the elastic energy.
     points : (2, n_points, K) array [m]
         Positions drawn, in the slope-fixed frame.
+    damping_work : (K,) array, optional [J]
+        Energy dissipated by dampers since the start of the segment; zero by default.
+    elastic : (K,) array, optional [J]
+        Energy stored in springs and potentials; zero by default.
 
     Examples
     --------
@@ -58,6 +63,13 @@ class Segment:
     kinetic: Array
     potential: Array
     points: Array
+    damping_work: Array = field(default_factory=lambda: np.zeros(0))
+    elastic: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        for name in ("damping_work", "elastic"):
+            if getattr(self, name).size == 0:
+                object.__setattr__(self, name, np.zeros(self.time.size))
 
     def __repr__(self) -> str:
         span = f"{self.time[0]:.6g} to {self.time[-1]:.6g} s" if self.time.size else "no time"

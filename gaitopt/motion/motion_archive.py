@@ -22,6 +22,9 @@ _SEGMENT_UNITS = {
     "potential": "J",
     "points": "m",
 }
+_FORCE_UNITS = {"damping_work": "J", "elastic": "J"}
+"""Arrays of a segment that are written only if they are not zero: those of robots with dampers or springs."""
+
 _JUMP_UNITS = {
     "impulse": "N s",
     "q": "m, m, then rad",
@@ -46,7 +49,8 @@ def write_motion(group: h5py.Group, motion: Motion) -> None:
     for i, segment in enumerate(motion.segments):
         part = group.create_group(f"segments/{i:04d}")
         part.attrs.update(mode=segment.mode.value, step=segment.step)
-        _write_arrays(part, segment, _SEGMENT_UNITS)
+        present = {name: unit for name, unit in _FORCE_UNITS.items() if np.any(getattr(segment, name))}
+        _write_arrays(part, segment, _SEGMENT_UNITS | present)
     for i, jump in enumerate(motion.jumps):
         part = group.create_group(f"jumps/{i:04d}")
         part.attrs.update(mode=jump.mode.value, step=jump.step)
@@ -78,7 +82,9 @@ def read_motion(group: h5py.Group) -> Motion:
 
 
 def _read_segment(group: h5py.Group) -> Segment:
-    return Segment(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **_arrays(group, _SEGMENT_UNITS))
+    present = {name: unit for name, unit in _FORCE_UNITS.items() if name in group}
+    arrays: dict[str, Any] = _arrays(group, _SEGMENT_UNITS | present)
+    return Segment(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **arrays)
 
 
 def _read_jump(group: h5py.Group) -> Jump:

@@ -19,6 +19,7 @@ def make_segment(
     torque: Array,
     work: Array,
     friction_work: Array,
+    damping_work: Array | None = None,
 ) -> Segment:
     """Return a segment with forces, powers, energies and drawn points filled in.
 
@@ -34,12 +35,15 @@ def make_segment(
     torque : (n_u, K) array [N m]
     work : (n_u, K) array [J]
     friction_work : (K,) array [J]
+    damping_work : (K,) array, optional [J]
+        Zero by default.
     """
     count, n_points = time.size, len(robot.points)
     tiled = np.tile(p[:, None], (1, count))
     _, force = robot.acceleration[mode].map(count)(q, v, torque, tiled)
     kinetic, potential = robot.energy.map(count)(q, v, tiled)
     rates = np.asarray(robot.joint_rates.map(count)(q, v, tiled)).reshape(robot.n_u, count)
+    elastic = robot.force_powers.map(count)(q, v, tiled)[0] if robot.has_springs else np.zeros(count)
     points = np.asarray(robot.figure.map(count)(q, tiled)).reshape(2, count, n_points)
     return Segment(
         mode=mode,
@@ -52,8 +56,10 @@ def make_segment(
         power=torque * rates,
         work=work,
         friction_work=friction_work,
+        damping_work=np.zeros(count) if damping_work is None else damping_work,
         kinetic=np.asarray(kinetic).ravel(),
         potential=np.asarray(potential).ravel(),
+        elastic=np.asarray(elastic).ravel(),
         points=np.swapaxes(points, 1, 2),
     )
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 TERMS = (
     ("impact_loss", "impact", "#0072B2", ""),
     ("friction_loss", "friction", "#E69F00", "///"),
+    ("damping_loss", "dampers", "#009E73", "xxx"),
     ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
     ("gravity", "\N{MINUS SIGN}gravity", "0.8", "\\\\\\"),
 )
@@ -135,7 +136,7 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
     places = np.arange(len(terms))
     above, below = np.zeros(len(terms)), np.zeros(len(terms))
     for name, label, color, hatch in TERMS:
-        height = np.array([term[name] for term in terms])
+        height = np.array([term.get(name, 0.0) for term in terms])
         if np.allclose(height, 0, atol=1e-9):
             continue
         base = np.where(height > 0, above, below)

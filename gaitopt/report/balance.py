@@ -16,19 +16,23 @@ SIDE, LARGEST = 170, 3.0
 def draw_ledger(energy: Ledger) -> Element:
     """Return the entries of an energy ledger as bars: what comes in above, where it goes below.
 
+    The entries of dampers and springs are drawn where they are not zero.
+
     Examples
     --------
     >>> bars = draw_ledger(Ledger(actuator=3.0, gravity=1.0, impact_loss=2.5, friction_loss=1.5, kinetic_change=0.0))
     >>> [bar.get("class") for bar in bars.iter("rect")]
     ['bar in', 'bar in', 'bar out', 'bar out', 'bar out']
     """
-    entries = (
+    entries = [
         ("actuators", energy.actuator, "in"),
         ("gravity", energy.gravity, "in"),
         ("impact", energy.impact_loss, "out"),
         ("friction", energy.friction_loss, "out"),
+        *([("dampers", energy.damping_loss, "out")] if energy.damping_loss else []),
         ("kinetic change", energy.kinetic_change, "out"),
-    )
+        *([("elastic change", energy.elastic_change, "out")] if energy.elastic_change else []),
+    ]
     largest = max(max(abs(value) for _, value, _ in entries), 1e-12)
     low = min(0.0, *(value for _, value, _ in entries))
     axis = Axis(low, max(largest, low + 1e-12), float(NAMES), WIDTH - 92.0)
@@ -44,7 +48,8 @@ def draw_ledger(energy: Ledger) -> Element:
         ]
     height = 12 + len(entries) * ROW + 8
     zero = element("path", class_="grid", d=f"M{axis(0.0):.2f} 0V{height}")
-    label = "Energy of a step: in from actuators and gravity, out by impact and friction"
+    losses = "impact, friction and dampers" if energy.damping_loss else "impact and friction"
+    label = f"Energy of a step: in from actuators and gravity, out by {losses}"
     return element("svg", zero, *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=label)
 
 

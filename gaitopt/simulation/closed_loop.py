@@ -92,7 +92,7 @@ class ModeEquations:
     size : int
         Entries of y.
     flow : (t, y, p, data) -> dy/dt (size)
-    energy : (t, y, p, data) -> power of each actuator, then friction loss rate (n_u + 1) [W]
+    energy : (t, y, p, data) -> rates of the works of :meth:`gaitopt.model.robot.Robot.work_rates` (n_works) [W]
     guards : (t, y, p, data) -> values, armed
         A touchdown counts only while `armed` is positive.
     """
@@ -115,7 +115,7 @@ def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquati
     q, v = y[:n], y[n : 2 * n]
     u, bounds, events = control(t, q, v, y[2 * n :], mode.sign, data)
     acceleration, force = robot.acceleration[mode](q, v, u, p)
-    loss = -force[0] * v[0] if mode.slips else 0
+    sliding = force if mode.slips else ca.SX.zeros(2)
     guard, _, armed = robot.touchdown(q, v, p)
     resistance = robot.wellposed(q, p) if mode.slips else ca.SX.ones(2)
     contact = ContactQuantities(force, v[0], robot.static_friction(p), resistance)
@@ -139,7 +139,7 @@ def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquati
         active=(*moving, *(n + i for i in moving)),
         size=2 * n + latched,
         flow=function("flow", ca.vertcat(v, acceleration, ca.SX.zeros(latched))),
-        energy=function("energy", ca.vertcat(u * robot.joint_rates(q, v, p), loss)),
+        energy=function("energy", robot.work_rates(q, v, u, sliding, p)),
         guards=function("guards", guards, armed),
     )
 

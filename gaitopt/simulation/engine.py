@@ -22,8 +22,9 @@ class Arc(NamedTuple):
         y = (q, v, latched values of the law).
     event : HybridEvent or None
         Event that ended it, `SINGULAR` if the integrator could not continue; None at the time limit.
-    energy : (n_u + 1, K) array or None [J]
-        Work of each actuator and friction loss since the arc began; None unless recorded.
+    energy : (n_works, K) array or None [J]
+        Work of each actuator, friction loss and, of a robot with dampers, damping loss since the arc began; None
+        unless recorded.
     """
 
     time: Array

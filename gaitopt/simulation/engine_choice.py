@@ -1,9 +1,11 @@
 """The choice of the engine."""
 
+import functools
 from importlib.util import find_spec
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.robot import Robot
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.taylor.expression_conversion import can_follow, heyoka_module
@@ -12,26 +14,34 @@ from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 NAMES = ("auto", "heyoka", "scipy")
 
 
-def default_engine(law: Law | None = None) -> Engine:
-    """Return the fastest engine that can follow a law: heyoka if it is installed, otherwise scipy.
+def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine:
+    """Return the fastest engine that can follow a law and a robot: heyoka if it is installed, otherwise scipy.
 
     Parameters
     ----------
     law : Law, optional
         Passive by default.  heyoka cannot follow torques or guards that are not smooth, such as ``fabs`` or
         ``if_else``.
+    robot : Robot, optional
+        By default one whose forces are smooth; a potential such as that of a stop at a knee may not be.
 
     Examples
     --------
     >>> default_engine().name in ("heyoka", "scipy")
     True
     """
-    if find_spec("heyoka") and (law is None or can_follow(law.control)):
+    if find_spec("heyoka") and (law is None or can_follow(law.control)) and (robot is None or _is_smooth(robot)):
         return HeyokaEngine()
     return ScipyEngine()
 
 
-def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
+@functools.lru_cache(maxsize=64)
+def _is_smooth(robot: Robot) -> bool:
+    """Return whether heyoka can follow the equations of motion of a robot."""
+    return can_follow(robot.dynamics)
+
+
+def engine_named(name: str = "auto", law: Law | None = None, robot: Robot | None = None) -> Engine:
     """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest one that can follow a law.
 
     Raises
@@ -45,7 +55,7 @@ def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
     'scipy'
     """
     if name == "auto":
-        return default_engine(law)
+        return default_engine(law, robot)
     if name == "scipy":
         return ScipyEngine()
     if name == "heyoka":

@@ -199,7 +199,7 @@ def make_walker(
     >>> make_walker(robot, law, gait.motion.parameters, period=gait.period).law.name
     'feedforward'
     """
-    walker = Walker(robot, law, robot.vector(parameters), engine or default_engine(law))
+    walker = Walker(robot, law, robot.vector(parameters), engine or default_engine(law, robot))
     if period is not None:
         walker.step_time_limit = 3 * period
     return walker

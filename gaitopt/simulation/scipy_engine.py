@@ -47,7 +47,7 @@ class ScipyEngine:
         """Integrate one contact mode; see :class:`gaitopt.simulation.engine.Engine`."""
         equations, p = loop.equations(mode), loop.p
         n_y, event = loop.size, None
-        start = np.concatenate([state, np.zeros(loop.robot.n_u + 1)]) if record else np.array(state, dtype=float)
+        start = np.concatenate([state, np.zeros(loop.robot.n_works)]) if record else np.array(state, dtype=float)
         times, states, here = [clock], [start], np.concatenate(([clock], start[:n_y]))
         active = ActivePiece(loop.law, here)
         active.begin()

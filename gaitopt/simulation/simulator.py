@@ -135,7 +135,7 @@ def simulate(
     Parameter("step_time_limit", 1.0, "s", "", lower=0, lower_open=True).check(step_time_limit)
     Parameter("most_events", 50, "1", "", lower=1, whole=True).check(most_events)
     law = law or passive(robot)
-    engine = engine or default_engine(law)
+    engine = engine or default_engine(law, robot)
     p = robot.vector(robot.resolve(parameters))
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
     if v[1] != 0:
@@ -185,7 +185,7 @@ def _check_state(robot: Robot, name: str, value: Array) -> Array:
 def _segment(walker: Walker | DelayedWalker, step: int, began: float, mode: Mode, arc: Arc) -> Segment:
     robot, n = walker.robot, walker.robot.n_q
     torque = [walker.torque(mode, t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
-    energy = np.zeros((robot.n_u + 1, arc.time.size)) if arc.energy is None else arc.energy
+    energy = np.zeros((robot.n_works, arc.time.size)) if arc.energy is None else arc.energy
     return make_segment(
         robot,
         walker.p,
@@ -195,8 +195,9 @@ def _segment(walker: Walker | DelayedWalker, step: int, began: float, mode: Mode
         q=arc.states[:n],
         v=arc.states[n : 2 * n],
         torque=np.array(torque).reshape(arc.time.size, robot.n_u).T,
-        work=energy[:-1],
-        friction_work=energy[-1],
+        work=energy[: robot.n_u],
+        friction_work=energy[robot.n_u],
+        damping_work=energy[-1] if robot.has_dampers else None,
     )
 
 

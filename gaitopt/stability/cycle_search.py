@@ -101,7 +101,7 @@ def search_cycles(
         Parameter(name, 1, "1", "", lower=1, whole=True).check(count)
     p = robot.vector(robot.resolve(parameters))
     law = law or passive(robot)
-    walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=_step_time_limit(robot, p))
+    walker = Walker(robot, law, p, engine or default_engine(law, robot), step_time_limit=_step_time_limit(robot, p))
     known: list[Cycle] = []
     for z in random_starts(walker, starts, seed):
         with defer_interrupt():

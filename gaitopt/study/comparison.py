@@ -40,8 +40,8 @@ class Comparison:
     def records(self) -> list[dict[str, Any]]:
         """Return a record for each gait, as plain data in SI units.
 
-        The terms of `energy_per_distance` [J/m] add up to ``absolute_work``: what is lost at impact and by friction,
-        less what gravity gives, and twice what the actuators take out of the motion only to put it back.
+        The terms of `energy_per_distance` [J/m] add up to ``absolute_work``: what is lost at impact, by friction and
+        by dampers, less what gravity gives, and twice what the actuators take out of the motion only to put it back.
         """
         return [plain(self._record(label, gait)) for label, gait in self.gaits.items()]
 
@@ -73,6 +73,8 @@ class Comparison:
 def energy_per_distance(gait: Gait) -> dict[str, float]:
     """Return the absolute work of a gait per distance and the terms it is made of [J/m].
 
+    The term ``damping_loss`` is there if it is not zero.
+
     Examples
     --------
     >>> from gaitopt import load
@@ -86,6 +88,7 @@ def energy_per_distance(gait: Gait) -> dict[str, float]:
         "absolute_work": absolute_work(gait.motion),
         "impact_loss": energy.impact_loss,
         "friction_loss": energy.friction_loss,
+        **({"damping_loss": energy.damping_loss} if energy.damping_loss else {}),
         "gravity": -energy.gravity,
         "twice_braking": 2 * braking_work(gait),
     }

@@ -72,15 +72,15 @@ def peak_torques(gait: Gait) -> dict[str, float]:
 def braking_work(gait: Gait) -> float:
     """Return the work the actuators take out of the motion in a step, as a positive number [J].
 
-    Absolute work = impact loss + friction loss - gravity's work + 2 braking work: who never brakes pays for what is
-    lost and for nothing else.
+    Absolute work = impact loss + friction loss + damping loss - gravity's work + 2 braking work of a periodic gait:
+    without braking, the work equals the losses.
 
     Examples
     --------
     >>> from gaitopt import absolute_work, load
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> energy = gait.energy
-    >>> lost = energy.impact_loss + energy.friction_loss - energy.gravity
+    >>> lost = energy.losses - energy.gravity
     >>> abs(absolute_work(gait.motion) - lost - 2 * braking_work(gait)) < 1e-5
     True
     """

@@ -1,7 +1,8 @@
 """Imitation gaits: a passive gait's angles over time walked by motors on other ground."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -200,8 +201,9 @@ def _thin_samples(segment: Segment, step: float) -> Segment:
     after = np.clip(np.searchsorted(segment.time, wanted), 1, segment.time.size - 1)
     nearer = after - (wanted - segment.time[after - 1] < segment.time[after] - wanted)
     keep = np.unique(np.concatenate([[0], nearer, [segment.time.size - 1]]))
-    series = ("time", "q", "v", "torque", "force", "power", "work", "friction_work", "kinetic", "potential", "points")
-    return replace(segment, **{name: getattr(segment, name)[..., keep] for name in series})
+    values = {entry.name: getattr(segment, entry.name) for entry in fields(segment)}
+    series: dict[str, Any] = {name: x[..., keep] for name, x in values.items() if isinstance(x, np.ndarray)}
+    return replace(segment, **series)
 
 
 def _as_gait(robot: str, sequence: ContactSequence, motion: Motion, gap: float, name: str) -> Gait:

@@ -57,3 +57,11 @@ def test_nothing_to_write(tmp_path):
     if not walk.motion.segments:
         with pytest.raises(InputError, match="nothing to write"):
             write_csv(walk.motion, tmp_path / "none.csv")
+
+
+def test_dampers_and_springs_have_columns_where_there_are_any(table, damped, tmp_path):
+    with write_csv(damped.motion, tmp_path / "damped.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [name for name in rows[0] if name not in table] == ["damping_work_J", "elastic_J"]
+    for name in ("damping_work", "elastic"):
+        assert np.array_equal([float(row[f"{name}_J"]) for row in rows], damped.motion.channel(name))

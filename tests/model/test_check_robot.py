@@ -9,6 +9,7 @@ import pytest
 from gaitopt import InputError, Mode, check_robot
 from gaitopt.model import robot_named
 from gaitopt.model.robots.catalogue import CATALOGUE
+from tests.walkers.sprung_compass import sprung_compass
 
 PARAMETERS = {
     "compass_biped": [
@@ -121,3 +122,67 @@ def test_a_robot_that_returns_nan_fails(compass, name):
 def test_infinite_friction_is_refused(compass):
     with pytest.raises(InputError, match="finite friction"):
         check_robot(compass, {"friction": np.inf})
+
+
+@pytest.mark.parametrize("names", [("spring",), ("potential",), ("damper",), ("rotor",), ("spring", "damper", "rotor")])
+def test_springs_dampers_and_rotors_pass(names):
+    for seed, parameters in enumerate([{}, {"friction": 1.2, "slope": -0.1, "leg_mass": 0.5}]):
+        report = check_robot(sprung_compass(*names), parameters, seed=seed, states=8)
+        assert report.passed, report
+
+
+def scaled(robot, function, name, factor):
+    """Return a Function of a robot in which one parameter, the last input's, has another value."""
+    symbols, number = function.sx_in(), robot.index(name)
+    p = ca.vertcat(*[factor * x if i == number else x for i, x in enumerate(ca.vertsplit(symbols[-1]))])
+    outputs = function.call([*symbols[:-1], p])
+    return ca.Function(function.name(), symbols, outputs, function.name_in(), function.name_out())
+
+
+def scaled_accelerations(robot, name, factor):
+    modes = robot.acceleration.items()
+    return {"acceleration": {mode: scaled(robot, function, name, factor) for mode, function in modes}}
+
+
+FORCE_BREAKS = {
+    "dissipation doubled": ("energy", lambda r: {"force_powers": scaled(r, r.force_powers, "hip_damping", 2)}),
+    "dissipation forgotten": ("energy", lambda r: {"force_powers": scaled(r, r.force_powers, "hip_damping", 0)}),
+    "dissipation nan": ("energy", lambda r: {"force_powers": scaled(r, r.force_powers, "hip_damping", np.nan)}),
+    "damping of the accelerations a percent high": ("energy", lambda r: scaled_accelerations(r, "hip_damping", 1.01)),
+    "damping of the other sign": ("energy", lambda r: scaled_accelerations(r, "hip_damping", -1)),
+    "stiffness of the accelerations a percent low": (
+        "energy",
+        lambda r: scaled_accelerations(r, "hip_stiffness", 0.99),
+    ),
+    "damping of the bias a percent high": (
+        "contact",
+        lambda r: {"dynamics": scaled(r, r.dynamics, "hip_damping", 1.01)},
+    ),
+    "rotor forgotten in the mass matrix": (
+        "contact",
+        lambda r: {"dynamics": scaled(r, r.dynamics, "rotor_inertia", 0)},
+    ),
+    "kinetic energy without the rotor": ("energy", lambda r: {"energy": scaled(r, r.energy, "rotor_inertia", 0)}),
+    "elastic energy a percent high": (
+        "momentum",  # that of gravity, the potential energy less the elastic energy, is then wrong, too
+        lambda r: {"force_powers": scaled(r, r.force_powers, "hip_stiffness", 1.01)},
+    ),
+}
+
+
+@pytest.mark.parametrize(("what", "breaking"), FORCE_BREAKS.values(), ids=FORCE_BREAKS.keys())
+def test_a_robot_with_a_wrong_force_fails(what, breaking):
+    robot = sprung_compass("spring", "damper", "rotor")
+    check = check_robot(dataclasses.replace(robot, **breaking(robot)), states=5)
+    assert not check.passed
+    assert not getattr(check, what) <= {"energy": 1e-6}.get(what, 1e-9)
+
+
+def test_a_spring_that_favours_one_leg_is_refused():
+    """Its energy jumps at the leg exchange, although no body moves."""
+    robot = sprung_compass("spring", rest=0.1)
+    check = check_robot(robot, states=5)
+    assert not check.passed
+    assert check.exchange > 1e-3
+    assert "changes the elastic energy" in check.faults[0]
+    assert "springs and potentials must be the same for both legs" in check.faults[0]

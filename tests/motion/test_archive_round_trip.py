@@ -64,6 +64,20 @@ def test_the_example_comes_back(slip_gait, tmp_path):
     assert_same(load(tmp_path / "gait.h5"), slip_gait)
 
 
+def test_works_of_dampers_and_springs_are_written_where_they_are_not_zero(slip_gait, tmp_path):
+    """A file without them, as all older files are, is read with zeros."""
+    first, second = slip_gait.motion.segments
+    first = dataclasses.replace(first, elastic=np.sin(first.time), damping_work=first.time**2)
+    motion = dataclasses.replace(slip_gait.motion, segments=(first, second))
+    gait = dataclasses.replace(slip_gait, motion=motion)
+    path = save(gait, tmp_path / "gait.h5")
+    assert_same(load(path), gait)
+    with h5py.File(path) as file:
+        groups = [set(file[f"motion/segments/{number:04d}"]) for number in range(2)]
+    assert groups[0] - groups[1] == {"elastic", "damping_work"}
+    assert not np.any(load(path).motion.segments[1].elastic)
+
+
 def test_infinities_nan_and_odd_texts_come_back(awkward, tmp_path):
     save(awkward, str(tmp_path / "gait.h5"))
     assert_same(load(str(tmp_path / "gait.h5")), awkward)
@@ -137,7 +151,9 @@ def test_the_problem_is_strict_json(awkward, tmp_path):
 def test_every_field_is_written(slip_gait):
     """A field added to a record and forgotten in the archive would be lost without a word."""
     own = {"mode", "step"}
-    assert {f.name for f in dataclasses.fields(Segment)} - own == set(motion_archive._SEGMENT_UNITS)
+    assert {f.name for f in dataclasses.fields(Segment)} - own == set(
+        motion_archive._SEGMENT_UNITS | motion_archive._FORCE_UNITS
+    )
     assert {f.name for f in dataclasses.fields(Jump)} - own == set(motion_archive._JUMP_UNITS) | set(
         motion_archive._JUMP_SCALARS
     )

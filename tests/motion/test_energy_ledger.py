@@ -61,3 +61,28 @@ def test_nothing_at_all_closes(motion):
     energies = ledger(motion([]))
     assert energies.residual == 0
     assert energies.relative_residual == 0
+
+
+def test_springs_and_dampers_have_entries_of_their_own(segment, motion):
+    """The elastic part of the potential energy is not gravity's."""
+    time = np.linspace(0, 1, 3)
+    parts = [
+        segment(time, potential=20 - 3.0 * time, elastic=5 + 2.0 * time, damping_work=0.25 * time, kinetic=2.75 * time),
+        segment(
+            1 + time, potential=17 + 0 * time, elastic=7 - 1.0 * time, damping_work=1.5 * time, kinetic=2.75 - time
+        ),
+    ]
+    energies = ledger(motion(parts))
+    assert (energies.gravity, energies.elastic_change, energies.damping_loss) == (4.0, 1.0, 1.75)
+    assert energies.losses == 1.75
+    assert energies.kinetic_change == 1.75
+    assert energies.residual == 4.0 - 1.75 - 1.75 - 1.0
+    assert energies.relative_residual == 0.5 / 4.0
+
+
+def test_a_robot_without_springs_and_dampers_has_zeros(segment, motion):
+    time = np.linspace(0, 1, 3)
+    plain = segment(time, kinetic=time)
+    np.testing.assert_array_equal([plain.damping_work, plain.elastic], np.zeros((2, 3)))
+    energies = ledger(motion([plain]))
+    assert (energies.damping_loss, energies.elastic_change) == (0.0, 0.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gaitopt.motion import Violation, summarise
+from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import plain
 
 
@@ -41,3 +42,16 @@ def test_summary_states_the_facts_of_the_gait(slip_gait):
     assert summary["impact"]["ratio"] == pytest.approx(-0.14, rel=1e-6)  # a slip+ impact lies on the cone
     energy = summary["energy"]
     assert energy["actuator"] == pytest.approx(energy["impact_loss"] + energy["friction_loss"], rel=1e-5)
+
+
+def test_dampers_and_springs_are_shown_where_there_are_any(slip_gait, damped):
+    lost, stored = 0.25 * damped.period, 0.5 * damped.period
+    energy = summarise(damped)["energy"]
+    assert (energy["damping_loss"], energy["elastic_change"]) == pytest.approx((lost, stored))
+    shown = dict(tabulate_gait(damped))["energy"]
+    assert f"J + dampers {lost:.6f} J + elastic change {stored:.6f} J, closing error" in shown
+    energy = summarise(slip_gait)["energy"]
+    assert (energy["damping_loss"], energy["elastic_change"]) == (0, 0)
+    shown = dict(tabulate_gait(slip_gait))["energy"]
+    assert "dampers" not in shown
+    assert "elastic" not in shown

@@ -19,6 +19,7 @@ from gaitopt import (
     write_report,
 )
 from gaitopt.report import show_in_notebook
+from gaitopt.report.balance import draw_ledger
 from gaitopt.report.chart import Axis, Chart, Curve
 
 VOID = {"meta", "link", "input", "br"}
@@ -185,3 +186,14 @@ def test_the_multipliers_of_a_robot_of_ones_own(tmp_path, slipping, compass):
     alone = write_report({"b": slipping}, tmp_path / "alone.html").read_text(encoding="utf-8")
     assert both.count("largest modulus") == 2 * alone.count("largest modulus") > 0
     assert "Not assessed" not in both
+
+
+def test_the_ledger_has_bars_for_dampers_and_springs_where_there_are_any(slip_gait, damped):
+    names = ["actuators", "gravity", "impact", "friction", "kinetic change"]
+    for gait, labels in ((slip_gait, names), (damped, [*names[:4], "dampers", names[4], "elastic change"])):
+        drawing = draw_ledger(gait.energy)
+        texts = [text.text for text in drawing.iter("text")]
+        assert texts[::2] == labels
+        assert len(list(drawing.iter("rect"))) == len(labels)
+        height = float(drawing.get("viewBox").split()[-1])
+        assert max(float(bar.get("y")) + float(bar.get("height")) for bar in drawing.iter("rect")) < height

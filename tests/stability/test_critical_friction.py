@@ -21,8 +21,8 @@ class CountingEngine:
     def __init__(self):
         self.seconds, self._engine = 0.0, ScipyEngine()
 
-    def flow(self, robot, law, mode, clock, state, p, *, until, record=False):
-        arc = self._engine.flow(robot, law, mode, clock, state, p, until=until, record=record)
+    def flow(self, loop, mode, clock, state, *, until, record=False):
+        arc = self._engine.flow(loop, mode, clock, state, until=until, record=record)
         self.seconds += arc.time[-1] - clock
         return arc
 

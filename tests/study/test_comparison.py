@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from gaitopt import InputError, absolute_work, compare, load, plot_comparison
+from gaitopt.cli.study_output import print_comparison
 from tests.study.test_sweep import SEQUENCES
 
 
@@ -58,3 +59,21 @@ def test_the_figure_overlays_all_gaits(pair):
     assert [label.get_text() for label in bars.get_xticklabels()] == ["stick\n| stick", "slip+ stick\n| slip+"]
     tops = [bar.get_y() + bar.get_height() for bar in bars.patches]
     assert max(tops) == pytest.approx(max(record["cost_of_transport"] for record in compare(pair).records()))
+
+
+def test_dampers_are_a_term_of_the_cost(slip_gait, damped):
+    """A robot without dampers has no such term; beside one that has, it is zero."""
+    found = compare({"plain": slip_gait, "damped": damped})
+    plain, other = (record["energy_per_distance"] for record in found.records())
+    assert other["damping_loss"] == pytest.approx(0.25 * damped.period / damped.step_length)
+    assert list(plain) == [name for name in other if name != "damping_loss"]
+    labels = [text.get_text() for text in plot_comparison(found).axes[-1].get_legend().get_texts()]
+    assert "dampers" in labels
+    labels = [text.get_text() for text in plot_comparison(compare([slip_gait])).axes[-1].get_legend().get_texts()]
+    assert "dampers" not in labels
+
+
+def test_a_table_of_robots_with_and_without_dampers(slip_gait, damped, capsys):
+    print_comparison(compare({"plain": slip_gait, "damped": damped}))
+    (row,) = [line.split() for line in capsys.readouterr().out.splitlines() if "damping loss" in line]
+    assert row[-2:] == ["0.00000", f"{0.25 * damped.period / damped.step_length:.5f}"]

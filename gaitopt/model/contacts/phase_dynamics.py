@@ -95,11 +95,11 @@ class PhaseDynamics:
         return residual / self.weight(p), force
 
     def flow_and_energy(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
-        """Return the state's rate, the joint powers and the friction loss rate, shape (n_x + n_u + 1, 1)."""
-        extended = state[: self.n_x]
-        rate, force = self.flow(extended, torque, p)
-        speed = extended[-1] if self.mode.slips else 0
-        return ca.vertcat(rate, self.power(extended, torque, p), -force[0] * speed)
+        """Return the state's rate and the rates of the works, shape (n_x + n_works, 1)."""
+        reduced = state[: self.n_x]
+        rate, force = self.flow(reduced, torque, p)
+        sliding = force if self.mode.slips else ca.SX.zeros(2)
+        return ca.vertcat(rate, self.robot.work_rates(*self.full(reduced), torque, sliding, p))
 
     def interval(
         self,
@@ -115,7 +115,7 @@ class PhaseDynamics:
         """Return the states in the middle and at the end of an interval with linear torque.
 
         Each half takes `substeps` Runge-Kutta steps.  With `energy`, states carry the works of the actuators and the
-        friction loss behind them, integrated with them.
+        losses behind them, integrated with them.
         """
 
         def flow(x: ca.SX, u: ca.SX) -> ca.SX:

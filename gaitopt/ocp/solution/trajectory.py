@@ -54,13 +54,13 @@ def _segment(
     transcription: Transcription, phase: Phase, stance: PhaseDynamics, x: Array, p: Array, time: float, place: float
 ) -> Segment:
     robot, layout, count = transcription.structure.robot, transcription.variables, phase.count
-    n_u = robot.n_u
+    n_u, n_works = robot.n_u, robot.n_works
     state, torque = planned_states(transcription, phase, x)
     duration = x[layout[Unknown.DURATION][0, phase.number]]
-    begun, parts = np.vstack([state[:, :-1], np.zeros((n_u + 1, count))]), _parts(transcription, phase, x)
+    begun, parts = np.vstack([state[:, :-1], np.zeros((n_works, count))]), _parts(transcription, phase, x)
     middle, end = _halve_interval(stance, begun, _subdivided(torque, parts), duration / count, p)
     n_x, samples = stance.n_x, 2 * count + 1
-    states, torques, energy = np.empty((n_x, samples)), np.empty((n_u, samples)), np.zeros((n_u + 1, samples))
+    states, torques, energy = np.empty((n_x, samples)), np.empty((n_u, samples)), np.zeros((n_works, samples))
     states[:, ::2], states[:, 1::2] = state, middle[:n_x]
     torques[:, ::2], torques[:, 1::2] = torque, (torque[:, :-1] + torque[:, 1:]) / 2
     done = np.cumsum(end[n_x:], axis=1)
@@ -81,6 +81,7 @@ def _segment(
         torque=torques,
         work=energy[:n_u],
         friction_work=energy[n_u],
+        damping_work=energy[-1] if robot.has_dampers else None,
     )
 
 
@@ -109,7 +110,7 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         states, torque = planned_states(transcription, phase, x)
         parts = _parts(transcription, phase, x)
         step = x[transcription.variables[Unknown.DURATION][0, phase.number]] / (phase.count * parts)
-        begun = np.concatenate([reached, states[reached.size :, 0], np.zeros(robot.n_u + 1)])
+        begun = np.concatenate([reached, states[reached.size :, 0], np.zeros(robot.n_works)])
         fine = _subdivided(torque, parts)
         follow = _follower(stance, parts * phase.count, 1)
         ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))[: stance.n_x]
@@ -183,7 +184,7 @@ def _follower(stance: PhaseDynamics, steps: int, count: int) -> ca.Function:
 @functools.lru_cache(maxsize=64)
 def _one_step(stance: PhaseDynamics) -> ca.Function:
     """Return (state and works, torque, torque after, step, p) -> the same after one Runge-Kutta step of order 8."""
-    state, torque = ca.SX.sym("state", stance.n_x + stance.robot.n_u + 1), ca.SX.sym("torque", stance.robot.n_u)
+    state, torque = ca.SX.sym("state", stance.n_x + stance.robot.n_works), ca.SX.sym("torque", stance.robot.n_u)
     p = ca.SX.sym("p", len(stance.robot.parameters))
     rate = ca.Function("rate", [state, torque, p], ca.cse([stance.flow_and_energy(state, torque, p)]))
     begun, held, after, data = (ca.MX.sym(name, rate.size1_in(i)) for name, i in zip("xuvp", (0, 1, 1, 2), strict=True))

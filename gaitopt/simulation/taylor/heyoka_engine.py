@@ -87,7 +87,7 @@ class _Tape:
             phase.loop.robot, phase.equations.mode, phase.control, tolerance, get_ident()
         )
         self._times, self._states = [here[:1].copy()], [here[1:, None].copy()]
-        self._energies = [np.zeros((phase.loop.robot.n_u + 1, 1))]
+        self._energies = [np.zeros((phase.loop.robot.n_works, 1))]
 
     def add(self, column: Array, start: Array, end: Array, steps: int) -> None:
         """Add a stretch between two (clock, state) with its data, which took some Taylor steps."""

@@ -86,7 +86,7 @@ def basin(
     """
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
     law, execution, path = law or passive(robot), execution or Execution(), None if path is None else Path(path)
-    walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law))
+    walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law, robot))
     known = walk.pending()
     if path is not None and path.exists():
         held = load_basin(path)
@@ -146,7 +146,9 @@ def basin_edges(
     points, law = axis_values_of(name, given), law or passive(robot)
     if points.size < 2 or np.any(np.diff(points) <= 0):
         raise InputError(f"The axis {name!r} needs increasing values, at least two, got {points.tolist()}.")
-    walk = walk_over(robot, fixed, {name: points}, law, patience or SettlingCriterion(), engine or default_engine(law))
+    walk = walk_over(
+        robot, fixed, {name: points}, law, patience or SettlingCriterion(), engine or default_engine(law, robot)
+    )
 
     def ending(value: float) -> str:
         return next(walk.endings([(value,)])).label

@@ -125,7 +125,8 @@ def assess_robustness(
     >>> [each.kind for each in assess_robustness(robot, law, cycle, walking=quick, test=push)]
     ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
-    setting = _Setting(robot, law, cycle, engine or default_engine(law), walking or WalkTest(), test or PushTest())
+    engine = engine or default_engine(law, robot)
+    setting = _Setting(robot, law, cycle, engine, walking or WalkTest(), test or PushTest())
     kinds = ["push", "downhill slope", "uphill slope"]
     if math.isfinite(cycle.parameters["friction"]):
         kinds.append("friction patch")
