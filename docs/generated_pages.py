@@ -99,7 +99,7 @@ def _option(parameter):
         if is_argument
         else ", ".join(parameter.opts + parameter.secondary_opts)
     )
-    default = parameter.default
+    default = parameter.show_default if isinstance(parameter.show_default, str) else parameter.default
     shown = isinstance(default, int | float | str) and not isinstance(default, bool) and default != ""
     value = "" if is_argument else parameter.metavar or ("NUMBER" if shown and not isinstance(default, str) else "")
     description = (parameter.help or "") + (f" [{default}]" if shown else "")

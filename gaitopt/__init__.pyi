@@ -58,7 +58,8 @@ from gaitopt.ocp.statement.objective import Objective as Objective
 from gaitopt.ocp.statement.warm_start import WarmStart as WarmStart
 from gaitopt.ocp.transcription.collocation import Collocation as Collocation
 from gaitopt.ocp.transcription.shooting import MultipleShooting as MultipleShooting
-from gaitopt.parallel.dask_executor import DaskCluster as DaskCluster
+from gaitopt.parallel.dask_executor import DaskExecutor as DaskExecutor
+from gaitopt.parallel.execution import Execution as Execution
 from gaitopt.parameters import Parameter as Parameter
 from gaitopt.plot.animation import animate as animate
 from gaitopt.plot.comparison_figure import plot_comparison as plot_comparison

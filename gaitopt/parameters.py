@@ -1,8 +1,9 @@
 """Named real parameters with units and bounds."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -123,32 +124,76 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
     return found
 
 
-def check_options(options: object, *known: Parameter) -> None:
-    """Check attributes of an object of options; the message names its class, too.
+Validator = Callable[[Any, Any, Any], None]
+"""Validator of an attrs class: called with the object, the attribute and its value."""
 
-    Raises
-    ------
-    InputError
-        If a value cannot be.
+
+def bounded(
+    unit: str = "1",
+    lower: float = -math.inf,
+    upper: float = math.inf,
+    *,
+    lower_open: bool = False,
+    infinite: bool = False,
+    whole: bool = False,
+) -> Validator:
+    """Return a validator of an attrs class for a number; its message names the class and the attribute.
 
     Examples
     --------
-    >>> from types import SimpleNamespace
-    >>> check_options(SimpleNamespace(steps=3), counted("steps"))
+    >>> import attrs
+    >>> @attrs.frozen(kw_only=True)
+    ... class Method:
+    ...     order: int = attrs.field(default=4, validator=bounded(lower=1, whole=True))
+    >>> Method(order=0)
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: Method.order must be at least 1, got 0.
     """
-    for parameter in known:
-        named = replace(parameter, name=f"{type(options).__name__}.{parameter.name}")
-        named.check(getattr(options, parameter.name))
+
+    def validate(options: Any, attribute: Any, value: Any) -> None:
+        name = f"{type(options).__name__}.{attribute.name}"
+        if isinstance(value, str | bytes | bytearray | complex) or (whole and isinstance(value, bool)):
+            raise InputError(f"{name} must be a {'whole ' if whole else ''}number, got {value!r}.")
+        Parameter(name, 0.0, unit, "", lower, upper, lower_open, infinite, whole).check(value)
+
+    return validate
 
 
-def counted(name: str, lower: int = 1) -> Parameter:
-    """Return a parameter that is a whole number."""
-    return Parameter(name, lower, "1", "", lower=lower, whole=True)
+def counted(lower: int = 1, upper: float = math.inf) -> Validator:
+    """Return a validator of an attrs class for a whole number."""
+    return bounded(lower=lower, upper=upper, whole=True)
 
 
-def positive(name: str, unit: str = "1", upper: float = math.inf) -> Parameter:
-    """Return a parameter that is greater than 0."""
-    return Parameter(name, 1.0, unit, "", lower=0.0, upper=upper, lower_open=True)
+def positive(unit: str = "1", upper: float = math.inf, *, infinite: bool = False) -> Validator:
+    """Return a validator of an attrs class for a number greater than 0."""
+    return bounded(unit, 0.0, upper, lower_open=True, infinite=infinite)
+
+
+def optional(validator: Validator) -> Validator:
+    """Return a validator of an attrs class that also accepts None."""
+    return lambda options, attribute, value: None if value is None else validator(options, attribute, value)
+
+
+def instance_of(*kinds: type, example: str) -> Validator:
+    """Return a validator of an attrs class for an object of given types, which an example names in the message."""
+
+    def validate(options: Any, attribute: Any, value: Any) -> None:
+        if not isinstance(value, kinds):
+            raise InputError(f"{type(options).__name__}.{attribute.name} must be {example}, got {value!r}.")
+
+    return validate
+
+
+def callable_with(arguments: str) -> Validator:
+    """Return a validator of an attrs class for a function, whose arguments the message names."""
+
+    def validate(options: Any, attribute: Any, value: Any) -> None:
+        if not callable(value):
+            name = f"{type(options).__name__}.{attribute.name}"
+            raise InputError(f"{name} must be a function that is called with {arguments}, got {value!r}.")
+
+    return validate
 
 
 def as_vector(parameters: tuple[Parameter, ...], values: Mapping[str, float]) -> np.ndarray:

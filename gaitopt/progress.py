@@ -2,8 +2,9 @@
 
 The library never prints.  A function that takes long accepts ``observer``, a callable that does nothing by default.  An
 optimisation calls it with one :class:`Iteration` at a time, and for an open contact sequence with one
-:class:`HomotopyIteration` after each relaxed problem; a study calls it with the number of finished tasks and of all
-tasks. :class:`ProgressLine` is an observer for notebooks and terminals.
+:class:`HomotopyIteration` after each relaxed problem; a search for gains with one :class:`TuningStep` per evaluation,
+and its verification with one :class:`VerificationStep` per walk; a study with the number of finished tasks and of all
+tasks.  :class:`ProgressLine` is an observer for notebooks and terminals.
 """
 
 import sys
@@ -12,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self, TextIO
 
-__all__ = ["HomotopyIteration", "Iteration", "ProgressLine", "TuningStep"]
+__all__ = ["HomotopyIteration", "Iteration", "ProgressLine", "TuningStep", "VerificationStep"]
 
 UPDATE_INTERVAL = 0.2
 """Time between two updates of a progress line at least [s]."""
@@ -98,12 +99,34 @@ class TuningStep:
     best: float
 
 
+@dataclass(frozen=True)
+class VerificationStep:
+    """One walk of a verification by walks from perturbed starts.
+
+    Attributes
+    ----------
+    radius : float [rad/s]
+        Of the ball of pushes in which the start lies.
+    walks, starts : int
+        Walks that are done in this ball, and starts in all; the first walk that does not return ends the ball.
+
+    Examples
+    --------
+    >>> VerificationStep(0.125, 3, 200).walks
+    3
+    """
+
+    radius: float
+    walks: int
+    starts: int
+
+
 Observer = Callable[[Iteration], None]
-TuningObserver = Callable[[TuningStep], None]
+TuningObserver = Callable[[TuningStep | VerificationStep], None]
 SolveObserver = Callable[[Iteration | HomotopyIteration], None]
 
 
-def silent(step: Iteration | HomotopyIteration | TuningStep) -> None:
+def silent(step: Iteration | HomotopyIteration | TuningStep | VerificationStep) -> None:
     """Observe nothing; the default observer."""
 
 

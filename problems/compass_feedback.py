@@ -25,6 +25,7 @@ def problem(
     cone=0.05,  # margin of the friction cone in sticking phases, as a fraction
     impact_cone=0.1,  # the same for a sticking impact
     intervals=40,
+    transcription="collocation",  # or multiple_shooting
 ):
     """Return the problem of compass_slip.py with margins."""
     base = compass_slip.problem(
@@ -34,6 +35,7 @@ def problem(
         step_length=step_length,
         torque_limit=torque_limit,
         intervals=intervals,
+        transcription=transcription,
     )
     return dataclasses.replace(
         base, name="compass biped for feedback", margins=Margins(cone=cone, impact_cone=impact_cone)

@@ -6,7 +6,8 @@ with ``--set NAME=VALUE``.
 
 import math
 
-from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+from gaitopt import GaitProblem, Limits, compass_biped
+from gaitopt.ocp import transcription_named
 
 
 def problem(
@@ -23,6 +24,7 @@ def problem(
     objective="cost_of_transport",  # or torque_squared, positive_work, torque_rate, impact_loss, peak_torque, ...
     intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter)
     sequence="slip+ stick | slip+",  # contact sequence: phases | impact
+    transcription="collocation",  # or multiple_shooting
 ):
     """Return the problem: minimise the cost at a given speed and step length."""
     return GaitProblem(
@@ -42,7 +44,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit),
         objective=objective,
-        transcription=Collocation(intervals=intervals),
+        transcription=transcription_named(transcription)(intervals=intervals),
     )
 
 

@@ -9,6 +9,7 @@ Run it with ``gaitopt solve problems/five_link.py``; change any keyword below wi
 
 import functools
 
+import attrs
 import casadi as ca
 
 from gaitopt import (
@@ -23,6 +24,7 @@ from gaitopt import (
     StepEnd,
     assemble,
 )
+from gaitopt.ocp import transcription_named
 
 PARAMETERS = tuple(
     Parameter(name, default, unit, meaning, lower=0, lower_open=True)
@@ -113,9 +115,13 @@ def problem(
     intervals=80,  # grid intervals of a sticking phase (a slip phase has a quarter)
     points=6,  # collocation points per interval: many, because errors grow by a factor of 50 000 within a step
     sequence="slip+ stick | slip+",  # contact sequence: phases | impact
+    transcription="collocation",  # or multiple_shooting, which has no points
 ):
     """Return the problem: minimise the objective at a given speed and step length."""
     knee = (0.02, 1.5)  # knees do not bend backwards
+    method = transcription_named(transcription)(intervals=intervals, tolerance=1e-6)
+    if isinstance(method, Collocation):
+        method = attrs.evolve(method, points=points)
     return GaitProblem(
         name="five-link walker, slipping impact",
         robot=five_link(),
@@ -125,7 +131,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit, angle={"stance knee": knee, "swing knee": knee}, clearance=clearance),
         objective=objective,
-        transcription=Collocation(intervals=intervals, points=points, tolerance=1e-6),
+        transcription=method,
     )
 
 

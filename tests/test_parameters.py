@@ -1,14 +1,35 @@
 """Parameters: what they accept, and what they say about what they do not."""
 
 import math
+import pickle
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaitopt import GainSearchOptions, InputError, Parameter, SettlingCriterion
-from gaitopt.parameters import as_vector, resolve
+from gaitopt import (
+    Collocation,
+    Execution,
+    FigureStyle,
+    GainSearchOptions,
+    Homotopy,
+    InputError,
+    Ipopt,
+    Limits,
+    LqrWeights,
+    Margins,
+    MultipleShooting,
+    Newton,
+    Parameter,
+    PushTest,
+    RandomPerturbation,
+    ScipyEngine,
+    SettlingCriterion,
+)
+from gaitopt.parameters import as_vector, callable_with, counted, instance_of, optional, positive, resolve
+from gaitopt.simulation import Tolerances
 from gaitopt.study import WalkTest
 
 MASS = Parameter("mass", 2.0, "kg", "a mass", lower=0.0, lower_open=True)
@@ -116,3 +137,72 @@ def test_a_bound_that_is_another_parameter():
     assert str(caught.value) == "mark (a mark) must be at most height = 1 [m], got 1.5."
     with pytest.raises(InputError, match=r"must be at most height = 0\.4 \[m\], got 0\.5, its default"):
         resolve(known, {"height": 0.4}, "robot")
+
+
+@attrs.frozen(kw_only=True)
+class Options:
+    size: float = attrs.field(default=1.0, validator=positive("m", upper=2.0))
+    count: int = attrs.field(default=3, validator=counted())
+    limit: float | None = attrs.field(default=None, validator=optional(positive(infinite=True)))
+    name: str = attrs.field(default="", validator=instance_of(str, example="a text"))
+    work: object = attrs.field(default=print, validator=callable_with("a number"))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"size": 0}, "Options.size must be greater than 0 and at most 2 [m], got 0."),
+        ({"size": math.inf}, "Options.size must be a finite number [m], got inf."),
+        ({"size": "1"}, "Options.size must be a number, got '1'."),
+        ({"size": 1j}, "Options.size must be a number, got 1j."),
+        ({"count": 2.5}, "Options.count must be a whole number, got 2.5."),
+        ({"count": True}, "Options.count must be a whole number, got True."),
+        ({"limit": math.nan}, "Options.limit must be a finite number, got nan."),
+        ({"name": 3}, "Options.name must be a text, got 3."),
+        ({"work": 3}, "Options.work must be a function that is called with a number, got 3."),
+    ],
+)
+def test_options_are_checked_when_they_are_made_and_changed(options, message):
+    with pytest.raises(InputError) as failure:
+        Options(**options)
+    assert str(failure.value) == message
+    with pytest.raises(InputError) as failure:
+        attrs.evolve(Options(), **options)
+    assert str(failure.value) == message
+
+
+def test_options_may_be_none_or_infinite_where_that_is_meant():
+    assert Options(limit=math.inf).limit == math.inf
+    assert Options(limit=None, size=np.float64(1.5), count=np.int64(4)).count == 4
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        Limits(torque=6),
+        Margins(cone=0.05),
+        Ipopt(max_iterations=3),
+        Newton(),
+        Homotopy(),
+        Collocation(intervals=(3, 4)),
+        MultipleShooting(intervals=5),
+        RandomPerturbation(3),
+        FigureStyle(),
+        Tolerances(),
+        ScipyEngine(),
+        SettlingCriterion(),
+        PushTest(),
+        LqrWeights(),
+        GainSearchOptions(),
+        WalkTest(),
+        Execution(),
+    ],
+    ids=lambda options: type(options).__name__,
+)
+def test_options_are_frozen_keys_of_caches_and_fit_for_other_processes(options):
+    copy = pickle.loads(pickle.dumps(options))
+    assert copy is not options
+    assert copy == options
+    assert hash(copy) == hash(options)
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        setattr(options, attrs.fields(type(options))[0].name, 1)

@@ -1,28 +1,26 @@
 """The command line: one thin command per verb."""
 
-import signal
-import socket
 import sys
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from gaitopt import __version__
-from gaitopt.cli import exporting, feedback, listing, setup, solving, studies, walking
-from gaitopt.cli.options import with_common_options
+from gaitopt.cli import basin, exporting, feedback, listing, setup, solving, studies, walking
+from gaitopt.cli.command import Command, Group
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
+from gaitopt.interrupts import record_interrupts
 
 app = typer.Typer(
     name="gaitopt",
+    cls=Group,
     help="Optimal-control gait design for planar walking with foot slippage.",
-    epilog="Exit status: 0 done and good, 1 no such gait or a check that failed, 2 a mistake in the input, "
-    "130 interrupted.  gaitopt COMMAND --help shows an example of each.",
+    epilog="Exit status: 0 success, 1 no such gait or a failed check, 2 invalid input, 130 interrupted.  "
+    "gaitopt COMMAND --help shows an example of each command.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=True,
@@ -42,19 +40,19 @@ for command in (
     walking.stability,
     feedback.tune,
     feedback.push,
-    walking.basin,
-    walking.run,
+    basin.basin,
+    studies.run,
     studies.search,
     studies.sweep,
     studies.compare,
     setup.doctor,
 ):
-    app.command()(with_common_options(command))
+    app.command(cls=Command)(command)
 
 
 @app.callback(invoke_without_command=True)
 def _version(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
 ) -> None:
     if version:
         typer.echo(__version__)
@@ -62,61 +60,33 @@ def _version(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit status: 0 success, 1 no verified solution, 2 a mistake."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    with _noticing() as interrupted:
+    """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    with record_interrupts() as interrupt:
         try:
-            status = app(given, prog_name="gaitopt", standalone_mode=False) or 0
+            status = app(words, prog_name="gaitopt", standalone_mode=False) or 0
         except (KeyboardInterrupt, typer.Abort):
             status = INTERRUPTED
         except Exception as error:
-            told = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
-            status = INTERRUPTED if interrupted() and not told else _explain(error, given)
+            explained = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
+            status = INTERRUPTED if interrupt.received and not explained else _explain(error, words)
     if status == INTERRUPTED:
-        _report(given, "interrupted", "Interrupted; nothing was written.")
+        _report(words, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
     sys.exit(status)
 
 
-def _explain(error: Exception, given: Sequence[str]) -> int:
-    """Print what is wrong in one sentence and return the exit status; raise what is no mistake of the user."""
+def _explain(error: Exception, words: Sequence[str]) -> int:
+    """Print an error of the input in one sentence and return the exit status; raise any other error."""
     if isinstance(error, GaitoptError):
-        _report(given, "error", str(error))
-        err.print(f"[red]Error:[/] {escape(str(error))}", soft_wrap=True)
+        _report(words, "error", str(error))
+        err.print(Text.assemble(("Error:", "red"), f" {error}"), soft_wrap=True)
         return 2
     if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):
         raise error
-    _report(given, "error", error.format_message())  # a usage error of the command-line parser
+    _report(words, "error", error.format_message())  # a usage error of the command-line parser
     error.show()
     return int(error.exit_code)
-
-
-@contextmanager
-def _noticing() -> Iterator[Callable[[], bool]]:
-    """Yield a question: whether there was a Ctrl-C.
-
-    Where CasADi's wrapper looks at arguments it clears whatever Python raises, and an interrupt becomes an error of
-    another kind.  Python writes a byte for each signal, whoever handles it.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
-    reading, writing = socket.socketpair()
-    with reading, writing:
-        reading.setblocking(False)
-        writing.setblocking(False)
-        former = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
-
-        def came() -> bool:
-            try:
-                return signal.SIGINT in reading.recv(4096)
-            except BlockingIOError:
-                return False
-
-        try:
-            yield came
-        finally:
-            signal.set_wakeup_fd(former)
 
 
 def run_script(path: str) -> None:
@@ -134,7 +104,7 @@ def run_study(path: str) -> None:
     main(["run", str(Path(path)), *sys.argv[1:]])
 
 
-def _report(given: Sequence[str], status: str, error: str) -> None:
-    """Print what went wrong as the JSON object that was asked for, if it was."""
-    if "--json" in given:
+def _report(words: Sequence[str], status: str, error: str) -> None:
+    """Print an error as a JSON object if --json is among the words of the command line."""
+    if "--json" in words:
         print_json({"status": status, "error": error})

@@ -1,12 +1,18 @@
-"""Axes of grids as they are written on the command line."""
+"""Axes of grids as they are written on the command line, and their values in SI units."""
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from gaitopt.cli.script import Script
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.stability.walk_problem import WalkProblem
+
+Problem = GaitProblem | WalkProblem
 
 
 def grid(over: Sequence[str], most: int) -> dict[str, Array]:
@@ -15,24 +21,112 @@ def grid(over: Sequence[str], most: int) -> dict[str, Array]:
     Raises
     ------
     InputError
-        If one is not written so or cannot be, is named twice, or the grid has more than `most` points.
+        If one is not of this form or not finite, an axis is named twice, or the grid has more than `most` points.
 
     Examples
     --------
     >>> grid(["friction=0.1:0.3:3", "speed=0.5"], 10)
     {'friction': array([0.1, 0.2, 0.3]), 'speed': array([0.5])}
     """
-    read = [_read(text) for text in over]
-    size = math.prod(count for _, _, count in read)
+    axes_read = [_read(text) for text in over]
+    size = math.prod(count for _, _, count in axes_read)
     if size > most:
         raise InputError(f"--over asks for {size} points, more than the {most} of the largest grid; take fewer.")
     axes = {
         name: np.array(ends) if count == len(ends) else np.linspace(ends[0], ends[-1], count)
-        for name, ends, count in read
+        for name, ends, count in axes_read
     }
     if len(axes) < len(over):
         raise InputError("--over names the same axis twice.")
     return axes
+
+
+def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> dict[str, Array]:
+    """Return axes in the units of a problem (SI, angles in rad).
+
+    A name that is a parameter of the script means the same with ``--over`` as with ``--set``: the script is called with
+    each value.  Any other name, and a parameter of the script that is no quantity of the problem, is left as it is.
+
+    Parameters
+    ----------
+    script : Script
+    problem : GaitProblem or WalkProblem
+        What the script returns without these axes.
+    axes : dict of str to (n,) array
+
+    Raises
+    ------
+    InputError
+        If the script turns a value into something other than a number, or changes more than this one quantity.
+    ScriptError
+        If the script raises an exception.
+    """
+    return {
+        name: _convert(script, problem, name, values) if name in script.defaults and _has(problem, name) else values
+        for name, values in axes.items()
+    }
+
+
+def unconverted_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> str:
+    """Return a sentence on the axes that are quantities of a problem but no parameters of its script; often empty."""
+    names = [name for name in axes if name not in script.defaults and _has(problem, name)]
+    if not names:
+        return ""
+    return f"problem() of {script.path.name} has no parameter {', '.join(names)}: --over takes SI units and rad there."
+
+
+def _convert(script: Script, problem: Problem, name: str, values: Array) -> Array:
+    """Return the values of one axis as the script passes them on; those the problem refuses by the others' line."""
+    converted, refusals = np.full(values.size, math.nan), list[InputError]()
+    whole = isinstance(script.defaults[name], int)
+    changed = None
+    for index, value in enumerate(values.tolist()):
+        try:
+            changed = script(**{name: int(value) if whole and value.is_integer() else value})
+        except InputError as error:  # a step longer than the legs reach, for example: that point has no gait
+            refusals.append(error)
+            continue
+        converted[index] = _number(script, changed, name)
+    if changed is not None and (others := _differences(problem, changed) - {name}):
+        raise InputError(f"--over {name}: problem() of {script.path.name} changes {', '.join(sorted(others))} with it.")
+    return _complete(values, converted, refusals[0]) if refusals else converted
+
+
+def _complete(values: Array, converted: Array, refusal: InputError) -> Array:
+    """Return converted values with gaps filled in by the straight line through the others, if they lie on one."""
+    known = np.isfinite(converted)
+    if np.array_equal(values[known], converted[known]) and known.any():
+        return values
+    if np.count_nonzero(known) < 2:
+        raise refusal
+    (left, right), (lower, upper) = values[known][[0, -1]], converted[known][[0, -1]]
+    line = lower + (upper - lower) / (right - left) * (values - left)
+    if not np.allclose(line[known], converted[known], rtol=1e-12, atol=0):
+        raise refusal
+    return np.where(known, converted, line)
+
+
+def _has(problem: Problem, name: str) -> bool:
+    """Return whether a problem has a quantity that can be an axis."""
+    from gaitopt.study.sweeps.sweep_grid import FIELDS
+
+    return name in problem.parameters or (isinstance(problem, GaitProblem) and name in FIELDS)
+
+
+def _number(script: Script, problem: Problem, name: str) -> float:
+    """Return a quantity of a problem that the script made."""
+    value: Any = problem.parameters[name] if name in problem.parameters else getattr(problem, name)
+    if not isinstance(value, int | float):
+        raise InputError(f"--over {name}: problem() of {script.path.name} turns it into {value!r}, not a number.")
+    return float(value)
+
+
+def _differences(one: Problem, other: Problem) -> set[str]:
+    """Return the names of what differs between two problems."""
+    first, second = (
+        problem.describe() if isinstance(problem, GaitProblem) else dict(problem.parameters) for problem in (one, other)
+    )
+    return {key for key in first if first[key] != second[key]} - {"name", "script"}
 
 
 def _read(text: str) -> tuple[str, list[float], int]:

@@ -4,24 +4,39 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from gaitopt.cli.law import OPEN_LOOP, GainValues, LawName, StanceAngle, TorqueLimit, law_for
-from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, labelled
-from gaitopt.cli.output import err, print_written
+from gaitopt.cli.law import OPEN_LOOP, law_for
+from gaitopt.cli.options import (
+    Figure,
+    GainValues,
+    GaitFile,
+    GaitFiles,
+    Json,
+    LawName,
+    Quiet,
+    RobotScript,
+    StanceAngle,
+    TorqueLimit,
+    Verbose,
+    labelled,
+)
+from gaitopt.cli.output import print_written
+from gaitopt.cli.progress import show_progress
 
 
 def plot(
     file: GaitFile,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="Where to draw. [FILE.png]")
-    ] = None,
-    width: Annotated[float, typer.Option(min=2.5, max=20, help="Inches: 3.5 for a column of a journal.")] = 7.2,
-    font_size: Annotated[float, typer.Option(min=4, max=20, help="Points, of axis labels.")] = 8.5,
-    title: Annotated[bool, typer.Option("--title/--no-title", help="Whether the figure says what it shows.")] = True,
+    output: Figure = None,
+    width: Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")] = 7.2,
+    font_size: Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")] = 8.5,
+    title: Annotated[bool, typer.Option("--title/--no-title", help="Print a title above the figure.")] = True,
     json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Draw a gait: stick figures, angles, torques, force ratio against the friction cone, foot speed.
+
+    The figure is written to FILE.png unless --output names another file.
 
     Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
@@ -37,12 +52,14 @@ def plot(
 def animate(
     file: GaitFile,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="GIF/MP4", help="Where to write. [FILE.gif]")
+        Path | None,
+        typer.Option("--output", "-o", metavar="GIF/MP4", help="File of the animation.", show_default="FILE.gif"),
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, max=100, help="Steps to show.")] = 3,
-    slow: Annotated[float, typer.Option(min=0.1, max=100.0, help="Slow motion factor.")] = 2.0,
+    steps: Annotated[int, typer.Option(min=1, max=100, help="Number of steps.")] = 3,
+    slow: Annotated[float, typer.Option(min=0.1, max=100.0, help="Slow-motion factor.")] = 2.0,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Animate a gait with its contact force, friction cone, slip marks and current contact mode.
 
@@ -51,31 +68,33 @@ def animate(
     from gaitopt.motion.archive import load
     from gaitopt.plot.animation import animate as animate_gait
 
-    gait = load(file)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
-        task = progress.add_task("drawing frames", total=None)
-
-        def observe(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-
-        written = animate_gait(gait, output or Path(f"{file.stem}.gif"), steps=steps, slow=slow, observer=observe)
+    gait, path = load(file), output or Path(f"{file.stem}.gif")
+    with show_progress("drawing frames", hidden=json, counted=True) as display:
+        written = animate_gait(gait, path, steps=steps, slow=slow, observer=display.count)
     print_written(written, json=json)
 
 
 def report(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gaits written by 'gaitopt solve'.")],
+    files: GaitFiles,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="HTML", help="Where to write. [FILE.html, or report.html for several]"),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="HTML",
+            help="File of the page.",
+            show_default="FILE.html, or report.html for several gaits",
+        ),
     ] = None,
     title: Annotated[str, typer.Option(help="Title of the page.")] = "Gait report",
     problem: RobotScript = None,
     json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write gaits as one HTML page: animated walker, charts, energy, multipliers, comparison, problem and versions.
 
-    The page needs no network and can be sent as it is.
+    The page contains everything it needs and works without a network.
 
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
@@ -88,14 +107,17 @@ def report(
     path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
     gaits = {name: load(file) for name, file in named.items()}
-    robot = build_problem(problem, []).robot if problem else None
-    print_written(write_report(gaits, path, title=title, robot=robot), json=json)
+    robot = build_problem(problem).robot if problem else None
+    with show_progress("writing the report", hidden=json):
+        written = write_report(gaits, path, title=title, robot=robot)
+    print_written(written, json=json)
 
 
 def export(
     file: GaitFile,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="CSV/JSON/C", help="Where to write; the suffix says what.")
+        Path,
+        typer.Option("--output", "-o", metavar="CSV/JSON/C", help="File to write; its suffix selects the contents."),
     ],
     problem: RobotScript = None,
     law: LawName = OPEN_LOOP,
@@ -103,12 +125,14 @@ def export(
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
     json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics and controller.
 
     Without --law the controller plays the torques back and there are no gains.
 
-    The gait file itself is HDF5, which MATLAB, Julia and others read as it is (docs/file_format.md).
+    The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
@@ -119,10 +143,8 @@ def export(
     from gaitopt.motion.archive import load
     from gaitopt.motion.atomic import check_suffix
 
-    suffix = check_suffix(
-        output, {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
-    )
-    gait = load(file)
+    contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
+    suffix, gait = check_suffix(output, contents), load(file)
     if suffix == ".csv":
         print_written(write_csv(gait.motion, output), json=json)
         return

@@ -1,19 +1,23 @@
-"""What the commands on feedback print."""
+"""Output of the commands on feedback."""
 
+import dataclasses
 import statistics
+from collections.abc import Sequence
 from typing import Any
 
 from rich import box
 from rich.table import Table
+from rich.text import Text
 
-from gaitopt.cli.output import err, out
+from gaitopt.cli.output import err, out, verdict_text
 from gaitopt.motion.summary import plain
 from gaitopt.stability.recovery import Recovery
+from gaitopt.study.robustness.robustness_margins import RobustnessMargins
 from gaitopt.tuning.record import Tuning
 
 
 def tuning_facts(tuned: Tuning) -> dict[str, Any]:
-    """Return what tuning found as plain data; no multipliers where the law leaves no periodic gait."""
+    """Return the result of tuning as plain data; there are no multipliers if the law has no periodic gait."""
     multipliers = [] if tuned.cycle is None else tuned.cycle.multipliers.tolist()
     return plain(
         {
@@ -35,53 +39,67 @@ def tuning_facts(tuned: Tuning) -> dict[str, Any]:
 
 
 def print_tuning(tuned: Tuning) -> None:
-    """Print what tuning found as a table."""
+    """Print the result of tuning as a table."""
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     verified = tuned.verified
     table.add_row("law", tuned.design)
     table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
-    held = "[green]held[/]" if tuned.stable else "[red]not held: the best radius found[/]"
-    table.add_row("spectral radius", f"{tuned.radius_before:.4g} before, {tuned.radius_after:.4g} after, {held}")
+    verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius found", tuned.stable)
+    radii = f"{tuned.radius_before:.4g} before, {tuned.radius_after:.4g} after, "
+    table.add_row("spectral radius", Text.assemble(radii, verdict))
     if tuned.cycle is not None:
         table.add_row("fixed point", f"{tuned.fixed_point_shift:.1e} from the plan")
     table.add_row(
         "verified",
-        f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s back on the gait "
-        f"({verified.tolerance:g}) after {verified.steps} steps{_settled(verified)}",
+        f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait "
+        f"(within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}",
     )
     table.add_row("search", f"{tuned.evaluations} evaluations, {tuned.seconds:.1f} s")
     out.print(table)
 
 
-def print_unstabilised(tuned: Tuning) -> None:
-    """Say that a gait is not held, and what was reached."""
-    reached = "no gains tried leave a periodic gait near the plan"
+def print_unstable(tuned: Tuning) -> None:
+    """Report that no gains stabilise a gait, and the smallest spectral radius that was reached."""
+    reached = "none of the gains has a periodic gait near the plan"
     if tuned.cycle is not None:
-        reached = f"the best spectral radius found is {tuned.radius_after:.4g}"
-    err.print(f"[red]not held[/] by {tuned.design} within its torque limits: {reached}", soft_wrap=True)
+        reached = f"the smallest spectral radius is {tuned.radius_after:.4g}"
+    message = f" by {tuned.design} within its torque limits: {reached}"
+    err.print(Text.assemble(("not stabilised", "red"), message), soft_wrap=True)
 
 
-def basin_facts(found: Recovery | None) -> dict[str, Any] | None:
-    """Return from what share of a ball of pushes a walker returns, and in how many steps, as plain data."""
-    if found is None:
+def basin_facts(recovery: Recovery | None) -> dict[str, Any] | None:
+    """Return the share of a ball of pushes from which a walker returns, and in how many steps, as plain data."""
+    if recovery is None:
         return None
-    settling = found.settling
+    settling = recovery.settling
     return {
-        "starts": found.starts,
-        "returned": found.returned,
-        "fraction": found.fraction,
+        "starts": recovery.starts,
+        "returned": recovery.returned,
+        "fraction": recovery.fraction,
         "steps_to_settle": {"median": statistics.median(settling), "most": max(settling)} if settling else None,
     }
 
 
+def endurance_facts(
+    survived: Sequence[RobustnessMargins], ball: float, before: Recovery | None, after: Recovery | None
+) -> dict[str, Any]:
+    """Return the disturbances survived, and the recovery from a ball of pushes in open loop and under the law."""
+    return {
+        "survived": [dataclasses.asdict(each) for each in survived],
+        "push_radius": ball,
+        "basin_before": basin_facts(before),
+        "basin_after": basin_facts(after),
+    }
+
+
 def print_endurance(facts: dict[str, Any], basins: dict[str, Recovery | None]) -> None:
-    """Print the largest disturbances survived as a table, and the shares of a ball of pushes below it."""
+    """Print the largest disturbances survived as a table, and the returning shares of a ball of pushes below it."""
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
     caption = (
-        "Push: back on the gait; else: all steps walked, if need be in another gait. "
-        "Friction patch: how much less friction there is on it."
+        "A push counts as survived if the walker returns to the gait; anything else if it completes all steps, "
+        "possibly in another gait. Friction patch: loss of friction on the patch."
     )
     table = Table(
         box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"
@@ -92,16 +110,16 @@ def print_endurance(facts: dict[str, Any], basins: dict[str, Recovery | None]) -
         failed = "-" if each["failed"] is None else f"{each['failed']:.4g}"
         table.add_row(each["kind"], f"{each['survived']:.4g}", failed, each["unit"])
     out.print(table)
-    for name, found in basins.items():
-        told = "no periodic gait to return to"
-        if found is not None:
-            told = (
-                f"{found.returned} of {found.starts} return from pushes up to {found.radius:g} rad/s{_settled(found)}"
-            )
-        out.print(f"{name}: {told}", soft_wrap=True)
+    for name, recovery in basins.items():
+        text = "no periodic gait to return to"
+        if recovery is not None:
+            share = f"{recovery.returned} of {recovery.starts}"
+            text = f"{share} return from pushes up to {recovery.radius:g} rad/s{_settling(recovery)}"
+        out.print(f"{name}: {text}", soft_wrap=True)
 
 
-def _settled(found: Recovery) -> str:
-    if not found.settling:
+def _settling(recovery: Recovery) -> str:
+    """Return the number of steps until the walks have returned, in words."""
+    if not recovery.settling:
         return ""
-    return f", in {statistics.median(found.settling):g} steps by the median and {max(found.settling)} at most"
+    return f", median {statistics.median(recovery.settling):g} steps, at most {max(recovery.settling)}"

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from gaitopt.cli.installed_scripts import find_scripts_folder
-from gaitopt.cli.options import Json
+from gaitopt.cli.options import Json, Quiet, Verbose
 from gaitopt.cli.output import out, print_json
 from gaitopt.errors import InputError
 
@@ -15,22 +15,25 @@ from gaitopt.errors import InputError
 def problems(
     folder: Annotated[
         Path | None,
-        typer.Argument(help="Folder of problem scripts; by default problems, or the scripts installed with gaitopt."),
+        typer.Argument(
+            help="Folder of problem scripts.", show_default="problems, or the scripts installed with gaitopt"
+        ),
     ] = None,
     json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """List the problem scripts of a folder, and the studies in its subfolder, with their parameters.
 
     Example: gaitopt problems
     """
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
 
     installed = folder is None and not Path("problems").is_dir()
     folder = find_scripts_folder() if installed else folder or Path("problems")
     if not folder.is_dir():
-        raise InputError(f"There is no folder {folder}; name the folder that holds your problem scripts.")
+        raise InputError(f"There is no folder {folder}; name the folder of your problem scripts.")
     scripts = [*sorted(folder.glob("*.py")), *sorted(folder.glob("studies/*.py"))]
     entries = [entry for path in scripts if (entry := _entry(path)) is not None]
     if json:
@@ -38,19 +41,19 @@ def problems(
         return
     table = Table(box=box.SIMPLE, pad_edge=False)
     table.add_column("script", no_wrap=True)
-    for column in ("what it is", "parameters"):
+    for column in ("description", "parameters"):
         table.add_column(column, overflow="fold")
     for entry in entries:
         values = ", ".join(f"{name}={value!r}" for name, value in entry["parameters"].items())
         script = str(Path(entry["script"]).relative_to(folder)) if installed else entry["script"]
-        table.add_row(*map(escape, (script, entry["description"], entry.get("error", values))))
+        table.add_row(script, entry["description"], entry.get("error", values))
     out.print(table)
     if installed:
-        out.print(f"Installed in {folder}; copy one by: gaitopt new NAME --from SCRIPT", soft_wrap=True, markup=False)
+        out.print(f"Installed in {folder}; copy one by: gaitopt new NAME --from SCRIPT", soft_wrap=True)
 
 
 def _entry(path: Path) -> dict[str, Any] | None:
-    """Return what a script is, or None for a module that only serves scripts."""
+    """Return name, description and parameters of a script, or None for a module that is not a script."""
     from gaitopt.cli.script import load_script, script_parameters
     from gaitopt.errors import GaitoptError
     from gaitopt.motion.summary import plain

@@ -1,75 +1,204 @@
-"""Arguments and options that several commands share, and those that every command has."""
+"""Arguments and options that several commands share: their names, values and help texts, each stated once."""
 
-import functools
-import inspect
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from gaitopt.cli.output import err, out
 from gaitopt.errors import InputError
 from gaitopt.motion.versions import versions
+from gaitopt.tuning.controller_family import DESIGNS
 
-GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A gait written by 'gaitopt solve'.")]
-Script = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="A problem script.")]
+
+def _set_quiet(context: typer.Context, quiet: bool) -> bool:
+    """Silence standard output until the command has ended."""
+    if quiet and not context.resilient_parsing:
+        former, out.quiet = out.quiet, True
+        context.call_on_close(lambda: setattr(out, "quiet", former))
+    return quiet
+
+
+def _set_verbose(context: typer.Context, verbose: bool) -> bool:
+    """Print versions before the command, and how long it took after it."""
+    if verbose and not context.resilient_parsing:
+        err.print(", ".join(f"{name} {version}" for name, version in versions().items()), soft_wrap=True)
+        began = time.perf_counter()
+        took = f"gaitopt {context.info_name} took"
+        context.call_on_close(lambda: err.print(f"{took} {time.perf_counter() - began:.3f} s"))
+    return verbose
+
+
+# Every command has these three.
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print no progress and no table.", callback=_set_quiet, is_eager=True)
+]
+Verbose = Annotated[
+    bool,
+    typer.Option(
+        "--verbose",
+        "-v",
+        help="Print versions, iterations and timings to standard error.",
+        callback=_set_verbose,
+        is_eager=True,
+    ),
+]
+
+# Inputs.
+GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="Gait file written by 'gaitopt solve'.")]
+GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files of 'solve' or 'search'.")]
+ScriptFile = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="Problem script.")]
+StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.py", help="Study script.")]
+Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Walking problem script or gait file.")]
 RobotScript = Annotated[
     Path | None,
-    typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, for one not in the catalogue."),
+    typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, if it is not in the catalogue."),
 ]
 Setting = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Change a parameter of the script.")
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Change a parameter of the script (repeatable). A target speed or step length is a number, "
+        "bounds LOWER:UPPER, or free.",
+    ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no table.")]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="Versions, what an iteration found, and seconds, on standard error.")
+State = Annotated[
+    list[str] | None,
+    typer.Option("--state", metavar="NAME=VALUE", help="Coordinate of the start in SI units and rad (repeatable)."),
+]
+
+# Outputs.
+Figure = Annotated[Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="File of the figure.")]
+StudyOutput = Annotated[
+    Path,
+    typer.Option("--output", "-o", metavar="FILE", help="File of the results. Run the same command again to resume."),
+]
+
+BasinOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE", help="File of the results. Run the same command again to resume."),
+]
+
+# Axes.  Their values are converted by gaitopt.cli.axis.
+SweepAxes = Annotated[
+    list[str],
+    typer.Option(
+        "--over",
+        metavar="NAME=FROM:TO:COUNT",
+        help="Axis (repeatable): friction, speed, step_length, slope or a robot parameter, as FROM:TO:COUNT or "
+        "VALUE,VALUE,... A parameter of the script has the unit it has with --set; any other is in SI units and "
+        "rad. The dataset is in SI units and rad.",
+    ),
+]
+BasinAxes = Annotated[
+    list[str],
+    typer.Option(
+        "--over",
+        metavar="NAME=FROM:TO:COUNT",
+        help="Axis (at most two): a coordinate of the start or a parameter, as FROM:TO:COUNT or VALUE,VALUE,... "
+        "A parameter of the script has the unit it has with --set; any other, and coordinates, are in SI units "
+        "and rad. The results are in SI units and rad.",
+    ),
+]
+
+Sequences = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sequences",
+        "--words",
+        metavar="SEQUENCE,...",
+        help="Sequences to compare.",
+        show_default="the sequence of the script",
+    ),
+]
+PointStarts = Annotated[
+    int,
+    typer.Option(
+        "--starts", min=1, max=100, help="Independent starts at points that are not continued from a neighbour."
+    ),
+]
+
+# Laws of saved gaits.
+LawName = Annotated[
+    str,
+    typer.Option(
+        "--law",
+        metavar="NAME|FILE",
+        help=f"Feedback law: {', '.join(DESIGNS)}; SCRIPT.py:FUNCTION for a custom law; a file of tuned gains "
+        "(tune -o); or feedforward.",
+    ),
+]
+GainsOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="JSON", help="File for the tuned gains, which --law takes."),
+]
+GainValues = Annotated[
+    list[str] | None,
+    typer.Option("--gain", metavar="NAME=VALUE", help="Value of a gain (repeatable); the others keep their defaults."),
+]
+TorqueLimit = Annotated[
+    float | None,
+    typer.Option(
+        "--torque-limit",
+        show_default="1.2 times the limit of the plan",
+        help="Torque limit of every actuator under feedback [N m].",
+    ),
+]
+StanceAngle = Annotated[
+    bool,
+    typer.Option("--stance-angle", help="Use the stance angle as phase variable, not the time since touchdown."),
+]
+
+Sensitivity = Annotated[
+    bool, typer.Option("--sensitivity", help="Minimise the gait sensitivity norm, not the spectral radius.")
+]
+Frictions = Annotated[
+    list[float] | None,
+    typer.Option("--friction", help="Additional friction to tune for (repeatable); the worst case counts."),
+]
+PushRadius = Annotated[
+    float,
+    typer.Option(
+        min=0.0, max=100.0, help="Radius of the ball of pushes for which the returning share is reported [rad/s]."
+    ),
+]
+
+# Where and how walks and solves are computed.
+EngineName = Annotated[
+    str, typer.Option("--engine", help="Simulation engine: heyoka, scipy, or auto for the fastest that is installed.")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(min=1, max=1024, help="Number of worker processes.", show_default="one per processor"),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://host:8786, whose workers are used instead."
+    ),
+]
+CycleStarts = Annotated[
+    int, typer.Option("--starts", min=1, max=100000, help="Random starts of the search for periodic gaits.")
+]
+PushStarts = Annotated[
+    int, typer.Option("--starts", min=1, max=100000, help="Number of random starts used for verification.")
 ]
 
 
 def labelled(files: Sequence[Path]) -> dict[str, Path]:
-    """Return files by what tells them apart: their names without suffix, whole paths where these are alike.
+    """Return files by distinct labels: their names without suffix, or the whole paths of files of equal names.
 
     Raises
     ------
     InputError
-        If one is named twice.
+        If a file is named twice.
     """
     stems = [file.stem for file in files]
-    found = {file.stem if stems.count(file.stem) == 1 else str(file): file for file in files}
-    if len(found) < len(files):
+    labels = {file.stem if stems.count(file.stem) == 1 else str(file): file for file in files}
+    if len(labels) < len(files):
         raise InputError("The same gait file is named twice.")
-    return found
-
-
-def with_common_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command with ``--quiet`` and ``--verbose``, which work in all commands alike.
-
-    A command that has such a parameter of its own is told, to hide or show its progress.
-    """
-    signature = inspect.signature(command)
-    shared = {"quiet": Quiet, "verbose": Verbose}
-    added = {name: kind for name, kind in shared.items() if name not in signature.parameters}
-
-    @functools.wraps(command)
-    def spoken(**given: Any) -> None:
-        quiet, verbose = given.get("quiet", False), given.get("verbose", False)
-        former, out.quiet, began = out.quiet, quiet, time.perf_counter()
-        if verbose:
-            err.print(", ".join(f"{name} {version}" for name, version in versions().items()), soft_wrap=True)
-        try:
-            command(**{name: value for name, value in given.items() if name not in added})
-        finally:
-            out.quiet = former
-            if verbose:
-                err.print(f"gaitopt {command.__name__} took {time.perf_counter() - began:.3f} s")
-
-    parameters = [
-        inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=False, annotation=kind)
-        for name, kind in added.items()
-    ]
-    spoken.__signature__ = signature.replace(parameters=[*signature.parameters.values(), *parameters])  # type: ignore[attr-defined]
-    spoken.__annotations__ = {**command.__annotations__, **added}
-    return spoken
+    return labels

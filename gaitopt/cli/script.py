@@ -1,22 +1,76 @@
-"""Problem scripts: loading them, their parameters, and values given on the command line."""
+"""Problem scripts: their functions, parameters and problems."""
 
-import ast
+import functools
+import hashlib
 import importlib.util
 import inspect
-import math
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.provenance import ScriptRecord
 from gaitopt.stability.walk_problem import WalkProblem
+
+
+@dataclass(frozen=True, eq=False)
+class Script:
+    """A function of a script and the settings it is called with.
+
+    Attributes
+    ----------
+    path : Path
+    function : callable
+        ``problem`` or ``study``.
+    settings : dict of str to object
+        Changed parameters.
+    """
+
+    path: Path
+    function: Callable[..., Any]
+    settings: dict[str, Any]
+
+    @functools.cached_property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters of the function with their defaults."""
+        return script_parameters(self.function)
+
+    def __call__(self, **changes: Any) -> Any:
+        """Return what the function returns, with some parameters changed once more.
+
+        Raises
+        ------
+        InputError
+            If a value is invalid.
+        ScriptError
+            If the script raises anything else.
+        """
+        with _running(self.path):
+            return self.function(**self.settings | changes)
+
+    def record(self) -> ScriptRecord:
+        """Return file name, digest and parameters."""
+        return ScriptRecord(
+            file=self.path.name,
+            sha256=hashlib.sha256(self.path.read_bytes()).hexdigest(),
+            parameters=self.defaults | self.settings,
+            changed=tuple(self.settings),
+        )
+
+
+def read_script(path: Path, settings: Sequence[str] | None = None, function: str = "problem") -> Script:
+    """Return a function of a script with ``NAME=VALUE`` settings; errors as :func:`load_script` and `read_setting`."""
+    script = Script(path, load_script(path, function), {})
+    return replace(script, settings=dict(read_setting(text, script.defaults, path.name) for text in settings or ()))
 
 
 def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
@@ -27,7 +81,7 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
     InputError
         If the script is missing or has no such function.
     ScriptError
-        If it raises while it loads; the message names the script's line.
+        If it raises an exception while it is loaded; the message names the line.
     """
     if not path.is_file():
         folder = path.parent
@@ -38,16 +92,16 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
     if spec is None or spec.loader is None:
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their own module up
+    sys.modules[name] = module  # dataclasses look up their module
     with _running(path):
         spec.loader.exec_module(module)
-    found = getattr(module, function, None)
-    if not callable(found):
+    loaded = getattr(module, function, None)
+    if not callable(loaded):
         verbs = {"problem": "solve' or 'gaitopt stability", "study": "run"}
         others = [name for name in verbs if callable(getattr(module, name, None))]
         hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
         raise InputError(f"{path} has no function {function}(**parameters).{hint}")
-    return found
+    return loaded
 
 
 def script_parameters(function: Callable[..., Any]) -> dict[str, Any]:
@@ -59,42 +113,17 @@ def script_parameters(function: Callable[..., Any]) -> dict[str, Any]:
     }
 
 
-def build_problem(path: Path, settings: Sequence[str]) -> GaitProblem:
-    """Return the gait problem of a script with ``NAME=VALUE`` settings applied; errors as :func:`call_script`."""
-    problem = call_script(path, settings)
-    if isinstance(problem, WalkProblem):
-        raise InputError(f"{path} is a walking problem without optimisation; use 'gaitopt stability {path}'.")
-    if not isinstance(problem, GaitProblem):
-        raise InputError(f"problem() of {path} must return a GaitProblem, it returned {type(problem).__name__}.")
-    return problem
-
-
-def robot_of(gait: Gait, script: Path | None) -> Robot:
-    """Return the robot of a gait: the one of a problem script if one is named, else of gaitopt's catalogue.
-
-    Raises
-    ------
-    InputError
-        If the script has no gait problem, or its robot is another one, or the robot is not known.
-    """
-    return robot_named(gait.robot, build_problem(script, []).robot if script else None)
-
-
 def call_script(path: Path, settings: Sequence[str], function: str = "problem") -> Any:
     """Return what a function of a script returns with ``NAME=VALUE`` settings applied.
 
     Raises
     ------
     InputError
-        If a setting names no parameter or has a value of another kind than the default.
+        If a setting names no parameter, or its value is invalid.
     ScriptError
         If the script raises anything else.
     """
-    called = load_script(path, function)
-    defaults = script_parameters(called)
-    arguments = dict(_setting(text, defaults, path) for text in settings)
-    with _running(path):
-        return called(**arguments)
+    return read_script(path, settings, function)()
 
 
 def run_function(path: Path, function: str, *arguments: Any) -> Any:
@@ -104,30 +133,49 @@ def run_function(path: Path, function: str, *arguments: Any) -> Any:
         return called(*arguments)
 
 
-def _setting(text: str, defaults: dict[str, Any], path: Path) -> tuple[str, Any]:
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not equals or not name:
-        raise InputError(f"--set needs NAME=VALUE, got {text!r}.")
-    if name not in defaults:
-        raise InputError(f"{path.name} has no parameter {name!r}. {suggest(name, defaults)}")
-    default, given = defaults[name], _value(value)
-    if isinstance(default, int | float) and not isinstance(given, int | float | tuple | list | dict | None):
-        raise InputError(f"--set {name}: {name} must be a number like its default {default!r}, got {value!r}.")
-    if isinstance(default, str):
-        given = value.strip("'\"")
-    return name, given
+def build_problem(path: Path, settings: Sequence[str] | None = None) -> GaitProblem:
+    """Return the gait problem of a script with ``NAME=VALUE`` settings applied; errors as :func:`call_script`."""
+    return gait_problem(read_script(path, settings))
 
 
-def _value(text: str) -> Any:
-    """Return a Python literal, a float such as inf, or the text itself."""
-    try:
-        return ast.literal_eval(text)
-    except (ValueError, SyntaxError):
-        try:
-            number = float(text)
-        except ValueError:
-            return text
-        return number if math.isinf(number) or math.isnan(number) else text
+def gait_problem(script: Script) -> GaitProblem:
+    """Return the gait problem a script states, with the record of that script.
+
+    Raises
+    ------
+    InputError
+        If it states something else, or a value is invalid.
+    ScriptError
+        If the script raises anything else.
+    """
+    problem = script()
+    if isinstance(problem, WalkProblem):
+        raise InputError(
+            f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
+        )
+    if not isinstance(problem, GaitProblem):
+        raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
+    return problem.replace(script=script.record())
+
+
+def walk_problem(script: Script) -> WalkProblem:
+    """Return the walking problem a script states; errors as :func:`gait_problem`."""
+    problem = script()
+    if not isinstance(problem, WalkProblem):
+        kind = type(problem).__name__
+        raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
+    return problem
+
+
+def robot_of(gait: Gait, script: Path | None) -> Robot:
+    """Return the robot of a gait: from a problem script if one is named, otherwise from gaitopt's catalogue.
+
+    Raises
+    ------
+    InputError
+        If the script states no gait problem, or its robot is a different one, or the robot is unknown.
+    """
+    return robot_named(gait.robot, build_problem(script).robot if script else None)
 
 
 @contextmanager
@@ -146,10 +194,10 @@ def _running(path: Path) -> Iterator[None]:
 
 
 def _script_error(path: Path, error: BaseException) -> ScriptError:
-    """Return one sentence for whatever a script raised, with the script's own line where there is one."""
+    """Return one sentence on an exception raised by a script, with the line of the script if there is one."""
     if isinstance(error, SyntaxError) and error.lineno is not None:
         return ScriptError(f"{path}, line {error.lineno}: {error.msg}.")
-    own, frames = path.resolve(), traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == own]
+    resolved, frames = path.resolve(), traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == resolved]
     place = f"{path}, line {lines[-1]}" if lines else str(path)
     return ScriptError(f"{place} raised {type(error).__name__}: {' '.join(str(error).split())}")

@@ -1,4 +1,4 @@
-"""Commands to begin with: new writes a problem script, doctor looks at what is installed."""
+"""Commands for a start: new writes a problem script, doctor tests the installation."""
 
 import platform
 import re
@@ -13,8 +13,8 @@ from typing import Annotated, Any
 import typer
 
 from gaitopt.cli.installed_scripts import read_scripts
-from gaitopt.cli.options import Json
-from gaitopt.cli.output import out, print_json, print_written
+from gaitopt.cli.options import Json, Quiet, Verbose
+from gaitopt.cli.output import out, print_json, print_written, verdict_text
 from gaitopt.errors import InputError
 
 PARTS = (
@@ -30,16 +30,18 @@ PARTS = (
     "typer",
     "rich",
 )
-"""Packages whose versions are told."""
+"""Packages whose versions are reported."""
 
 
 def new(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the script, with or without .py.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the script, with or without .py.")],
     source: Annotated[
         str | None,
         typer.Option("--from", metavar="SCRIPT", help="Script to copy, one of those listed by gaitopt problems."),
     ] = None,
     json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write a problem script to start from, with a comment on every line that you may want to change.
 
@@ -58,7 +60,7 @@ def new(
         _copy_script(source, path)
     print_written(path, json=json)
     if not json and source is None:
-        out.print(f"next: gaitopt solve {path}", soft_wrap=True, markup=False)
+        out.print(f"next: gaitopt solve {path}", soft_wrap=True)
 
 
 def _copy_script(source: str, path: Path) -> None:
@@ -85,55 +87,56 @@ def _write_new(path: Path, text: str) -> None:
 
 
 @dataclass(frozen=True)
-class CheckResult:
-    """What a check found: whether it is well, and in words."""
+class Check:
+    """Result of a check of the installation."""
 
     name: str
     well: bool
     text: str
 
 
-def doctor(json: Json = False) -> None:
-    """Tell what is installed, and try out what gaitopt cannot do without.
+def doctor(json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
+    """Show what is installed and test the essential parts.
 
-    Exit status 0 if all that is needed works, 1 if not.  An extra that is missing is no fault.
+    Exit status 0 if all essential parts work, 1 if not.  A missing extra is not an error.
 
     Example: gaitopt doctor --json
     """
     versions = {name: _version(name) for name in PARTS}
-    findings = [_run_check(name, check) for name, check in CHECKS.items()]
+    results = [_run_check(name, check) for name, check in CHECKS.items()]
     facts: dict[str, Any] = {
         "python": sys.version.split()[0],
         "platform": platform.platform(),
         "versions": versions,
         "extras": _extras(),
         "unavailable_extras": _unavailable_extras(),
-        "checks": [vars(finding) for finding in findings],
-        "well": all(finding.well for finding in findings),
+        "checks": [vars(result) for result in results],
+        "well": all(result.well for result in results),
     }
     if json:
         print_json(facts)
     else:
-        _print(facts)
+        print_installation(facts)
     raise typer.Exit(0 if facts["well"] else 1)
 
 
-def _print(facts: dict[str, Any]) -> None:
+def print_installation(facts: dict[str, Any]) -> None:
+    """Print what is installed, and whether it works, as a table."""
     from rich import box
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
-    table.add_row("python", f"{facts['python']} on {escape(facts['platform'])}")
+    table.add_row("python", f"{facts['python']} on {facts['platform']}")
     for name, version in facts["versions"].items():
         table.add_row(name, version or "not installed")
-    for name, there in facts["extras"].items():
+    for name, present in facts["extras"].items():
         reason = facts["unavailable_extras"].get(name)
         missing = reason or f"not installed: pip install 'gaitopt[{name}]'"
-        table.add_row(f"extra {name}", "installed" if there else escape(missing))
+        table.add_row(f"extra {name}", "installed" if present else missing)
     for check in facts["checks"]:
-        verdict = "[green]works[/]" if check["well"] else "[red]fails[/]"
-        table.add_row(check["name"], f"{verdict}: {escape(check['text'])}")
+        verdict = verdict_text("works" if check["well"] else "fails", check["well"])
+        table.add_row(check["name"], Text.assemble(verdict, f": {check['text']}"))
     out.print(table)
 
 
@@ -145,13 +148,13 @@ def _version(name: str) -> str | None:
 
 
 def _extras() -> dict[str, bool]:
-    """Return for each extra of gaitopt whether all it asks for is installed."""
-    found: dict[str, bool] = {}
+    """Return for each extra of gaitopt whether all its packages are installed."""
+    installed: dict[str, bool] = {}
     for requirement in metadata.requires("gaitopt") or ():
         package, extra = re.match(r"[\w.-]+", requirement), re.search(r"extra == ['\"]([\w-]+)", requirement)
         if package and extra:
-            found[extra[1]] = found.get(extra[1], True) and _version(package[0]) is not None
-    return found
+            installed[extra[1]] = installed.get(extra[1], True) and _version(package[0]) is not None
+    return installed
 
 
 def _unavailable_extras() -> dict[str, str]:
@@ -165,12 +168,12 @@ def _unavailable_extras() -> dict[str, str]:
     return reasons
 
 
-def _run_check(name: str, check: Callable[[], str]) -> CheckResult:
-    """Return what a check says, or what it raised: a doctor must not fall ill."""
+def _run_check(name: str, check: Callable[[], str]) -> Check:
+    """Return the result of a check; an exception is a failure."""
     try:
-        return CheckResult(name, True, check())
+        return Check(name, True, check())
     except Exception as error:
-        return CheckResult(name, False, f"{type(error).__name__}: {error}")
+        return Check(name, False, f"{type(error).__name__}: {error}")
 
 
 def _solver() -> str:
@@ -180,14 +183,14 @@ def _solver() -> str:
     x = ca.SX.sym("x")
     quiet = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
     solver = ca.nlpsol("solver", "ipopt", {"x": x, "f": x**2}, quiet)
-    found = float(solver(x0=3, lbx=1)["x"])
-    if not solver.stats()["success"] or abs(found - 1) > 1e-6:
-        raise RuntimeError(f"expected 1, got {found} ({solver.stats()['return_status']})")
+    optimum = float(solver(x0=3, lbx=1)["x"])
+    if not solver.stats()["success"] or abs(optimum - 1) > 1e-6:
+        raise RuntimeError(f"expected 1, got {optimum} ({solver.stats()['return_status']})")
     return "Ipopt with the linear solver mumps"
 
 
 def _engines() -> str:
-    """Walk a step of the published sticking gait with every engine that is there."""
+    """Simulate a step of the published sticking gait with every installed engine."""
     import numpy as np
 
     from gaitopt.model.robots.compass import compass_biped
@@ -204,11 +207,11 @@ def _engines() -> str:
     return f"{', '.join(engines)}; the fastest is {default_engine().name}"
 
 
-def _movies() -> str:
-    """Find the program that writes films."""
+def _animations() -> str:
+    """Find the program that writes MP4 animations."""
     from imageio_ffmpeg import get_ffmpeg_version
 
     return f"ffmpeg {get_ffmpeg_version()}"
 
 
-CHECKS = {"solver": _solver, "engines": _engines, "films": _movies}
+CHECKS = {"solver": _solver, "engines": _engines, "animations": _animations}

@@ -1,23 +1,25 @@
 """Commands on one problem and its gait: solve, show, verify."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, Script, Setting, Verbose
+from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, print_written
+from gaitopt.cli.progress import Display, show_progress
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
 
 
 def solve(
-    script: Script,
+    script: ScriptFile,
     setting: Setting = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where to write the gait. [SCRIPT.h5]")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="File of the gait.", show_default="SCRIPT.h5"),
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -25,13 +27,10 @@ def solve(
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
-    Exit status 0 for a solved and verified gait, 1 when there is none, 2 for a mistake in the input, 130 when
-    interrupted.
+    Exit status 0 for a solved and verified gait, 1 if there is none, 2 for invalid input, 130 after an interrupt.
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
-    from rich.markup import escape
-
     from gaitopt.cli.script import build_problem
     from gaitopt.motion.archive import check_gait_suffix, save
     from gaitopt.motion.atomic import check_writable
@@ -39,47 +38,50 @@ def solve(
     from gaitopt.ocp.solver import solve as solve_problem
     from gaitopt.simulation.verification import verify as verify_gait
 
-    problem = build_problem(script, setting or [])
+    problem = build_problem(script, setting)
     path = output or Path(f"{script.stem}.h5")
     check_gait_suffix(path)
     check_writable(path)  # before the work, not after it
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=json or quiet) as progress:
-        task = progress.add_task(f"{escape(problem.name)}: building")
-
-        def observe(step: Iteration | HomotopyIteration) -> None:
-            if isinstance(step, HomotopyIteration):
-                lines = homotopy_lines(step, problem.objective.name) if verbose or not (json or quiet) else []
-                err.print(*lines, sep="\n", markup=False, end="\n" if lines else "")
-                return
-            text = (
-                f"iteration {step.number:3d}   {problem.objective.name} {step.objective:.6f}   "
-                f"infeasibility {step.infeasibility:.1e}"
-            )
-            progress.update(task, description=text)
-            if verbose:
-                err.print(text, markup=False)
-
-        gait = solve_problem(problem, observer=observe)
+    with show_progress(f"{problem.name}: building", hidden=json) as display:
+        steps = verbose or not (json or quiet)
+        gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
         if gait.status.ok:
-            progress.update(task, description="replaying in the event-driven simulator")
+            display.describe("replaying in the event-driven simulator")
             gait = verify_gait(gait, problem.robot)
     written = save(gait, path) if gait.status.ok else None
     if json:
         print_json(summarise(gait) | {"file": None if written is None else str(written)})
-    elif not quiet:
+    else:
         print_gait(gait)
         if written:
             print_written(written)
         else:
             out.print("no verified gait; nothing was written")
     if gait.status is Status.INTERRUPTED:
-        sys.exit(INTERRUPTED)  # what there is to say has been said
+        sys.exit(INTERRUPTED)  # the status is in the table already
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
-def show(file: GaitFile, json: Json = False) -> None:
-    """Show what a gait file holds.
+def _observer(
+    display: Display, objective: str, steps: bool, iterations: bool
+) -> Callable[[Iteration | HomotopyIteration], None]:
+    """Return an observer that displays iterations; `steps` of a homotopy and `iterations` are printed on request."""
+
+    def observe(step: Iteration | HomotopyIteration) -> None:
+        if isinstance(step, HomotopyIteration):
+            lines = homotopy_lines(step, objective) if steps else []
+            err.print(*lines, sep="\n", end="\n" if lines else "")
+            return
+        text = f"iteration {step.number:3d}   {objective} {step.objective:.6f}   infeasibility {step.infeasibility:.1e}"
+        display.describe(text)
+        if iterations:
+            err.print(text)
+
+    return observe
+
+
+def show(file: GaitFile, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
+    """Show the contents of a gait file.
 
     Example: gaitopt show compass_slip.h5 --json
     """
@@ -97,6 +99,8 @@ def verify(
     file: GaitFile,
     problem: RobotScript = None,
     json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Replay a saved gait's torques in the event-driven simulator and compare with the plan.
 
@@ -115,6 +119,6 @@ def verify(
         print_json(summarise(gait) | {"file": str(file)})
     else:
         print_gait(gait)
-        out.print("replayed just now in the event-driven simulator; the file is as it was")
+        out.print("replayed now in the event-driven simulator; the file was not changed")
     passed = gait.verification is not None and gait.verification.passed
     raise typer.Exit(0 if passed and gait.status.ok else 1)

@@ -1,147 +1,167 @@
-"""Commands on many gaits: search, sweep, compare."""
+"""Commands on many gaits: search, sweep, compare, run."""
 
+import dataclasses
 import functools
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitopt.cli.axis import grid
-from gaitopt.cli.options import Json, Quiet, RobotScript, Script, Setting, labelled
-from gaitopt.cli.output import leave_unfinished, print_json, print_written
-from gaitopt.cli.workers import Scheduler, Workers, worker_options
+from gaitopt.cli.options import (
+    Figure,
+    GaitFiles,
+    Json,
+    PointStarts,
+    Quiet,
+    RobotScript,
+    Scheduler,
+    ScriptFile,
+    Sequences,
+    Setting,
+    StudyFile,
+    StudyOutput,
+    SweepAxes,
+    Verbose,
+    Workers,
+    labelled,
+)
+from gaitopt.cli.output import err, exit_incomplete, print_json, print_written
+from gaitopt.cli.progress import show_progress
+from gaitopt.cli.workers import worker_options
+from gaitopt.errors import InputError
 
-Starts = Annotated[int, typer.Option(min=1, max=100, help="Starts tried where there is no neighbour to start from.")]
+if TYPE_CHECKING:
+    from gaitopt.motion.motion import Array
+    from gaitopt.ocp.problem import GaitProblem
 
 MOST_POINTS = 100_000
-"""Of a sweep: half a day of work, and more, for each contact sequence."""
+"""Largest grid of a sweep: half a day of computation or more for each contact sequence."""
 
 
 def search(
-    script: Script,
+    script: ScriptFile,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Keeps a gait for each sequence; run again to go on.")
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="DIR", help="Folder of the gaits. Run the same command again to resume."
+        ),
     ],
-    max_phases: Annotated[int, typer.Option(min=1, max=6, help="Phases of the longest contact sequences.")] = 3,
-    starts: Annotated[int, typer.Option(min=1, max=100, help="Starts of its own each contact sequence has.")] = 4,
+    max_phases: Annotated[int, typer.Option(min=1, max=6, help="Largest number of phases of a contact sequence.")] = 3,
+    starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts per contact sequence.")] = 4,
     setting: Setting = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Find out which sequence of stick and slip walks cheapest: try every sequence, replay each gait, and rank them.
+    """Find the sequence of stick and slip with the lowest cost: solve every sequence, replay each gait, and rank them.
 
-    Interrupt it at any time; the same command goes on.  Exit status 0 if a sequence has a gait, 1 if none has.
+    Safe to interrupt: the same command resumes.  Exit status 0 if a contact sequence has a gait, 1 if none has.
 
-    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o sequences
+    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o contact sequences
     """
     from gaitopt.cli.script import build_problem, load_script
-    from gaitopt.cli.study_output import counting, print_ranking
+    from gaitopt.cli.study_output import print_ranking
     from gaitopt.study.sequence_search.search import search as search_sequences
 
-    began, problem = time.perf_counter(), build_problem(script, setting or [])
-    with worker_options(workers, scheduler) as hands, counting("sequences", hidden=json or quiet) as observer:
+    began, problem = time.perf_counter(), build_problem(script, setting)
+    with (
+        worker_options(workers, scheduler) as team,
+        show_progress("optimisations", hidden=json, counted=True) as display,
+    ):
         ranking = search_sequences(
             problem,
             max_phases=max_phases,
             starts=starts,
-            workers=hands.workers,
-            executor=hands.executor,
-            prepare=functools.partial(load_script, script.resolve()),
+            execution=team.execution(display.count, functools.partial(load_script, script.resolve())),
             directory=output,
-            observer=observer,
         )
     if json:
         seconds = time.perf_counter() - began
         print_json({"ranked": ranking.records(), "complete": ranking.complete, "seconds": seconds})
-    elif not quiet:
+    else:
         print_ranking(ranking)
         print_written(output)
-    _leave(ranking.complete, ranking.findings[0].ranked)
+    _exit(ranking.complete, ranking.findings[0].ranked)
 
 
 def sweep(
-    script: Script,
-    over: Annotated[
-        list[str],
-        typer.Option(
-            metavar="NAME=FROM:TO:COUNT",
-            help="An axis, or several: friction, speed, step_length, slope or a robot parameter, in SI units and rad.",
-        ),
-    ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Keeps results; run again to go on.")],
-    sequences: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--sequences",
-            "--words",
-            metavar="SEQUENCE,...",
-            help="Sequences to compare. [the script's own]",
-            show_default=False,
-        ),
-    ] = None,
+    script: ScriptFile,
+    over: SweepAxes,
+    output: StudyOutput,
+    sequences: Sequences = None,
     setting: Setting = None,
-    starts: Starts = 3,
+    starts: PointStarts = 3,
     workers: Workers = None,
     scheduler: Scheduler = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Find the optimal gait of each contact sequence at every point of a grid: the frontier of cheap gaits.
+    """Find the optimal gait of each contact sequence at every point of a grid: the frontier of lowest cost.
 
-    Kill it at any time; the same command goes on.  Exit status 0 if there is a gait, 1 if there is none.
+    Safe to interrupt: the same command resumes.  Exit status 0 if there is a gait, 1 if there is none.
 
     Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
     """
-    from gaitopt.cli.script import build_problem, load_script
-    from gaitopt.cli.study_output import counting, print_sweep, sweep_facts
+    from gaitopt.cli.script import load_script
+    from gaitopt.cli.study_output import print_sweep, sweep_facts
     from gaitopt.study.sweeps.sweep import sweep as sweep_problem
-    from gaitopt.study.sweeps.sweep_grid import FIELDS
 
-    began, problem = time.perf_counter(), build_problem(script, setting or [])
-    axes = grid(over, MOST_POINTS)
-    fields = {name: axes.pop(name) for name in FIELDS if name in axes}
-    spelled = [sequence.strip() for text in sequences or [] for sequence in text.split(",")]
-    with worker_options(workers, scheduler) as hands, counting("gaits", hidden=json or quiet) as observer:
-        found = sweep_problem(
+    began = time.perf_counter()
+    problem, axes = _sweep_inputs(script, setting, over, hidden=json or quiet)
+    with (
+        worker_options(workers, scheduler) as team,
+        show_progress("optimisations", hidden=json, counted=True) as display,
+    ):
+        table = sweep_problem(
             problem,
-            friction=fields.get("friction"),
-            speed=fields.get("speed"),
-            step_length=fields.get("step_length"),
-            slope=fields.get("slope"),
-            parameters=axes,
-            sequences=spelled or None,
+            axes,
+            sequences=[sequence.strip() for text in sequences or [] for sequence in text.split(",")] or None,
             starts=starts,
-            workers=hands.workers,
-            executor=hands.executor,
-            prepare=functools.partial(load_script, script.resolve()),
+            execution=team.execution(display.count, functools.partial(load_script, script.resolve())),
             path=output,
-            observer=observer,
         )
-    complete, any_gait = bool(found.attrs["complete"]), bool((found.status == "solved").any())
     if json:
-        print_json(sweep_facts(found) | {"file": str(output), "seconds": time.perf_counter() - began})
-    elif not quiet:
-        print_sweep(found)
+        print_json(sweep_facts(table) | {"file": str(output), "seconds": time.perf_counter() - began})
+    else:
+        print_sweep(table)
         print_written(output)
-    _leave(complete, any_gait)
+    _exit(bool(table.attrs["complete"]), bool((table.status == "solved").any()))
+
+
+def _sweep_inputs(
+    path: Path, setting: list[str] | None, over: list[str], *, hidden: bool
+) -> tuple["GaitProblem", dict[str, "Array"]]:
+    """Return the problem of a sweep and its axes in SI units."""
+    from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
+    from gaitopt.cli.script import gait_problem, read_script
+
+    script = read_script(path, setting)
+    problem = gait_problem(script)
+    axes = convert_axes(script, problem, grid(over, MOST_POINTS))
+    note = unconverted_axes(script, problem, axes)
+    if note and not hidden:
+        err.print(note, soft_wrap=True)
+    return problem, axes
 
 
 def compare(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gaits that solve or search wrote.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="Where to draw. [comparison.png]")
-    ] = None,
+    files: GaitFiles,
+    output: Figure = None,
     multipliers: Annotated[
-        bool, typer.Option("--multipliers", help="Also those of the torques played back in open loop.")
+        bool, typer.Option("--multipliers", help="Also compute the multipliers of the torques in open loop.")
     ] = False,
     problem: RobotScript = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Set gaits side by side, in a table and drawn over each other.
+    """Compare gaits in a table and in one overlaid figure.
+
+    The figure is written to comparison.png unless --output names another file.
 
     Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
     """
@@ -156,18 +176,59 @@ def compare(
 
     named, path = labelled(files), output or Path("comparison.png")
     check_writable(path)
-    robot = build_problem(problem, []).robot if problem else None
-    found = compare_gaits({label: load(file) for label, file in named.items()}, multipliers=multipliers, robot=robot)
-    written = save_figure(plot_comparison(Comparison(label_by_sequence(found.gaits), {})), path)
+    robot = build_problem(problem).robot if problem else None
+    gaits = {label: load(file) for label, file in named.items()}
+    comparison = compare_gaits(gaits, multipliers=multipliers, robot=robot)
+    written = save_figure(plot_comparison(Comparison(label_by_sequence(comparison.gaits), {})), path)
     if json:
-        print_json({"gaits": found.records(), "figure": str(written)})
-    elif not quiet:
-        print_comparison(found)
+        print_json({"gaits": comparison.records(), "figure": str(written)})
+    else:
+        print_comparison(comparison)
         print_written(written)
 
 
-def _leave(complete: bool, any_gait: bool) -> None:
+def run(
+    script: StudyFile,
+    setting: Setting = None,
+    output: Figure = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Run a study script: save its figure and compare its numbers with published ones.
+
+    The figure is written to SCRIPT.png unless --output names another file.  Exit status 0 if every number agrees to its
+    printed digits, 1 if one does not.
+
+    Example: gaitopt run problems/studies/compass_multipliers.py
+    """
+    from gaitopt.cli.script import call_script
+    from gaitopt.cli.walk_output import print_numbers
+    from gaitopt.motion.atomic import check_writable
+    from gaitopt.plot.saving import save_figure
+    from gaitopt.study.published_values import Reproduction
+
+    path = output or Path(f"{script.stem}.png")
+    check_writable(path)
+    with show_progress(f"running {script.name}", hidden=json):
+        study = call_script(script, setting or [], "study")
+        if not isinstance(study, Reproduction):
+            raise InputError(f"study() of {script} must return a Study, it returned {type(study).__name__}.")
+        written = save_figure(study.figure, path)
+    numbers = [
+        dataclasses.asdict(number) | {"difference": number.difference, "agrees": number.agrees}
+        for number in study.numbers
+    ]
+    if json:
+        print_json({"figure": str(written), "numbers": numbers, "remarks": list(study.remarks)})
+    else:
+        print_numbers(numbers, study.remarks)
+        print_written(written)
+    raise typer.Exit(0 if all(n.agrees for n in study.numbers) else 1)
+
+
+def _exit(complete: bool, any_gait: bool) -> None:
     """End with the exit status of a study."""
     if not complete:
-        leave_unfinished()
+        exit_incomplete()
     raise typer.Exit(0 if any_gait else 1)

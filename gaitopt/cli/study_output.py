@@ -1,62 +1,65 @@
-"""What the commands on studies print."""
+"""Output of the commands on studies."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich import box
-from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
-from gaitopt.cli.output import err, out
+from gaitopt.cli.output import out
+from gaitopt.motion.gait import Gait
 from gaitopt.study.comparison import Comparison
-from gaitopt.study.sequence_search.ranking import Ranking
+from gaitopt.study.sequence_search.ranking import Ranking, ranking_cost
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-@contextmanager
-def counting(what: str, *, hidden: bool) -> Iterator[Callable[[int, int], None]]:
-    """Yield an observer that moves a progress bar."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total:.0f}"))
-    with Progress(*columns, TimeElapsedColumn(), console=err, transient=True, disable=hidden) as progress:
-        task = progress.add_task(what, total=1)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
-
-
 def print_ranking(ranking: Ranking) -> None:
-    """Print ranked contact sequences as a table, and the others with the reason why they are not ranked."""
-    shown = Table(box=box.SIMPLE, pad_edge=False)
-    for column in ("sequence", "cost of transport", "dearer by", "phases [ms]", "replay"):
-        shown.add_column(column, no_wrap=True)
+    """Print ranked contact sequences as a table, and the other ones with the reason."""
     ranked = [finding.gait for finding in ranking.findings if finding.ranked and finding.gait is not None]
-    for gait in ranked:
-        dearer = gait.solver.objective / ranked[0].solver.objective - 1
-        phases = ", ".join(f"{part.mode.value} {1e3 * part.duration:.1f}" for part in gait.motion.segments)
-        error = "" if gait.verification is None else f"state within {gait.verification.state_error:.0e}"
-        shown.add_row(str(gait.sequence), f"{gait.cost_of_transport:.6f}", f"{100 * dearer:.2f} %", phases, error)
     if ranked:
-        out.print(shown)
-    others = Table(box=box.SIMPLE, pad_edge=False)
+        out.print(_ranked_gaits(ranked))
+    unranked = Table(box=box.SIMPLE, pad_edge=False)
     for column in ("not ranked", "status", "reason"):
-        others.add_column(column, no_wrap=column != "reason")
+        unranked.add_column(column, no_wrap=column != "reason")
     for finding in ranking.findings:
         if not finding.ranked:
-            others.add_row(str(finding.sequence), finding.status, escape(finding.reason))
-    if others.row_count:
-        out.print(others)
+            unranked.add_row(str(finding.sequence), finding.status, finding.reason)
+    if unranked.row_count:
+        out.print(unranked)
+
+
+def _ranked_gaits(gaits: list[Gait]) -> Table:
+    """Return the table of ranked gaits; the second column is the number they are ranked by."""
+    cost, unit = gaits[0].problem["objective"], gaits[0].problem.get("objective_unit", "")
+    header = "cost of transport" if cost == "cost_of_transport" else cost
+    shown = Table(box=box.SIMPLE, pad_edge=False)
+    for column in (
+        "sequence",
+        header if unit in ("", "1") else f"{header} [{unit}]",
+        "extra cost",
+        "phases [ms]",
+        "replay",
+    ):
+        shown.add_column(column, no_wrap=True)
+    lowest = ranking_cost(gaits[0])
+    for gait in gaits:
+        value = ranking_cost(gait)
+        phases = ", ".join(f"{part.mode.value} {1e3 * part.duration:.1f}" for part in gait.motion.segments)
+        error = "" if gait.verification is None else f"state within {gait.verification.state_error:.0e}"
+        shown.add_row(str(gait.sequence), f"{value:.6f}", f"{100 * (value / lowest - 1):.2f} %", phases, error)
+    return shown
 
 
 def print_comparison(comparison: Comparison) -> None:
-    """Print gaits as a table, one column each."""
+    """Print a comparison of gaits as a table with one column per gait."""
     records = comparison.records()
     shown = Table(box=box.SIMPLE, pad_edge=False)
     shown.add_column("")
     for record in records:
-        shown.add_column(escape(record["label"]), no_wrap=True)
+        shown.add_column(record["label"], no_wrap=True)
     rows: list[tuple[str, list[str]]] = [
         ("sequence", [record["sequence"] for record in records]),
         ("status", [record["status"] for record in records]),
@@ -79,7 +82,7 @@ def print_comparison(comparison: Comparison) -> None:
         label = f"{name.replace('_', ' ')} [J/m]"
         rows.append((label, [_number(record["energy_per_distance"][name], ".5f") for record in records]))
     for label, cells in rows:
-        shown.add_row(label, *map(escape, cells))
+        shown.add_row(label, *cells)
     out.print(shown)
 
 
@@ -88,7 +91,7 @@ def _number(value: float | str | None, form: str) -> str:
 
 
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
-    """Return a sweep as data, a record for each point."""
+    """Return a sweep as plain data, a record for each point."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
     numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel"]
     points = []
@@ -102,7 +105,7 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
 
 
 def print_sweep(table: "xr.Dataset") -> None:
-    """Print the cost of transport of each sequence over the axes, the cheapest in green, and why some are missing."""
+    """Print the cost of transport of each sequence over the axes, the lowest in green, and the reasons of failures."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
     sequences = [str(sequence) for sequence in table.sequence.values]
     shown = Table(box=box.SIMPLE, pad_edge=False, title="cost of transport", title_justify="left")
@@ -110,20 +113,21 @@ def print_sweep(table: "xr.Dataset") -> None:
         unit = table[name].attrs.get("units", "1")
         shown.add_column(name if unit == "1" else f"{name} [{unit}]", no_wrap=True)
     for sequence in sequences:
-        shown.add_column(escape(sequence), no_wrap=True)
+        shown.add_column(sequence, no_wrap=True)
     cost, status = table.cost_of_transport.values, table.status.values
     for index in np.ndindex(*cost.shape[1:]):
         column = cost[(slice(None), *index)]
         least = np.nanmin(column) if np.any(np.isfinite(column)) else np.nan
-        cells = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
+        cells: list[str | Text] = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
         for number, value in enumerate(column):
-            failed = f"[red]{escape(str(status[(number, *index)]))}[/]"
-            text = f"{value:.6f}" if np.isfinite(value) else failed
-            cells.append(f"[green]{text}[/]" if value == least else text)
+            if np.isfinite(value):
+                cells.append(Text(f"{value:.6f}", style="green" if value == least else ""))
+            else:
+                cells.append(Text(str(status[(number, *index)]), style="red"))
         shown.add_row(*cells)
     out.print(shown)
     reasons = sorted({str(reason) for reason in table.reason.values.ravel() if reason})
     for reason in reasons[:5]:
-        out.print(escape(reason), soft_wrap=True)
+        out.print(reason, soft_wrap=True)
     if len(reasons) > 5:
         out.print(f"... and {len(reasons) - 5} more reasons in the file")

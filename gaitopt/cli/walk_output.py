@@ -1,12 +1,11 @@
-"""What the commands on walks print."""
+"""Output of the commands on walks."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import box
-from rich.markup import escape
 from rich.table import Table
 
-from gaitopt.cli.output import out
+from gaitopt.cli.output import out, verdict_text
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import ledger
@@ -14,7 +13,13 @@ from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
-from gaitopt.study.basins.basin_file import Basin
+from gaitopt.study.basins.basin_file import basin_question, ending_labels, ending_shares
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ROUNDING = 1e-9
+"""Parts of multipliers below this are rounding errors: they are printed as 0."""
 
 
 def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
@@ -27,12 +32,13 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
         pad_edge=False,
         show_lines=True,
         title=f"periodic gaits (engine {engine.name})",
-        caption="State just after touchdown in rad, rad/s, m/s. Needs: least friction without slipping.",
+        caption="State after touchdown [rad, rad/s, m/s]. Friction needed: lowest friction without slipping. "
+        f"Parts of multipliers below {ROUNDING:g} are printed as 0.",
         title_justify="left",
         caption_justify="left",
     )
     table.add_column("sequence")
-    for column in ("state", "period [s]", "multipliers", "stable", "needs"):
+    for column in ("state", "period [s]", "multipliers", "stable", "friction needed"):
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
         critical = cycle.critical_friction
@@ -41,36 +47,36 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(_multipliers(cycle)),
-            "[green]yes[/]" if cycle.stable else "[red]no[/]",
-            "(slips)" if critical is None else f"{critical.friction:.6g}",
+            verdict_text("yes" if cycle.stable else "no", cycle.stable),
+            "slips" if critical is None else f"{critical.friction:.6g}",
         )
     out.print(table)
 
 
-def basin_facts(basin: Basin, engine: Engine, own: float | None) -> dict[str, Any]:
-    """Return a basin as plain data; `own` is the share of the starts that end in the gait it was asked about."""
+def basin_facts(table: "xr.Dataset", engine: Engine, share: float | None) -> dict[str, Any]:
+    """Return a basin as plain data; `share` is that of the starts that end in the saved gait."""
     return {
         "engine": engine.name,
-        "robot": basin.robot,
-        "complete": not basin.pending().any(),
-        "axes": {name: values.tolist() for name, values in basin.axes.items()},
-        "fractions": basin.fractions(),
-        "saved_gait": own,
-        "endings": basin.labels_on_grid().tolist(),
+        "robot": basin_question(table)["robot"],
+        "complete": bool(table.attrs["complete"]),
+        "axes": basin_question(table)["axes"],
+        "fractions": ending_shares(table),
+        "saved_gait": share,
+        "endings": ending_labels(table).tolist(),
     }
 
 
-def print_basin(basin: Basin, engine: Engine, own: float | None) -> None:
-    """Print the share of each ending, and of the gait that was asked about."""
-    for label, share in basin.fractions().items():
-        out.print(f"{100 * share:6.2f} %  {escape(label)}")
-    if own is not None:
-        out.print(f"{100 * own:6.2f} %  in the saved gait itself")
+def print_basin(table: "xr.Dataset", engine: Engine, share: float | None) -> None:
+    """Print the share of the starts with each ending, and of those that end in the saved gait."""
+    for label, fraction in ending_shares(table).items():
+        out.print(f"{100 * fraction:6.2f} %  {label}")
+    if share is not None:
+        out.print(f"{100 * share:6.2f} %  in the saved gait")
     out.print(f"engine {engine.name}")
 
 
 def _multipliers(cycle: Cycle) -> list[str]:
-    """Return the lines that tell the multipliers, where the impact rests on the edge of its cone those of each side."""
+    """Return the multipliers in lines; those of each side if the impact is on the boundary of its friction cone."""
     if not cycle.one_sided:
         return [_spelled(value) for value in cycle.multipliers]
     stick, slip = ([_spelled(value) for value in side] for side in cycle.one_sided_multipliers)
@@ -78,11 +84,13 @@ def _multipliers(cycle: Cycle) -> list[str]:
 
 
 def _spelled(value: complex) -> str:
-    return f"{value.real:.6g}" if abs(value.imag) < 1e-12 else f"{value.real:.6g} {value.imag:+.6g}i"
+    """Return a multiplier with 6 digits; parts below `ROUNDING` are printed as 0."""
+    real, imaginary = (0.0 if abs(part) < ROUNDING else part for part in (value.real, value.imag))
+    return f"{real:.6g} {imaginary:+.6g}i" if imaginary else f"{real:.6g}"
 
 
 def walk_facts(walk: Rollout) -> dict[str, Any]:
-    """Return a simulated walk as data."""
+    """Return a simulated walk as plain data."""
     return {
         "engine": walk.engine,
         "stop": walk.stop.key,
@@ -95,7 +103,7 @@ def walk_facts(walk: Rollout) -> dict[str, Any]:
 
 
 def _sequences(walk: Rollout) -> dict[int, str]:
-    """Return the contact sequence of each step that was walked to its end, in time that grows with the steps alone."""
+    """Return the contact sequence of each completed step."""
     phases: dict[int, list[Mode]] = {}
     for segment in walk.motion.segments:
         phases.setdefault(segment.step, []).append(segment.mode)
@@ -104,7 +112,7 @@ def _sequences(walk: Rollout) -> dict[int, str]:
 
 
 def print_walk(walk: Rollout) -> None:
-    """Print the event log of a walk as a table, and why it ended."""
+    """Print the event log of a walk as a table, and the reason of its end."""
     table = Table(box=box.SIMPLE, pad_edge=False, title=f"events (engine {walk.engine})", title_justify="left")
     for column in ("step", "time [s]", "event", "from", "to", "energy lost [J]", "contact sequence of the step"):
         table.add_column(column, no_wrap=column != "contact sequence of the step")
@@ -118,22 +126,21 @@ def print_walk(walk: Rollout) -> None:
 
 
 def print_numbers(numbers: list[dict[str, Any]], remarks: tuple[str, ...]) -> None:
-    """Print computed numbers beside published ones."""
+    """Print computed and published numbers as a table."""
     table = Table(box=box.SIMPLE, pad_edge=False)
-    for column in ("number", "ours", "published", "difference", "agrees", "source"):
-        table.add_column(column, no_wrap=column in ("ours", "published", "difference"))
+    for column in ("number", "computed", "published", "difference", "agrees", "source"):
+        table.add_column(column, no_wrap=column in ("computed", "published", "difference"))
     for n in numbers:
         unit = "" if n["unit"] == "1" else f" {n['unit']}"
-        agrees = "[green]yes[/]" if n["agrees"] else "[red]no[/]"
         table.add_row(
-            escape(n["name"]),
+            n["name"],
             f"{n['value']:.10g}{unit}",
             f"{n['reference']:.10g}{unit}",
             f"{n['difference']:.1e}",
-            agrees,
-            escape(n["source"]),
+            verdict_text("yes" if n["agrees"] else "no", n["agrees"]),
+            n["source"],
         )
     if numbers:
         out.print(table)
     for remark in remarks:
-        out.print(escape(remark))
+        out.print(remark)

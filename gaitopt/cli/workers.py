@@ -1,42 +1,44 @@
-"""Who does the work of a command that runs many: processes of this machine, or a cluster."""
+"""Workers of a command that computes many independent tasks: local processes or the workers of a Dask scheduler."""
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated
-
-import typer
 
 from gaitopt.errors import InputError
-from gaitopt.parallel.dask_executor import DaskCluster
-
-Workers = Annotated[
-    int | None, typer.Option(min=1, max=1024, help="Processes. [one for each processor]", show_default=False)
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://host:8786, whose workers do the work instead."
-    ),
-]
+from gaitopt.parallel.dask_executor import DaskExecutor
+from gaitopt.parallel.execution import Execution, TaskObserver
+from gaitopt.parallel.shared_payload import Prepare
 
 
 @dataclass(frozen=True)
 class WorkerOptions:
-    """What studies are told of it."""
+    """Number of local processes, and the executor that is used instead, if any."""
 
     workers: int
-    executor: DaskCluster | None = None
+    executor: DaskExecutor | None = None
+
+    def execution(self, observer: TaskObserver, prepare: Prepare | None = None) -> Execution:
+        """Return the execution of a study by these workers."""
+        return Execution(workers=self.workers, executor=self.executor, prepare=prepare, observer=observer)
 
 
 @contextmanager
 def worker_options(workers: int | None, scheduler: str | None) -> Iterator[WorkerOptions]:
-    """Yield processes of this machine, one for each processor unless said otherwise, or a connection to a cluster."""
+    """Yield local processes, one per processor by default, or the connection to a scheduler.
+
+    Raises
+    ------
+    InputError
+        If both are given.
+    """
     if scheduler is None:
         yield WorkerOptions(workers or os.cpu_count() or 1)
         return
     if workers is not None:
-        raise InputError("Give --workers or --scheduler: how many workers a cluster has is its own affair.")
-    with DaskCluster(scheduler) as cluster:
-        yield WorkerOptions(1, cluster)
+        raise InputError(
+            "Give --workers or --scheduler, not both: --workers is the number of local processes; "
+            "the scheduler determines the number of its workers."
+        )
+    with DaskExecutor(scheduler) as executor:
+        yield WorkerOptions(1, executor)

@@ -15,7 +15,7 @@ from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
-from gaitopt.motion.hdf5 import open_hdf5, write_hdf5_atomically
+from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.motion_archive import read_motion, write_motion
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution, Table
@@ -70,7 +70,7 @@ def save(gait: Gait, path: str | Path) -> Path:
     """
     path = Path(path)
     check_gait_suffix(path)
-    with write_hdf5_atomically(path) as file:
+    with write_hdf5(path) as file:
         write_gait(file, gait)
     return path
 
@@ -134,7 +134,7 @@ def load(path: str | Path) -> Gait:
         raise ArchiveError(
             f"{path} is a script, not a gait; run 'gaitopt solve {path}' first and name the file it writes."
         )
-    with open_hdf5(path, KIND, VERSION) as file:
+    with read_hdf5(path, KIND, VERSION) as file:
         return read_gait(file)
 
 

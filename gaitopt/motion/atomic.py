@@ -11,7 +11,10 @@ from gaitopt.errors import ArchiveError, InputError
 
 @contextmanager
 def write_atomically(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path` that takes its place when the block succeeds, and vanishes if it fails.
+    """Yield a temporary path beside `path` that replaces it if the block succeeds, and is removed if it fails.
+
+    The file reaches the disk before it is renamed, and the folder after: also if the machine loses its power, `path`
+    holds the old content or the new one.
 
     Raises
     ------
@@ -33,11 +36,23 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
         umask = os.umask(0)
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
+        _sync(temporary, os.O_RDWR)
         temporary.replace(path)
+        if os.name == "posix":  # Windows cannot open a folder
+            _sync(path.parent, os.O_RDONLY)
     except OSError as error:
         raise ArchiveError(f"Cannot write {path}: {error.strerror or error}.") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _sync(path: Path, flags: int) -> None:
+    """Wait until a file or a folder has reached the disk."""
+    handle = os.open(path, flags)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def reserve(path: Path, size: int) -> None:

@@ -1,9 +1,15 @@
-"""What is to be said of a gait, in the sequences every table of it uses: a terminal's, a page's, a notebook's."""
+"""The facts of a gait in words, the same in every table: on a terminal, in a report, in a notebook."""
 
 from gaitopt.motion.gait import Gait
 from gaitopt.status import Status
 
 Facts = list[tuple[str, str]]
+
+ROUNDING = 1e-9
+"""Margins smaller than this are rounding errors and are printed as 0."""
+
+RELAXATIONS = {"l1_penalty": "exact penalty", "scholtes": "Scholtes", "fischer_burmeister": "Fischer-Burmeister"}
+"""Names of relaxations in tables."""
 
 
 def tabulate_gait(gait: Gait) -> Facts:
@@ -25,7 +31,8 @@ def tabulate_gait(gait: Gait) -> Facts:
         ("status", f"{gait.status.key}: {gait.status.hint}"),
         ("sequence", str(gait.sequence)),
         *_origin(gait),
-        ("robot", f"{gait.robot}, friction {friction:g}, objective {gait.problem['objective']}"),
+        ("robot", f"{gait.robot}, friction {friction:g}, objective {_objective(gait)}"),
+        *_script(gait),
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED):
         facts += _numbers(gait)
@@ -44,30 +51,60 @@ def _numbers(gait: Gait) -> Facts:
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
         ("phases", ", ".join(f"{phase.mode.value} {phase.duration:.4g} s" for phase in gait.motion.segments)),
-        ("friction margin", f"{gait.friction_margin:.2e} of the cone while sticking"),
+        ("friction margin", f"{_zero(gait.friction_margin):.2e} of the cone while sticking"),
         ("foot slide", f"{1e3 * gait.motion.foot_slide:.3f} mm"),
         ("impact", f"{jump.mode.value}, impulse ratio {jump.ratio:+.4f}"),
         (
             "energy",
-            f"actuators {energy.actuator:.6f} J + gravity {energy.gravity + 0.0:.6f} J = "
+            f"actuators {energy.actuator:.6f} J + gravity {round(energy.gravity, 6) + 0.0:.6f} J = "
             f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J, "
-            f"closing error {energy.relative_residual:.1e}",
+            f"balance error {energy.relative_residual:.1e}",
         ),
         ("replay", _replay(gait)),
     ]
 
 
 def _origin(gait: Gait) -> Facts:
-    """Return how the contact sequence was found, where it was left open."""
+    """Return how the contact sequence was found, if it was left open."""
     proposal = gait.proposal
     if proposal is None:
         return []
-    found = (
-        f"for '{proposal.sequence}' by {proposal.relaxation}, {len(proposal.steps)} steps, complementarity residual "
-        f"{proposal.complementarity:.1e}; cost {proposal.cost_before:.6g}, closed {proposal.cost_after:.6g}"
+    relaxation = RELAXATIONS.get(proposal.relaxation, proposal.relaxation)
+    origin = (
+        f"from '{proposal.sequence}' ({relaxation}, {len(proposal.steps)} steps, complementarity "
+        f"{proposal.complementarity:.1e}); relaxed cost {proposal.cost_before:.6g}, "
+        f"this sequence {proposal.cost_after:.6g}"
     )
-    facts = [("found", found), ("stationarity", proposal.stationarity)]
+    facts = [("contact sequence found", origin), ("stationarity", proposal.stationarity)]
     return [*facts, ("doubt", proposal.reason)] if proposal.reason else facts
+
+
+def _objective(gait: Gait) -> str:
+    """Return the name of the objective with its parameters."""
+    parameters = gait.problem.get("objective_parameters")
+    values = ", ".join(f"{name} {value}" for name, value in (parameters or {}).items())
+    return f"{gait.problem['objective']} ({values})" if values else gait.problem["objective"]
+
+
+def _script(gait: Gait) -> Facts:
+    """Return the script the problem comes from: file, digest, the parameters that were set and the other ones."""
+    script = gait.problem.get("script")
+    if not script:
+        return []
+    parts: Facts = [("script", f"{script['file']}, SHA-256 {script['sha256']}")]
+    values = {name: f"{name}={value}" for name, value in script["parameters"].items()}
+    for label, names in (
+        ("set", script["set"]),
+        ("script defaults", [name for name in values if name not in script["set"]]),
+    ):
+        if names:
+            parts.append((label, ", ".join(values[name] for name in names)))
+    return parts
+
+
+def _zero(value: float) -> float:
+    """Return a value, or 0 if it is smaller than `ROUNDING`."""
+    return 0.0 if abs(value) < ROUNDING else value
 
 
 def _replay(gait: Gait) -> str:

@@ -19,7 +19,7 @@ READERS = {
 
 
 @contextmanager
-def write_hdf5_atomically(path: str | Path) -> Iterator[h5py.File]:
+def write_hdf5(path: str | Path) -> Iterator[h5py.File]:
     """Yield an HDF5 file to fill, which takes the place of `path` when the block succeeds.
 
     It is filled in memory: the HDF5 library does not survive a disk that is full (segmentation fault, 1.14).
@@ -31,7 +31,7 @@ def write_hdf5_atomically(path: str | Path) -> Iterator[h5py.File]:
 
     Examples
     --------
-    >>> with write_hdf5_atomically("note.h5") as file:
+    >>> with write_hdf5("note.h5") as file:
     ...     file.attrs["note"] = "whole"
     >>> Path("note.h5").unlink()
     """
@@ -44,7 +44,7 @@ def write_hdf5_atomically(path: str | Path) -> Iterator[h5py.File]:
 
 
 @contextmanager
-def open_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     """Yield an HDF5 file to read.
 
     Parameters
@@ -62,7 +62,7 @@ def open_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
 
     Examples
     --------
-    >>> with open_hdf5("nowhere.h5", "gait", 2):
+    >>> with read_hdf5("nowhere.h5", "gait", 2):
     ...     pass
     Traceback (most recent call last):
     ...

@@ -1,7 +1,9 @@
+from gaitopt.ocp.methods import transcription_named as transcription_named
 from gaitopt.ocp.mode_search.homotopy import Homotopy as Homotopy
 from gaitopt.ocp.nlp.active_set import Newton as Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt as Ipopt
 from gaitopt.ocp.problem import GaitProblem as GaitProblem
+from gaitopt.ocp.provenance import ScriptRecord as ScriptRecord
 from gaitopt.ocp.solve.passive_gait import passive_cycle as passive_cycle
 from gaitopt.ocp.solver import solve as solve
 from gaitopt.ocp.statement.criteria import CostOfTransport as CostOfTransport

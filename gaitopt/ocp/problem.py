@@ -11,6 +11,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.ocp.provenance import ScriptRecord, plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
@@ -46,6 +47,8 @@ class GaitProblem:
     transcription : Collocation or MultipleShooting
     name : str
         For people.
+    script : ScriptRecord or None
+        The script that states the problem, for the record of the gait.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class GaitProblem:
     guess: Guess | None = None
     transcription: Method = field(default_factory=Collocation)
     name: str = "gait"
+    script: ScriptRecord | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -146,6 +150,8 @@ class GaitProblem:
             "robot": self.robot.name,
             "sequence": str(self.sequence),
             "objective": self.objective.name,
+            "objective_parameters": plain_fields(self.objective),
+            "objective_unit": self.objective.unit,
             **self.values,
             "slope": _plain(self.slope),
             "speed": _plain(self.speed),
@@ -168,6 +174,7 @@ class GaitProblem:
             "transcription": self.transcription.name,
             "tolerance": self.transcription.tolerance,
             "intervals": list(self.transcription.intervals_for(self.sequence)),
+            "script": self.script and self.script.describe(),
         }
 
     def _check_parts(self) -> None:

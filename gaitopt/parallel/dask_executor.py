@@ -1,4 +1,4 @@
-"""Dask clusters: workers on many machines, led by a scheduler."""
+"""Dask: the workers of a scheduler, on one machine or many, as an executor."""
 
 import logging
 import pickle
@@ -6,136 +6,140 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from importlib import metadata
 from typing import Any
 
-from gaitopt import __version__
 from gaitopt.errors import GaitoptError, InputError
 
-CONNECT, HIRE = 5.0, 60.0
-"""How long a scheduler may take to answer, and a cluster may be without any worker [s]."""
+ANSWER, WORKER_TIMEOUT = 5.0, 60.0
+"""Time in which a scheduler must answer, and in which one without workers must get some [s]."""
 
-_LOOK = 2.0
-"""How often the workers are counted [s]."""
+_COUNT_INTERVAL = 2.0
+"""Time between two counts of the workers [s]."""
 
-_GO_ON = "A study with an output file has kept what was finished: run the same again to go on."
+_RESUME = "Completed results are saved in the output file if one was given; run the same study again to resume."
 
-_ALONE = threading.Lock()
+_one_call = threading.Lock()
 
 
-class DaskCluster(Executor):
-    """The workers of a Dask scheduler, to be given to a study as its `executor`.
+class DaskExecutor(Executor):
+    """The workers of a Dask scheduler, for ``Execution(executor=...)``.
 
-    Needs ``pip install 'gaitopt[cluster]'`` here and where the workers run.  A worker takes one task at a time and
-    starts as a process of one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.  Tasks of a worker that dies
-    are done by others; workers may come and go.
+    Needs ``pip install 'gaitopt[cluster]'`` here and where the workers run.  A worker takes one task at a time and is a
+    process of one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.  Tasks of a worker that dies are done by
+    others; workers may come and go.
 
     Parameters
     ----------
     address : str
-        Of the scheduler, such as ``tcp://host:8786``.
-    hire : float
-        How long there may be no worker at all [s].
+        Address of the scheduler, such as ``tcp://host:8786``.
+    worker_timeout : float
+        Longest time without any worker [s].
 
     Raises
     ------
     InputError
-        If no scheduler answers at the address within seconds, or its workers run several threads or another gaitopt.
+        If no scheduler answers at the address within seconds, or its workers run several threads or another version of
+        gaitopt.
     GaitoptError
-        If no worker comes.
+        If no worker comes in time.
 
     Examples
     --------
-    >>> with DaskCluster("here") as cluster:
+    >>> with DaskExecutor("somewhere") as executor:
     ...     pass
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: 'here' is no address of a Dask scheduler; one looks like tcp://host:8786.
+    gaitopt.errors.InputError: 'somewhere' is not an address of a Dask scheduler, such as tcp://host:8786.
     """
 
-    def __init__(self, address: str, *, hire: float = HIRE) -> None:
+    def __init__(self, address: str, *, worker_timeout: float = WORKER_TIMEOUT) -> None:
         self.address = address
-        self._hire = hire
-        self._client = _connected(address)
-        self._workers, self._counted, self._seen = 0, -_LOOK, time.monotonic()
+        self._worker_timeout = worker_timeout
+        self._client = _connect(address)
+        self._workers, self._counted, self._seen = 0, -_COUNT_INTERVAL, time.monotonic()
         try:
-            while not self.workers():
+            while not self.count_workers():
                 time.sleep(0.1)
             _check_workers(self._client)
         except BaseException:
             self.shutdown()
             raise
 
-    def workers(self) -> int:
-        """Return the number of workers, as counted a moment ago.
+    def count_workers(self) -> int:
+        """Return the number of workers, at most two seconds old.
 
         Raises
         ------
         GaitoptError
-            If the scheduler is lost, or there has been no worker for long.
+            If the scheduler is lost, or it has had no worker for too long.
         """
         now = time.monotonic()
         if not self._connected:
             raise self._lost()
-        if now - self._counted >= _LOOK:
+        if now - self._counted >= _COUNT_INTERVAL:
             try:
-                self._workers = len(self._client.nthreads())
+                threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER)
             except (OSError, TimeoutError, RuntimeError) as error:
                 raise self._lost() from error
-            self._counted = now
+            self._workers, self._counted = len(threads), now
             if self._workers:
                 self._seen = now
-        if not self._workers and now - self._seen > self._hire:
+        if not self._workers and now - self._seen > self._worker_timeout:
             raise GaitoptError(
-                f"The scheduler at {self.address} has had no workers for {self._hire:.0f} s; start some: "
-                f"dask worker {self.address} --nworkers 4 --nthreads 1. {_GO_ON}"
+                f"The scheduler at {self.address} has had no workers for {self._worker_timeout:.0f} s; start some: "
+                f"dask worker {self.address} --nworkers 4 --nthreads 1. {_RESUME}"
             )
         return self._workers
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future:
-        """Hand over a call; what it is given and returns is pickled here and there, and opaque to Dask.
+        """Submit a call, pickled here and there so that the scheduler need not import what it is made of.
 
-        The future raises BrokenExecutor if worker after worker died of it, GaitoptError if the scheduler is lost.
+        The future raises BrokenExecutor if one worker after another died of the call, GaitoptError if the scheduler is
+        lost.
         """
-        outer: Future = Future()
-        self._send(pickle.dumps((function, arguments, options)), outer)
-        return outer
+        import cloudpickle
+
+        future: Future = Future()
+        self._send(cloudpickle.dumps((function, arguments, options)), future)
+        return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster, which goes on without us; what is under way is forgotten."""
+        """Disconnect; the scheduler and its workers stay, calls under way are dropped."""
         log = logging.getLogger("distributed.client")
-        former, log.disabled = log.disabled, True  # of attempts to reach a lost scheduler, given up here
+        former, log.disabled = log.disabled, True  # it reports attempts to reach a lost scheduler
         try:
             self._client.close(timeout=2)
         finally:
             log.disabled = former
 
-    def _send(self, call: bytes, outer: Future) -> None:
-        inner = self._client.submit(_perform, call, pure=False)
-        outer.add_done_callback(lambda done: inner.cancel() if done.cancelled() else None)
-        inner.add_done_callback(lambda done: self._hand_on(done, call, outer))
+    def _send(self, call: bytes, future: Future) -> None:
+        remote = self._client.submit(_perform, call, pure=False)
+        future.add_done_callback(lambda done: remote.cancel() if done.cancelled() else None)
+        remote.add_done_callback(lambda done: self._receive(done, call, future))
 
-    def _hand_on(self, inner: Any, call: bytes, outer: Future) -> None:
-        """Give the outcome of a call to its future; a result that died with its worker before we had it is redone."""
+    def _receive(self, remote: Any, call: bytes, future: Future) -> None:
+        """Resolve the future of a call; a call whose result was lost with its worker is sent again."""
         from distributed import KilledWorker
         from distributed.comm import CommClosedError
 
-        if outer.cancelled():
+        if future.cancelled():
             return
         try:
-            answer = pickle.loads(inner.result())
+            answer = pickle.loads(remote.result())
         except CancelledError:
             if self._connected:
-                self._send(call, outer)
+                self._send(call, future)
             else:
-                _settle(outer, error=self._lost())
+                _resolve(future, error=self._lost())
         except KilledWorker as error:
-            _settle(outer, error=BrokenExecutor(str(error)))
-        except CommClosedError:  # the client may not know yet that it is no longer connected
-            _settle(outer, error=self._lost())
-        except BaseException as error:  # the task's own, or what came of a lost connection
-            _settle(outer, error=error if self._connected else self._lost())
+            _resolve(future, error=BrokenExecutor(str(error)))
+        except CommClosedError:  # the client may not know yet that it is disconnected
+            _resolve(future, error=self._lost())
+        except BaseException as error:  # raised by the task, or by a lost connection
+            _resolve(future, error=error if self._connected else self._lost())
         else:
-            _settle(outer, answer)
+            _resolve(future, answer)
 
     @property
     def _connected(self) -> bool:
@@ -143,44 +147,69 @@ class DaskCluster(Executor):
 
     def _lost(self) -> GaitoptError:
         return GaitoptError(
-            f"The Dask scheduler at {self.address} was lost. {_GO_ON} Start it and its workers anew before, or leave "
-            "the scheduler out to use this machine."
+            f"The Dask scheduler at {self.address} was lost. {_RESUME} Start the scheduler and its workers first, or "
+            "use the processes of this machine instead."
         )
 
 
-def _connected(address: str) -> Any:
-    """Return a Dask client, or raise InputError that says why there is none."""
+def _connect(address: str) -> Any:
+    """Return a Dask client; InputError if no scheduler answers in time."""
     try:
         from distributed import Client
     except ImportError:
         raise InputError("Dask is not installed: pip install 'gaitopt[cluster]'.") from None
-    if not address.rpartition(":")[2].isdigit():
-        raise InputError(f"{address!r} is no address of a Dask scheduler; one looks like tcp://host:8786.")
+    if not (isinstance(address, str) and address.rpartition(":")[2].isdigit()):
+        raise InputError(f"{address!r} is not an address of a Dask scheduler, such as tcp://host:8786.")
+    import asyncio
+    from concurrent.futures import ThreadPoolExecutor
+
     try:
-        return Client(address, timeout=CONNECT, set_as_default=False, name="gaitopt")
-    except (OSError, TimeoutError, ValueError) as error:
+        # A client waits for ever for a port that accepts connections and never answers; and in a notebook, this
+        # thread already runs an event loop.
+        with ThreadPoolExecutor(1) as thread:
+            kind = thread.submit(asyncio.run, _ask_kind(address)).result()
+        if kind != "Scheduler":
+            raise InputError(f"{address} is the address of a Dask {kind.lower()}; give that of its scheduler.")
+        return Client(address, timeout=ANSWER, set_as_default=False, name="gaitopt")
+    except InputError:
+        raise
+    except Exception as error:  # OSError, or whatever the transport named in the address raises
+        reason = f"no answer within {ANSWER:g} s" if isinstance(error, TimeoutError) else error
         raise InputError(
-            f"No Dask scheduler answers at {address} ({error}). Start one with 'dask scheduler', which tells its "
-            "address, and look whether a firewall is in between."
+            f"No Dask scheduler answers at {address} ({reason}). Start one with 'dask scheduler', which prints its "
+            "address, and check firewalls in between."
         ) from error
 
 
+async def _ask_kind(address: str) -> str:
+    """Return what answers at an address, ``"Scheduler"`` for example."""
+    import asyncio
+
+    from distributed.core import rpc
+
+    async def ask() -> str:
+        async with rpc(address, timeout=ANSWER) as remote:
+            return str((await remote.identity())["type"])
+
+    return await asyncio.wait_for(ask(), ANSWER)
+
+
 def _check_workers(client: Any) -> None:
-    """Raise InputError unless all workers are processes of one thread that run this gaitopt."""
-    threads = client.nthreads()
-    if any(count > 1 for count in threads.values()):
+    """Raise InputError unless all workers are processes of one thread with this version of gaitopt."""
+    if any(count > 1 for count in client.nthreads().values()):
         raise InputError(
-            "The workers of this scheduler do several tasks at once in threads, which the optimiser cannot: start them "
-            "with --nthreads 1, and as many of them as there are cores with --nworkers."
+            "The workers of this scheduler run several tasks in threads of one process, which the optimiser does not "
+            "support: start them with --nthreads 1, and one per core with --nworkers."
         )
-    for worker, answer in client.run(_version, on_error="return").items():
+    expected = _installed_version()
+    for worker, answer in client.run(_installed_version, on_error="return").items():
         if isinstance(answer, ImportError):
-            raise InputError(f"The worker {worker} has no gaitopt ({answer}); install gaitopt {__version__} there.")
-        if isinstance(answer, str) and answer != __version__:
-            raise InputError(f"The worker {worker} runs gaitopt {answer}, this is {__version__}; install the same.")
+            raise InputError(f"The worker {worker} has no gaitopt ({answer}); install gaitopt {expected} there.")
+        if isinstance(answer, str) and answer != expected:
+            raise InputError(f"The worker {worker} runs gaitopt {answer}, this is {expected}; install the same there.")
 
 
-def _settle(future: Future, result: Any = None, error: BaseException | None = None) -> None:
+def _resolve(future: Future, result: Any = None, error: BaseException | None = None) -> None:
     if future.set_running_or_notify_cancel():
         if error is None:
             future.set_result(result)
@@ -188,12 +217,14 @@ def _settle(future: Future, result: Any = None, error: BaseException | None = No
             future.set_exception(error)
 
 
-def _version() -> str:
-    return __version__
+def _installed_version() -> str:
+    return metadata.version("gaitopt")
 
 
 def _perform(call: bytes) -> bytes:
     """Do a call in a worker, one at a time however many threads it has."""
-    with _ALONE:
+    import cloudpickle
+
+    with _one_call:
         function, arguments, options = pickle.loads(call)
-        return pickle.dumps(function(*arguments, **options))
+        return bytes(cloudpickle.dumps(function(*arguments, **options)))

@@ -1,118 +1,133 @@
-"""Crews: who does the tasks, own processes, somebody else's executor or a cluster."""
+"""Executors of tasks: processes of this machine, or an executor that the user provides."""
 
 import os
-import signal
 import tempfile
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor, Executor, Future
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import GaitoptError
-from gaitopt.parallel.dask_executor import DaskCluster
-from gaitopt.parallel.shared_payload import Prepare, SharedPayload, Work, call, call_with_payload, init_worker
+from gaitopt.interrupts import block_interrupts
+from gaitopt.parallel.dask_executor import DaskExecutor
+from gaitopt.parallel.shared_payload import Prepare, SharedPayload, Work, call_in_worker, call_with_payload, init_worker
+
+if TYPE_CHECKING:
+    from loky import ProcessPoolExecutor
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
+_STARTS = 3
+"""Attempts to start workers that survive until their first task."""
 
-class WorkerPool(ABC):
-    """Takes tasks one by one; a context that ends with everybody sent home."""
+
+class TaskExecutor(ABC):
+    """Runs tasks one by one; a context that shuts its workers down."""
 
     most_deaths: int
-    """How often workers may die of a task, alone, before it is given up."""
+    """How many workers may die of one task, running alone, before it is given up."""
 
     @abstractmethod
-    def room(self) -> int:
-        """Return how many tasks are worth handing over at once; raises GaitoptError if there is nobody left."""
+    def capacity(self) -> int:
+        """Return how many tasks are worth submitting at a time; raises GaitoptError if no worker is left."""
 
     @abstractmethod
     def submit(self, argument: Any, needed: list[Any]) -> Future:
-        """Hand over a task."""
+        """Submit a task; raises BrokenExecutor if a worker has died."""
 
     @abstractmethod
-    def renew(self) -> None:
-        """Replace the crew after a worker died."""
+    def restart(self) -> None:
+        """Replace the workers after one has died."""
 
     @abstractmethod
-    def dismiss(self, *, at_once: bool) -> None:
-        """Send everybody home, in the middle of their tasks if `at_once`."""
+    def shutdown(self, *, kill: bool) -> None:
+        """End the workers, with `kill` in the middle of their tasks."""
 
-    def __enter__(self) -> "WorkerPool":
+    def __enter__(self) -> "TaskExecutor":
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.dismiss(at_once=kind is not None)
+        self.shutdown(kill=kind is not None)
 
 
-class ProcessPool(WorkerPool):
-    """Fresh processes of this machine, one thread of linear algebra each, deaf to Ctrl-C, gone when we are gone.
+class LocalProcesses(TaskExecutor):
+    """Processes of this machine with one thread of linear algebra each; Ctrl-C does not reach them.
 
-    Forking a process that holds compiled code and threads is not safe, so they are spawned.
+    They exit when this process ends.  Processes are started afresh: forking one that holds compiled code and threads is
+    not safe.
     """
 
     most_deaths = 3
 
     def __init__(self, workers: int, work: Work, shared: Any, prepare: Prepare | None = None) -> None:
-        self._workers, self._work, self._prepare = workers, work, prepare
-        parcel = SharedPayload.of(shared)
-        self._digest, self._folder = parcel.digest, tempfile.TemporaryDirectory(prefix="gaitopt-")
-        self._file = Path(self._folder.name) / "shared.pickle"
-        self._file.write_bytes(parcel.content)
-        self._pool = self._open()
+        from multiprocessing import Pipe, resource_tracker
 
-    def room(self) -> int:
-        """Return two tasks for each process, so that none waits for us."""
+        self._workers, self._work = workers, work
+        payload = SharedPayload.pack(shared, prepare)
+        self._digest, self._folder = payload.digest, tempfile.TemporaryDirectory(prefix="gaitopt-")
+        # Workers read a file: one that died while it was sent much through a pipe would block this process for ever.
+        self._file = Path(self._folder.name) / "payload.pickle"
+        self._parent, self._own_end = Pipe(duplex=False)  # closes when this process ends
+        try:
+            self._file.write_bytes(payload.content)
+        except OSError as error:
+            self._remove_files()
+            raise GaitoptError(f"Cannot write {self._file} for worker processes: {error.strerror or error}.") from error
+        if os.name == "posix":
+            resource_tracker.ensure_running()  # started later, in block_interrupts, it would lift the block
+        self._pool = self._start_pool()
+
+    def capacity(self) -> int:
+        """Return two tasks for each process, so that none waits for this one."""
         return 2 * self._workers
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
-        """Hand over a task; raises BrokenProcessPool if a worker has died."""
-        with _undisturbed():  # a worker is started when there is work for it
-            return self._pool.submit(call, self._work, self._digest, argument, needed)
+        """Submit a task; raises BrokenExecutor if a worker has died."""
+        with block_interrupts():  # workers start with the first task
+            return self._pool.submit(call_in_worker, self._work, self._digest, argument, needed)
 
-    def renew(self) -> None:
-        """Start anew; raises GaitoptError if processes die whatever they do."""
-        for _ in range(3):
-            self._end(at_once=True)
-            self._pool = self._open()
+    def restart(self) -> None:
+        """Replace the workers; raises GaitoptError if they die before they do any task."""
+        for _ in range(_STARTS):
+            self._pool.shutdown(kill_workers=True)
+            self._pool = self._start_pool()
             try:
-                with _undisturbed():
+                with block_interrupts():
                     first = self._pool.submit(os.getpid)
                 first.result()
                 return
-            except BrokenProcessPool:
+            except BrokenExecutor:
                 continue
         raise GaitoptError(
-            "Worker processes die before they do anything. In a script of your own, start the study under "
-            "'if __name__ == \"__main__\":'; if memory is short, use fewer workers."
+            f"{_STARTS} times in a row, worker processes died before they did anything. If memory is short, use fewer "
+            "workers."
         )
 
-    def dismiss(self, *, at_once: bool) -> None:
-        """End the processes, killing them if `at_once`, and clear away what was laid out for them."""
-        self._end(at_once=at_once)
+    def shutdown(self, *, kill: bool) -> None:
+        """End the processes, with `kill` in the middle of their tasks, and remove their files."""
+        self._pool.shutdown(kill_workers=kill)
+        self._remove_files()
+
+    def _start_pool(self) -> "ProcessPoolExecutor":
+        from loky import ProcessPoolExecutor
+
+        return ProcessPoolExecutor(
+            self._workers,
+            initializer=init_worker,
+            initargs=(self._digest, self._file, self._parent),
+            env=_worker_environment(),
+        )
+
+    def _remove_files(self) -> None:
+        self._parent.close()
+        self._own_end.close()
         self._folder.cleanup()
 
-    def _end(self, *, at_once: bool) -> None:
-        processes = dict(self._pool._processes or {}) if at_once else {}  # there is no public way to end a running task
-        self._pool.shutdown(wait=not at_once, cancel_futures=True)
-        for process in processes.values():
-            process.kill()
-        for process in processes.values():
-            process.join()
 
-    def _open(self) -> ProcessPoolExecutor:
-        # A process that dies while much is being told to it leaves us waiting for ever: it reads a file instead.
-        settings = (self._prepare, self._digest, self._file)
-        return ProcessPoolExecutor(self._workers, get_context("spawn"), initializer=init_worker, initargs=settings)
-
-
-class ExternalPool(WorkerPool):
-    """An executor of the user's, which starts, loses and ends its workers by its own rules."""
+class ExternalExecutor(TaskExecutor):
+    """An executor of the user, which starts, replaces and ends its workers by its own rules."""
 
     most_deaths = 1
 
@@ -120,49 +135,37 @@ class ExternalPool(WorkerPool):
         self, executor: Executor, workers: int, work: Work, shared: Any, prepare: Prepare | None = None
     ) -> None:
         self._executor, self._workers = executor, workers
-        self._task = partial(call_with_payload, work, SharedPayload.of(shared), prepare)
+        self._task = partial(call_with_payload, work, SharedPayload.pack(shared, prepare))
         self._pending: set[Future] = set()
-        self._cluster = executor if isinstance(executor, DaskCluster) else None
+        self._dask = executor if isinstance(executor, DaskExecutor) else None
 
-    def room(self) -> int:
-        """Return two tasks for each worker; those of a cluster may come and go, and new ones are awaited."""
-        return 2 * max(1, self._workers if self._cluster is None else self._cluster.workers())
+    def capacity(self) -> int:
+        """Return two tasks for each worker; workers of a Dask scheduler may come and go."""
+        return 2 * max(1, self._workers if self._dask is None else self._dask.count_workers())
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
-        """Hand over a task."""
+        """Submit a task."""
         future = self._executor.submit(self._task, argument, needed)
         self._pending.add(future)
         future.add_done_callback(self._pending.discard)
         return future
 
-    def renew(self) -> None:
-        """Leave it to a cluster to replace its workers; give up otherwise: only its owner can mend an executor."""
-        if self._cluster is None:
+    def restart(self) -> None:
+        """Leave it to a Dask scheduler to replace its workers; otherwise only the executor's owner could."""
+        if self._dask is None:
             raise GaitoptError(
-                "The executor has lost its workers. A study with an output file has kept what was finished: run the "
-                "same again to go on."
+                "The executor has lost its workers. Completed results are saved in the output file if one was given; "
+                "run the same study again to resume."
             )
 
-    def dismiss(self, *, at_once: bool) -> None:
+    def shutdown(self, *, kill: bool) -> None:
         """Cancel what has not begun; the executor stays open."""
         for future in list(self._pending):
             future.cancel()
 
 
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Start processes that the terminal's Ctrl-C does not reach and whose linear algebra keeps to one thread.
-
-    Both are inherited: the mask of blocked signals, and the environment.
-    """
-    added = [name for name in _THREADS if name not in os.environ]
-    masks = hasattr(signal, "pthread_sigmask")
-    former = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else None
-    os.environ.update(dict.fromkeys(added, "1"))
-    try:
-        yield
-    finally:
-        for name in added:
-            del os.environ[name]
-        if former is not None:
-            signal.pthread_sigmask(signal.SIG_SETMASK, former)
+def _worker_environment() -> dict[str, str]:
+    """Return the environment variables that workers have besides ours."""
+    threads = {name: "1" for name in _THREADS if name not in os.environ}
+    # Compiled functions are kept for later tasks; loky takes that for a leak and would replace the worker.
+    return threads | {"LOKY_MAX_MEMORY_LEAK_SIZE": "1e15"}

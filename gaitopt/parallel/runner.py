@@ -1,26 +1,23 @@
-"""The one way to run many: tasks go to a crew, and their results come back as they are finished."""
+"""Running of tasks: they go to an executor, and their outcomes are yielded as they come."""
 
 import contextlib
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Future, wait
 from typing import Any, Protocol
 
-from gaitopt.parallel.deferred_interrupt import DeferredInterrupt
-from gaitopt.parallel.executors import ExternalPool, ProcessPool, WorkerPool
-from gaitopt.parallel.shared_payload import Prepare, Work
-from gaitopt.parallel.task_graph import Done, Task, TaskQueue
-from gaitopt.parameters import Parameter
+from gaitopt.interrupts import InterruptRecord, hold_interrupt, record_interrupts
+from gaitopt.parallel.execution import Execution, TaskObserver
+from gaitopt.parallel.executors import ExternalExecutor, LocalProcesses, TaskExecutor
+from gaitopt.parallel.shared_payload import Work
+from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
 
-PULSE = 0.5
-"""How often the crew is looked after, and an interrupt answered, while tasks are under way [s]."""
-
-Observer = Callable[[int, int], None]
-"""Called with (tasks done, tasks in all)."""
+POLL_INTERVAL = 0.5
+"""Time between two checks of the workers and of interrupts while tasks are under way [s]."""
 
 
-class Keeper(Protocol):
-    """Takes results in by key, as a mutable mapping does."""
+class ResultStore(Protocol):
+    """Takes results by key, as a mutable mapping does."""
 
     def __contains__(self, key: object) -> bool: ...
 
@@ -33,163 +30,169 @@ def run_tasks(
     shared: Any = None,
     *,
     known: Mapping[str, Any] | None = None,
-    workers: int = 1,
-    executor: Executor | None = None,
-    prepare: Prepare | None = None,
-) -> Generator[Done, None, None]:
-    """Yield each task when it has ended.
+    execution: Execution | None = None,
+) -> Generator[TaskOutcome, None, None]:
+    """Yield the outcome of each task when it has ended.
 
-    What a task is given is decided by the list alone, so that results depend neither on the number of workers nor on
-    who finishes first; only the order in which they come does.  What no later task needs is not held in memory.
+    The inputs of a task follow from the list alone, so results depend neither on the number of workers nor on which of
+    them finishes first; only the order in which they come does.  Results that no later task needs are not kept in
+    memory.
 
     Parameters
     ----------
     work : callable
-        A module's function, called as ``work(shared, argument, *results needed)``.
+        Called as ``work(shared, argument, *results needed)``.
     tasks : sequence of Task
         A task comes after those it needs; of those that may run the first goes first.
     shared : object
-        What every task is given; sent once to each worker.
+        Passed to every task; sent once to each worker.
     known : mapping of str to object, optional
         Results of an earlier run by key: these tasks are not run again, and not yielded.
-    workers : int
-        Processes; with 1 everything is done in this one.
-    executor : concurrent.futures.Executor, optional
-        Runs the tasks instead of own processes: a :class:`DaskCluster`, all its workers, or any other, `workers` tasks
-        at a time.
-    prepare : callable, optional
-        Called in each process before `shared` is unpacked there, to import what it needs.
+    execution : Execution, optional
+        Workers; with one and no executor, tasks run in this process.
 
     Yields
     ------
-    Done
-        With `failure` set if the task's worker died again and again; tasks that need its result are given None.
+    TaskOutcome
+        With `failure` set if the task's worker died repeatedly; tasks that need its result receive None.
 
     Raises
     ------
     InputError
-        If there are no workers, tasks are in no order, or `shared` cannot be sent to a process.
+        If a task comes before one it needs, or `shared` cannot be sent to a process.
     GaitoptError
-        If nobody is left to do the tasks.
+        If no worker is left, or a worker cannot load `shared`.
 
     Examples
     --------
     >>> import math
-    >>> [done.result for done in run_tasks(math.pow, [Task("square", 2), Task("cube", 3)], 10)]
+    >>> [outcome.result for outcome in run_tasks(math.pow, [Task("square", 2), Task("cube", 3)], 10)]
     [100.0, 1000.0]
     """
-    Parameter("workers", 1, "1", "", lower=1, whole=True).check(workers)
-    agenda = TaskQueue(tasks, known or {})
-    if executor is None and (workers == 1 or len(agenda) <= 1):
-        while (task := agenda.next()) is not None:
-            yield agenda.finish(Done(task, work(shared, task.argument, *agenda.needed(task))))
+    execution = execution or Execution()
+    queue = TaskQueue(tasks, known or {})
+    workers, prepare = execution.workers, execution.prepare
+    if execution.executor is None and (workers == 1 or len(queue) <= 1):
+        yield from _run_here(work, shared, queue)
         return
-    crew: WorkerPool
-    if executor is None:
-        crew = ProcessPool(workers, work, shared, prepare)
+    executor: TaskExecutor
+    if execution.executor is None:
+        executor = LocalProcesses(workers, work, shared, prepare)
     else:
-        crew = ExternalPool(executor, workers, work, shared, prepare)
-    with crew, DeferredInterrupt() as interrupt:
-        yield from _led(crew, agenda, interrupt)
+        executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
+    with executor, hold_interrupt() as interrupt:
+        yield from _run_on(executor, queue, interrupt)
 
 
 def collect_tasks(
-    running: Generator[Done, None, None],
-    kept: Keeper,
+    running: Generator[TaskOutcome, None, None],
+    results: ResultStore,
     planned: Sequence[Task],
-    observer: Observer | None,
+    observer: TaskObserver | None,
 ) -> dict[str, str]:
-    """Keep the results of tasks by key as they come, until all have or an interrupt; return those lost, with reasons.
+    """Store the results of tasks by key as they come, until the last or an interrupt; return failures by key.
 
     Parameters
     ----------
     running : generator
         From :func:`run_tasks`.
-    kept : Keeper
-        A dict, for example; what is there already counts as done.
+    results : ResultStore
+        A dict, for example; keys it holds already count as done.
     planned : sequence of Task
     observer : callable, optional
         Called with (tasks done, tasks in all).
     """
-    lost: dict[str, str] = {}
-    count = sum(task.key in kept for task in planned)
+    failures: dict[str, str] = {}
+    count = sum(task.key in results for task in planned)
     with contextlib.closing(running), contextlib.suppress(KeyboardInterrupt):
-        for done in running:
-            if done.failure:
-                lost[done.task.key] = done.failure
+        for outcome in running:
+            if outcome.failure:
+                failures[outcome.task.key] = outcome.failure
             else:
-                kept[done.task.key] = done.result
+                results[outcome.task.key] = outcome.result
             count += 1
             if observer is not None:
                 observer(count, len(planned))
-    return lost
+    return failures
 
 
-def _led(crew: WorkerPool, agenda: TaskQueue, interrupt: DeferredInterrupt) -> Iterator[Done]:
-    """Keep a crew busy until nothing is left to do.
+def _run_here(work: Work, shared: Any, queue: TaskQueue) -> Iterator[TaskOutcome]:
+    """Do the tasks in this process; an interrupt that a task has lost is raised after it."""
+    while (task := queue.next()) is not None:
+        with record_interrupts() as interrupt:
+            try:
+                result = work(shared, task.argument, *queue.needed_results(task))
+            finally:
+                interrupt.check()
+        yield queue.finish(TaskOutcome(task, result))
 
-    When a worker dies, nobody knows over which of the tasks at hand.  They are tried again one at a time: a task that
-    is alone when its worker dies is the guilty one.
+
+def _run_on(executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord) -> Iterator[TaskOutcome]:
+    """Keep an executor busy until no task is left.
+
+    When a worker dies, any of the tasks under way may be the cause.  They are run again one at a time: a task that runs
+    alone when its worker dies is the cause.
     """
     running: dict[Future, Task] = {}
-    suspects: deque[Task] = deque()
+    to_isolate: deque[Task] = deque()
     deaths: Counter[str] = Counter()
     while True:
-        alone = bool(suspects)
-        while len(running) < (1 if alone else crew.room()):
-            task = suspects.popleft() if suspects else agenda.next()
+        isolated = bool(to_isolate)
+        while len(running) < (1 if isolated else executor.capacity()):
+            task = to_isolate.popleft() if to_isolate else queue.next()
             if task is None:
                 break
-            running[_submitted(crew, agenda, task)] = task
+            running[_submit(executor, queue, task)] = task
         if not running:
             return
         lost = []
-        for future in _ended(crew, running, interrupt):
+        for future in _wait_for_ended(executor, running, interrupt):
             task = running.pop(future)
-            if _broken(future):
+            if _lost_its_worker(future):
                 lost.append(task)
             else:
-                yield agenda.finish(Done(task, future.result()))
+                yield queue.finish(TaskOutcome(task, future.result()))
         if lost:
-            crew.renew()
-            deaths.update(task.key for task in lost if alone)
-            if deaths[lost[0].key] >= crew.most_deaths:
-                reason = "process after process died of it; memory may be short"
-                yield agenda.finish(Done(lost.pop(0), None, reason))
-            suspects.extendleft(lost)
+            executor.restart()
+            deaths.update(task.key for task in lost if isolated)
+            if deaths[lost[0].key] >= executor.most_deaths:
+                reason = "one worker process after another died of it; memory may be short"
+                yield queue.finish(TaskOutcome(lost.pop(0), None, reason))
+            to_isolate.extendleft(lost)
 
 
-def _submitted(crew: WorkerPool, agenda: TaskQueue, task: Task) -> Future:
+def _submit(executor: TaskExecutor, queue: TaskQueue, task: Task) -> Future:
     try:
-        return crew.submit(task.argument, agenda.needed(task))
-    except BrokenExecutor as error:  # a worker died since the last look
+        return executor.submit(task.argument, queue.needed_results(task))
+    except BrokenExecutor as error:  # a worker died since the last check
         future: Future = Future()
         future.set_exception(error)
         return future
 
 
-def _ended(crew: WorkerPool, running: Mapping[Future, Task], interrupt: DeferredInterrupt) -> list[Future]:
-    """Wait for a future at least, and return what has ended, successes first: they are kept whatever comes after.
+def _wait_for_ended(executor: TaskExecutor, running: Mapping[Future, Task], interrupt: InterruptRecord) -> list[Future]:
+    """Wait for one future at least, and return those that have ended, successes first: they are kept in any case.
 
-    When a worker died all futures are waited for, which are lost with it, or end elsewhere.
+    If a worker died all futures are waited for, which are lost with it, or end elsewhere.
     """
-    ended = _waited(crew, running, FIRST_COMPLETED, interrupt)
-    if any(map(_broken, ended)):
-        ended = _waited(crew, running, ALL_COMPLETED, interrupt)
+    ended = _wait(executor, running, FIRST_COMPLETED, interrupt)
+    if any(map(_lost_its_worker, ended)):
+        ended = _wait(executor, running, ALL_COMPLETED, interrupt)
     return sorted(ended, key=_failed)
 
 
-def _waited(crew: WorkerPool, running: Mapping[Future, Task], until: str, interrupt: DeferredInterrupt) -> set[Future]:
+def _wait(
+    executor: TaskExecutor, running: Mapping[Future, Task], until: str, interrupt: InterruptRecord
+) -> set[Future]:
     while True:
-        now = wait(running, PULSE, until)
-        interrupt.answer()
+        now = wait(running, POLL_INTERVAL, until)
+        interrupt.check()
         if not now.not_done or (until == FIRST_COMPLETED and now.done):
             return now.done
-        crew.room()  # raises if there is nobody left
+        executor.capacity()  # raises if no worker is left
 
 
-def _broken(future: Future) -> bool:
-    """Whether a future ended because its worker did."""
+def _lost_its_worker(future: Future) -> bool:
     return future.cancelled() or isinstance(future.exception(), BrokenExecutor)
 
 

@@ -1,105 +1,134 @@
-"""What all tasks of a study share: packed once here, unpacked once in each worker, where the tasks are done."""
+"""The object that all tasks share: pickled once here, unpickled once in each worker."""
 
 import hashlib
 import os
 import pickle
+import shutil
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing import parent_process
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 Work = Callable[..., Any]
-"""Called as ``work(shared, argument, *results needed)``; a function of a module, so that a worker can find it."""
+"""Called as ``work(shared, argument, *results needed)``."""
 
 Prepare = Callable[[], object]
+"""Called in a worker to import what the shared object needs."""
 
 
 @dataclass(frozen=True)
 class SharedPayload:
-    """What every task is given, packed once."""
+    """An object that every task receives, pickled with what prepares a worker for it.
+
+    Attributes
+    ----------
+    digest : str
+    content : bytes
+    """
 
     digest: str
     content: bytes
 
     @classmethod
-    def of(cls, shared: Any) -> "SharedPayload":
-        """Pack an object.
+    def pack(cls, shared: Any, prepare: Prepare | None = None) -> "SharedPayload":
+        """Pickle an object; functions and classes of notebooks and of other functions are pickled by value.
 
         Raises
         ------
         InputError
-            If it cannot be sent to another process.
+            If it cannot be pickled.
         """
+        import cloudpickle
+
         try:
-            content = pickle.dumps(shared)
-        except Exception as error:  # whatever a user's own classes do when pickled
-            raise InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})") from error
+            content = cloudpickle.dumps((prepare, cloudpickle.dumps(shared)))
+        except Exception as error:  # whatever custom classes raise when they are pickled
+            raise InputError(
+                f"The problem cannot be sent to worker processes ({_describe(error)}): it must not hold threads, "
+                "locks, open files or other things of this process. Remove them, or use workers=1."
+            ) from error
         return cls(hashlib.sha256(content).hexdigest(), content)
 
 
-_UNSENDABLE = (
-    "The problem cannot be sent to worker processes: put your own classes and functions at the top level of a module "
-    "or problem script, not in a notebook or another function, or use workers=1."
-)
+_unpickled: dict[str, Any] = {}
+"""In a worker: the shared object by the digest of its payload; an exception if it could not be prepared."""
+
+_unpickling = threading.Lock()
 
 
-_UNPACKED: dict[str, Any] = {}
-"""In a worker: the object every task is given, by its digest."""
-
-_UNPACKING = threading.Lock()
-
-
-def init_worker(prepare: Prepare | None, digest: str, file: Path) -> None:
-    """Begin a worker's life: follow the parent into death, import what is needed, unpack what is shared."""
-    threading.Thread(target=_follow_parent, daemon=True).start()
+def init_worker(digest: str, file: Path, parent: "Connection") -> None:
+    """Initialise a worker process: exit with the parent, import dependencies, unpickle the shared object."""
+    threading.Thread(target=_exit_with_parent, args=(parent, file.parent), daemon=True).start()
     try:
+        prepare, content = pickle.loads(file.read_bytes())
         if prepare is not None:
             prepare()
-        _unpack(digest, file.read_bytes())
-    except Exception as error:  # told when the first task is done, instead of dying without a word
-        _UNPACKED[digest] = InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})")
+        _unpickled[digest] = pickle.loads(content)
+    except GaitoptError as error:
+        _unpickled[digest] = error
+    except Exception as error:  # raised by the first task, because a worker that dies here cannot report it
+        _unpickled[digest] = _start_error(error)
 
 
-def _follow_parent() -> None:
-    """End this process when its parent has ended, however that ended: nobody else would."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+def call_in_worker(work: Work, digest: str, argument: Any, needed: list[Any]) -> Any:
+    """Do a task in a worker that :func:`init_worker` has prepared."""
+    return work(_shared(digest), argument, *needed)
 
 
-def _unpack(digest: str, content: bytes) -> None:
-    _UNPACKED.clear()
-    _UNPACKED[digest] = pickle.loads(content)
+def call_with_payload(work: Work, payload: SharedPayload, argument: Any, needed: list[Any]) -> Any:
+    """Do a task in a worker of an external executor: the payload comes with each task and is unpickled once.
 
-
-def call(work: Work, digest: str, argument: Any, needed: list[Any]) -> Any:
-    """Do a task in a worker that has unpacked what is shared."""
-    shared = _UNPACKED[digest]
-    if isinstance(shared, InputError):
-        raise shared
-    return work(shared, argument, *needed)
-
-
-def call_with_payload(
-    work: Work, parcel: SharedPayload, prepare: Prepare | None, argument: Any, needed: list[Any]
-) -> Any:
-    """Do a task in a worker that we did not start: it gets what is shared with each task, and unpacks it once.
-
-    What the problem needs is imported only where it is not found: a problem script may not be there on that machine.
+    What the problem needs is imported only if it is missing: a problem script may not exist on that machine.
     """
-    with _UNPACKING:
-        if parcel.digest not in _UNPACKED:
+    with _unpickling:
+        if payload.digest not in _unpickled:
+            _unpickled.clear()
+            prepare, content = pickle.loads(payload.content)
             try:
-                _unpack(parcel.digest, parcel.content)
-            except (ImportError, AttributeError) as error:
-                if prepare is None:
-                    raise InputError(f"{_UNSENDABLE} ({type(error).__name__}: {error})") from error
-                prepare()
-                _unpack(parcel.digest, parcel.content)
-        shared = _UNPACKED[parcel.digest]
+                _unpickled[payload.digest] = _unpickle(content, prepare)
+            except GaitoptError:
+                raise
+            except Exception as error:
+                raise _start_error(error) from error
+        shared = _shared(payload.digest)
     return work(shared, argument, *needed)
+
+
+def _unpickle(content: bytes, prepare: Prepare | None) -> Any:
+    try:
+        return pickle.loads(content)
+    except (ImportError, AttributeError):
+        if prepare is None:
+            raise
+    prepare()
+    return pickle.loads(content)
+
+
+def _shared(digest: str) -> Any:
+    shared = _unpickled[digest]
+    if isinstance(shared, GaitoptError):
+        raise shared
+    return shared
+
+
+def _start_error(error: Exception) -> GaitoptError:
+    return GaitoptError(f"A worker process cannot load the problem: {_describe(error)}.")
+
+
+def _describe(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def _exit_with_parent(parent: "Connection", folder: Path) -> None:
+    """End this process and remove the folder of the payload when the parent has ended, by whatever cause."""
+    try:
+        parent.recv_bytes()  # nothing is ever sent: the pipe closes with the parent
+    except (EOFError, OSError):
+        shutil.rmtree(folder, ignore_errors=True)
+        os._exit(1)

@@ -4,6 +4,7 @@ import heapq
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from graphlib import TopologicalSorter
 from typing import Any
 
 from gaitopt.errors import InputError
@@ -11,7 +12,7 @@ from gaitopt.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A piece of work with a name of its own.
+    """A named piece of work.
 
     Attributes
     ----------
@@ -20,7 +21,7 @@ class Task:
     argument : object
         Anything that can be pickled.
     needs : tuple of str
-        Keys of earlier tasks, whose results it is given in this order.
+        Keys of earlier tasks, whose results are passed to it in this order.
     """
 
     key: str
@@ -29,7 +30,7 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class Done:
+class TaskOutcome:
     """A task that has ended: with its result, or with the reason why there is none."""
 
     task: Task
@@ -38,7 +39,7 @@ class Done:
 
 
 class TaskQueue:
-    """Which tasks may run now, which wait for others, and the results that are still needed.
+    """Tasks in the order in which they may run, and the results that later ones need.
 
     Tasks that only serve others, all of whose results are known, are left out.
 
@@ -57,74 +58,69 @@ class TaskQueue:
     Examples
     --------
     >>> first, second = Task("first"), Task("second", needs=("first",))
-    >>> agenda = TaskQueue([first, second], {})
-    >>> agenda.next() is first, agenda.next()
+    >>> queue = TaskQueue([first, second], {})
+    >>> queue.next() is first, queue.next()
     (True, None)
-    >>> done = agenda.finish(Done(first, 3))
-    >>> agenda.next() is second, agenda.needed(second)
+    >>> outcome = queue.finish(TaskOutcome(first, 3))
+    >>> queue.next() is second, queue.needed_results(second)
     (True, [3])
     """
 
     def __init__(self, tasks: Sequence[Task], known: Mapping[str, Any]) -> None:
         _check_order(tasks)
-        self._tasks = _wanted(tasks, known)
-        self._waiting: dict[str, list[int]] = {}  # places of the tasks that wait for a key
+        self._tasks = _select_required(tasks, known)
+        self._places = {task.key: place for place, task in enumerate(self._tasks)}
+        self._ready: list[int] = []  # places of tasks that may run, a heap
         self._uses = Counter(need for task in self._tasks for need in task.needs)
-        self._open = [len(task.needs) for task in self._tasks]
-        self._ready = [number for number, count in enumerate(self._open) if not count]
-        self._results: dict[str, Any] = {}
-        for number, task in enumerate(self._tasks):
-            for need in task.needs:
-                self._waiting.setdefault(need, []).append(number)
-        for key in self._waiting.keys() & known.keys():
-            self._release(key, known[key])
+        self._results = {key: known[key] for key in self._uses if key in known}
+        self._graph = TopologicalSorter(
+            {task.key: [need for need in task.needs if need in self._places] for task in self._tasks}
+        )
+        self._graph.prepare()
 
     def __len__(self) -> int:
         return len(self._tasks)
 
     def next(self) -> Task | None:
-        """Take the first task of the list that may run; None when every task is taken or waits."""
+        """Take the first task of the list that may run; None if every task is taken or waits for others."""
+        for key in self._graph.get_ready():
+            heapq.heappush(self._ready, self._places[key])
         return self._tasks[heapq.heappop(self._ready)] if self._ready else None
 
-    def needed(self, task: Task) -> list[Any]:
-        """Return the results a task is given."""
+    def needed_results(self, task: Task) -> list[Any]:
+        """Return the results that a task needs, in the order of its `needs`."""
         return [self._results[need] for need in task.needs]
 
-    def finish(self, done: Done) -> Done:
-        """Let the tasks run that waited for one that has ended, forget what nobody needs any more, return the same."""
-        self._release(done.task.key, done.result)
-        for need in done.task.needs:
+    def finish(self, outcome: TaskOutcome) -> TaskOutcome:
+        """Release the tasks that waited for one that has ended, drop results no longer needed; return the outcome."""
+        task = outcome.task
+        self._graph.done(task.key)
+        if self._uses[task.key]:
+            self._results[task.key] = outcome.result
+        for need in task.needs:
             self._uses[need] -= 1
             if not self._uses[need]:
                 del self._results[need]
-        return done
-
-    def _release(self, key: str, result: Any) -> None:
-        if self._uses[key]:
-            self._results[key] = result
-        for number in self._waiting.get(key, ()):
-            self._open[number] -= 1
-            if not self._open[number]:
-                heapq.heappush(self._ready, number)
+        return outcome
 
 
-def _wanted(tasks: Sequence[Task], known: Mapping[str, Any]) -> list[Task]:
-    """Return the tasks to run: unknown, and either of use by themselves or for another one that is to run."""
+def _select_required(tasks: Sequence[Task], known: Mapping[str, Any]) -> list[Task]:
+    """Return the tasks to run: unknown, and either of use by themselves or needed by another one that is to run."""
     serving = {need for task in tasks for need in task.needs}
-    wanted: list[Task] = []
+    required: list[Task] = []
     used: set[str] = set()
     for task in reversed(tasks):
         if task.key not in known and (task.key not in serving or task.key in used):
-            wanted.append(task)
+            required.append(task)
             used.update(task.needs)
-    return wanted[::-1]
+    return required[::-1]
 
 
 def _check_order(tasks: Sequence[Task]) -> None:
     seen: set[str] = set()
     for task in tasks:
         if task.key in seen:
-            raise InputError(f"Two tasks are called {task.key!r}.")
+            raise InputError(f"Two tasks have the key {task.key!r}; keys must be unique.")
         missing = [need for need in task.needs if need not in seen]
         if missing:
             raise InputError(f"Task {task.key!r} needs {missing[0]!r}, which does not come before it.")

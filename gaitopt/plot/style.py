@@ -3,11 +3,12 @@
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from attrs import field, frozen
+
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import positive
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +51,7 @@ MODE_INK = {Mode.SLIP_FORWARD: "#8F4A00", Mode.SLIP_BACKWARD: "#00598C", Mode.ST
 MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK: "", Mode.FREE: ""}
 
 
-@dataclass(frozen=True)
+@frozen
 class FigureStyle:
     """Size and lettering of a figure, and the colours that mean the same in all of them.
 
@@ -81,8 +82,8 @@ class FigureStyle:
     [3.5, 2.0]
     """
 
-    width: float = 7.2
-    font_size: float = 8.5
+    width: float = field(default=7.2, validator=positive("inch"))
+    font_size: float = field(default=8.5, validator=positive("pt"))
     font: str = "DejaVu Sans"
     titled: bool = True
 
@@ -90,10 +91,6 @@ class FigureStyle:
     """How a line that bounds something is drawn."""
     mode_fill: ClassVar[dict[Mode, str]] = MODE_FILL
     """Colour of areas and wide lines by contact mode."""
-
-    def __post_init__(self) -> None:
-        for name, unit in (("width", "inch"), ("font_size", "pt")):
-            Parameter(name, 1.0, unit, "", lower=0, lower_open=True).check(getattr(self, name))
 
     @property
     def settings(self) -> Any:

@@ -2,22 +2,23 @@
 
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from attrs import field, frozen
 from scipy.integrate import DOP853, DenseOutput
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
+from gaitopt.parameters import counted, positive
 from gaitopt.simulation.active_piece import ActivePiece
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.event_location import EventWatch, spans_of
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class ScipyEngine:
     """Event-driven integration by DOP853 (order 8), guards watched inside every integrator step.
 
@@ -34,9 +35,9 @@ class ScipyEngine:
     'scipy'
     """
 
-    relative: float = 1e-12
-    absolute: float = 1e-14
-    samples: int = 4
+    relative: float = field(default=1e-12, validator=positive())
+    absolute: float = field(default=1e-14, validator=positive())
+    samples: int = field(default=4, validator=counted())
     name = "scipy"
 
     def flow(

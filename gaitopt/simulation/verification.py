@@ -1,8 +1,7 @@
 """verify: replay a gait's torques without knowing the plan, and compare."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.control.law import feedforward
 from gaitopt.model.robot import Robot
@@ -10,6 +9,7 @@ from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
 from gaitopt.motion.motion import Motion
+from gaitopt.parameters import bounded
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
@@ -20,7 +20,7 @@ REPEATS = 1e-6
 """Largest change by a leg exchange: of energy, relative to the kinetic energy, and of the foot's position [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Tolerances:
     """How close a replay must come to the plan.
 
@@ -40,10 +40,10 @@ class Tolerances:
     1e-06
     """
 
-    state: float = 1e-6
-    period: float = 1e-6
-    cost_of_transport: float = 5e-3
-    energy: float = 1e-8
+    state: float = field(default=1e-6, validator=bounded(lower=0.0, infinite=True))
+    period: float = field(default=1e-6, validator=bounded("s", lower=0.0, infinite=True))
+    cost_of_transport: float = field(default=5e-3, validator=bounded(lower=0.0, infinite=True))
+    energy: float = field(default=1e-8, validator=bounded(lower=0.0, infinite=True))
 
 
 def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: Engine | None = None) -> Rollout:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from gaitopt.control.law import Law, passive
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -103,7 +104,8 @@ def search_cycles(
     walker = Walker(robot, law, p, engine or default_engine(law), step_time_limit=_step_time_limit(robot, p))
     known: list[Cycle] = []
     for z in random_starts(walker, starts, seed):
-        cycle = cycle_from(walker, z, steps)
+        with defer_interrupt():
+            cycle = cycle_from(walker, z, steps)
         if cycle is not None and not any(same_gait(cycle, other) for other in known):
             known.append(cycle)
             yield cycle
@@ -170,7 +172,9 @@ def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:
         size = 3 * natural * abs(section.embed(z)[section.closing])
         z[n - 1 :] = rng.uniform(-1, 1, n + 1) * size
         z[-1] = z[-1] * height if i % 2 and np.isfinite(walker.contact.friction) else 0.0
-        if walker.stride(section.embed(z)).following is not None:
+        with defer_interrupt():
+            walks = walker.stride(section.embed(z)).following is not None
+        if walks:
             yield z
 
 

@@ -1,17 +1,21 @@
 """Which pushes a periodic gait recovers from, walked in the event-driven simulator."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import check_options, counted, positive
+from gaitopt.parameters import counted, positive
+from gaitopt.progress import VerificationStep
 from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.section import Section
+
+WalkObserver = Callable[[VerificationStep], None]
 
 ARRIVED = 1e-3
 """Part of the tolerance at which a walk counts as back on the gait for good."""
@@ -65,7 +69,7 @@ class Recovery:
         return self.returned / self.starts
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class PushTest:
     """How recovery is tested.
 
@@ -86,16 +90,12 @@ class PushTest:
     30
     """
 
-    starts: int = 200
-    seed: int = 0
-    steps: int = 30
-    tolerance: float = 1e-4
-    largest: float = 2.0
-    resolution: float = 0.05
-
-    def __post_init__(self) -> None:
-        sizes = positive("tolerance"), positive("largest", "rad/s"), positive("resolution", upper=1.0)
-        check_options(self, counted("starts"), counted("steps"), counted("seed", 0), *sizes)
+    starts: int = field(default=200, validator=counted())
+    seed: int = field(default=0, validator=counted(0))
+    steps: int = field(default=30, validator=counted())
+    tolerance: float = field(default=1e-4, validator=positive())
+    largest: float = field(default=2.0, validator=positive("rad/s"))
+    resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
 def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
@@ -126,7 +126,9 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     return _answer(test, radius, len(found), found)
 
 
-def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None) -> Recovery:
+def largest_recovery(
+    walker: Walker, cycle: Cycle, test: PushTest | None = None, observer: WalkObserver | None = None
+) -> Recovery:
     """Return the recovery from the largest ball found from which all starts return; radius 0 where none does.
 
     The radius is bisected; what is larger may hold again, but is not looked for.
@@ -137,6 +139,8 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
     cycle : Cycle
         An unstable gait is returned to from nowhere.
     test : PushTest, optional
+    observer : callable, optional
+        Receives a :class:`gaitopt.progress.VerificationStep` after each walk.
 
     Examples
     --------
@@ -160,6 +164,8 @@ def largest_recovery(walker: Walker, cycle: Cycle, test: PushTest | None = None)
         settling = []
         for push in _pushes(walker, cycle, test):
             settling.append(_settling_steps(walker, cycle, radius * push, test))
+            if observer is not None:
+                observer(VerificationStep(radius, len(settling), test.starts))
             if settling[-1] is None:
                 upper = beyond = radius
                 break

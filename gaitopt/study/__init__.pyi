@@ -1,8 +1,8 @@
-from gaitopt.parallel.dask_executor import DaskCluster as DaskCluster
 from gaitopt.study.basins.attractor import SettlingCriterion as SettlingCriterion
 from gaitopt.study.basins.basin import basin as basin
 from gaitopt.study.basins.basin import basin_edges as basin_edges
-from gaitopt.study.basins.basin_file import Basin as Basin
+from gaitopt.study.basins.basin_file import ending_labels as ending_labels
+from gaitopt.study.basins.basin_file import ending_shares as ending_shares
 from gaitopt.study.basins.basin_file import load_basin as load_basin
 from gaitopt.study.basins.basin_file import save_basin as save_basin
 from gaitopt.study.comparison import Comparison as Comparison

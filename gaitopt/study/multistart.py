@@ -3,9 +3,9 @@
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
+from attrs import evolve
 
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -29,6 +29,10 @@ COARSE_SOLVER = Newton(fallback=Ipopt(tolerance=1e-5, max_iterations=100))
 """On the coarse grid; most contact sequences that can be walked are found within half of that."""
 
 FINE_SOLVER = Newton(fallback=Ipopt(max_iterations=300))
+
+CONCLUDE = Newton()
+"""Solver of :func:`gaitopt.solve`.  It continues a failure that `COARSE_SOLVER` stopped at its iteration limit, so that
+studies and `solve` classify failures alike."""
 
 LARGE_VIOLATION, MAX_FAILED_STARTS = 1e-3, 2
 """A start that violates the constraints by more than this has failed; at most this many failures."""
@@ -133,7 +137,16 @@ def best(gaits: Sequence[Gait]) -> Gait:
 
 
 def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
-    """Return the cheapest gait that passes replay, or else the cheapest with its verdict."""
+    """Return the gait of lowest cost that passes replay, otherwise that of lowest cost, or the concluded failure."""
+    verdict = _verified(problem, gaits)
+    if verdict.status is not Status.ITERATION_LIMIT:
+        return verdict
+    again = solve_start(coarsen(problem), verdict, CONCLUDE)
+    return _verified(problem, solve_fine(problem, [again])) if again.status.ok else again
+
+
+def _verified(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
+    """Return the gait of lowest cost that passes replay, otherwise that of lowest cost with its verdict."""
     verdicts = []
     for gait in sorted(gaits, key=_rank):
         verdicts.append(verify(gait, problem.robot, engine=default_engine()) if gait.status.ok else gait)
@@ -165,4 +178,4 @@ def halve_intervals(problem: GaitProblem) -> GaitProblem:
 
 
 def _roughly(problem: GaitProblem, method: Method) -> GaitProblem:
-    return problem.replace(transcription=replace(method, tolerance=math.inf))
+    return problem.replace(transcription=evolve(method, tolerance=math.inf))

@@ -58,7 +58,7 @@ class ControllerFamily:
     >>> from gaitopt import compass_biped, load
     >>> from gaitopt.tuning import controller_family_named
     >>> motion = load("docs/examples/compass_slip.h5").motion
-    >>> design = controller_family_named("pd", compass_biped(), motion, torque_limit=8)
+    >>> design = controller_family_named("joint_pd", compass_biped(), motion, torque_limit=8)
     >>> [gain.name for gain in design.gains]
     ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']
     """
@@ -122,7 +122,7 @@ def controller_family_named(
     Parameters
     ----------
     name : str
-        ``"pd"``, ``"computed-torque"``, ``"lqr"``, ``"step-to-step"`` or ``"push-off"``.
+        ``"joint_pd"``, ``"computed_torque"``, ``"lqr"``, ``"step_lqr"`` or ``"push_off"``; see :func:`law_name`.
     robot : Robot
     motion : Motion
         One step of the gait.
@@ -141,17 +141,35 @@ def controller_family_named(
     >>> [gain.name for gain in design.gains]
     ['torque', 'rate']
     """
-    if name not in DESIGNS:
-        raise InputError(f"There is no feedback law {name!r}. {suggest(name, DESIGNS)}")
-    design = DESIGNS[name](robot, motion, torque_limit)
+    design = DESIGNS[law_name(name)](robot, motion, torque_limit)
     return replace(design, settings=DesignSettings(torque_limit=torque_limit))
+
+
+def law_name(name: str) -> str:
+    """Return the name of a feedback law, that of the function that makes it, from any accepted spelling.
+
+    Raises
+    ------
+    InputError
+        If there is no such law.
+
+    Examples
+    --------
+    >>> law_name("computed torque"), law_name("pd"), law_name("step-to-step")
+    ('computed_torque', 'joint_pd', 'step_lqr')
+    """
+    spelled = name.strip().replace("-", "_").replace(" ", "_")
+    spelled = SYNONYMS.get(spelled, spelled)
+    if spelled not in DESIGNS:
+        raise InputError(f"There is no feedback law {name!r}. {suggest(name, DESIGNS)}")
+    return spelled
 
 
 def _pd(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
     law, most = joint_pd(robot, motion, torque_limit=torque_limit), _most(torque_limit)
     gains = [Gain(f"{actuator}_stiffness", most / 0.3, 0.0, most / 0.03) for actuator in robot.actuators]
     gains += [Gain(f"{actuator}_damping", most / 2, 0.0, most / 0.2) for actuator in robot.actuators]
-    return ControllerFamily("pd", tuple(gains), law.with_gains)
+    return ControllerFamily("joint_pd", tuple(gains), law.with_gains)
 
 
 def _computed_torque(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
@@ -165,7 +183,7 @@ def _computed_torque(robot: Robot, motion: Motion, torque_limit: TorqueLimit) ->
         Gain("stiffness", (4 * fast) ** 2, 0.0, (12 * fast) ** 2),
         Gain("damping", 8 * fast, 0.0, 24 * fast),
     )
-    return ControllerFamily("computed-torque", gains, with_common)
+    return ControllerFamily("computed_torque", gains, with_common)
 
 
 def _lqr(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
@@ -182,7 +200,7 @@ def _step_to_step(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> Co
     from gaitopt.tuning.lqr import LqrWeights, step_lqr
 
     return ControllerFamily(
-        "step-to-step",
+        "step_lqr",
         _weights(torque_limit),
         lambda values: step_lqr(robot, motion, weights=LqrWeights(**values), torque_limit=torque_limit),
     )
@@ -197,7 +215,7 @@ def _push_off(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> Contro
         Gain(names[0], 0.01 * most, -0.5 * most, 0.5 * most),
         Gain(names[1], 0.05 * motion.period, 0.01 * motion.period, 0.3 * motion.period),
     )
-    return ControllerFamily("push-off", gains, law.with_gains)
+    return ControllerFamily("push_off", gains, law.with_gains)
 
 
 def _weights(torque_limit: TorqueLimit) -> tuple[Gain, ...]:
@@ -215,10 +233,13 @@ def _most(torque_limit: TorqueLimit) -> float:
 
 
 DESIGNS: dict[str, Callable[[Robot, Motion, TorqueLimit], ControllerFamily]] = {
-    "pd": _pd,
-    "computed-torque": _computed_torque,
+    "joint_pd": _pd,
+    "computed_torque": _computed_torque,
     "lqr": _lqr,
-    "step-to-step": _step_to_step,
-    "push-off": _push_off,
+    "step_lqr": _step_to_step,
+    "push_off": _push_off,
 }
-"""Families by name; the command line derives its help from it."""
+"""Families by the names of the functions that make their laws; the command line derives its help from it."""
+
+SYNONYMS = {"pd": "joint_pd", "step_to_step": "step_lqr"}
+"""Other names of laws, which are accepted and not printed."""

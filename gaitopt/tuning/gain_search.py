@@ -1,9 +1,9 @@
 """The search for gains: an objective of the return map's derivative, made small by the simplex method."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
+from attrs import field, frozen
 from scipy.optimize import minimize
 
 from gaitopt.control.law import Law
@@ -11,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import check_options, counted, positive
+from gaitopt.parameters import counted, positive
 from gaitopt.progress import TuningObserver, TuningStep
 from gaitopt.reductions import rank_of, worst
 from gaitopt.simulation.engine import Engine
@@ -30,7 +30,7 @@ NEAR = 1e-5
 """A point this near to its image counts as the fixed point during the search."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class GainSearchOptions:
     """The search for gains: the simplex method of Nelder and Mead, which needs no derivatives, from several starts.
 
@@ -52,15 +52,11 @@ class GainSearchOptions:
     2
     """
 
-    samples: int = 8
-    starts: int = 2
-    evaluations: int = 60
-    seed: int = 0
-    tolerance: float = 1e-3
-
-    def __post_init__(self) -> None:
-        counts = counted("samples", 0), counted("starts"), counted("evaluations"), counted("seed", 0)
-        check_options(self, *counts, positive("tolerance"))
+    samples: int = field(default=8, validator=counted(0))
+    starts: int = field(default=2, validator=counted())
+    evaluations: int = field(default=60, validator=counted())
+    seed: int = field(default=0, validator=counted(0))
+    tolerance: float = field(default=1e-3, validator=positive())
 
 
 class GainSearch:

@@ -3,10 +3,10 @@
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.control.law import Law, feedforward
 from gaitopt.control.state_feedback import state_feedback
@@ -15,7 +15,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.parameters import check_options, positive
+from gaitopt.parameters import positive
 from gaitopt.simulation.hybrid_automaton import Stride, Walker, make_walker
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
@@ -24,7 +24,7 @@ from gaitopt.stability.section import Section
 from gaitopt.tuning.riccati import Stretch, discrete_gains, periodic_gains
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class LqrWeights:
     """Scaling of the cost of linear-quadratic feedback (Bryson's rule): a deviation or torque of this size costs 1.
 
@@ -46,14 +46,10 @@ class LqrWeights:
     0.05
     """
 
-    angle: float = 0.05
-    rate: float = 0.3
-    foot_speed: float = 0.3
-    torque: float = 5.0
-
-    def __post_init__(self) -> None:
-        angle, rate = positive("angle", "rad"), positive("rate", "rad/s")
-        check_options(self, angle, rate, positive("foot_speed", "m/s"), positive("torque", "N m"))
+    angle: float = field(default=0.05, validator=positive("rad"))
+    rate: float = field(default=0.3, validator=positive("rad/s"))
+    foot_speed: float = field(default=0.3, validator=positive("m/s"))
+    torque: float = field(default=5.0, validator=positive("N m"))
 
 
 def lqr(

@@ -52,7 +52,8 @@ def tune_feedback(
         Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
     observer : callable, optional
-        Receives a :class:`gaitopt.progress.TuningStep` per evaluation.
+        Receives a :class:`gaitopt.progress.TuningStep` per evaluation, then a
+        :class:`gaitopt.progress.VerificationStep` per walk of the verification.
 
     Returns
     -------
@@ -69,7 +70,7 @@ def tune_feedback(
     >>> from gaitopt import PushTest, GainSearchOptions, compass_biped, load, tune_feedback
     >>> from gaitopt.tuning import controller_family_named
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> design = controller_family_named("computed-torque", compass_biped(), gait.motion, torque_limit=8)
+    >>> design = controller_family_named("computed_torque", compass_biped(), gait.motion, torque_limit=8)
     >>> options = GainSearchOptions(samples=2, starts=1, evaluations=8)
     >>> tuned = tune_feedback(gait, design, search=options, test=PushTest(starts=1))
     >>> tuned.radius_after < 0.2 < tuned.radius_before
@@ -92,7 +93,7 @@ def tune_feedback(
         radius_after=math.inf if cycle is None else cycle.radius,
         cycle=cycle,
         fixed_point_shift=math.nan if cycle is None else fixed_point_shift(gait, cycle),
-        verified=_verify_tuning(gait, law, cycle, test or PushTest(), robot, engine),
+        verified=_verify_tuning(gait, law, cycle, test or PushTest(), robot, engine, observer),
         trials=tuple(task.trials),
         evaluations=len(task.trials),
         seconds=seconds,
@@ -127,9 +128,15 @@ def _closed_loop_gait(
 
 
 def _verify_tuning(
-    gait: Gait, law: Law | None, cycle: Cycle | None, test: PushTest, robot: Robot, engine: Engine | None
+    gait: Gait,
+    law: Law | None,
+    cycle: Cycle | None,
+    test: PushTest,
+    robot: Robot,
+    engine: Engine | None,
+    observer: TuningObserver,
 ) -> Recovery:
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
     walker = make_walker(robot, law, cycle.parameters, period=gait.period, engine=engine)
-    return largest_recovery(walker, cycle, test)
+    return largest_recovery(walker, cycle, test, observer)

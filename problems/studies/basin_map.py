@@ -5,6 +5,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 from rimless_setup import TYPES
 
+from gaitopt.study import ending_labels
+
 OUTCOMES = {
     "A": ("settles in Type A", "#9CC9E8"),
     "B": ("settles in Type B", "#F2B48C"),
@@ -26,7 +28,7 @@ def kind_of(label):
 
 def draw_map(axes, basin, across, upward):
     """Plot a basin of two axes over their values, in any unit, and return the handles of its legend."""
-    kinds = np.vectorize(kind_of)(basin.labels_on_grid())
+    kinds = np.vectorize(kind_of)(ending_labels(basin))
     order = list(OUTCOMES)
     numbers = np.vectorize(order.index)(kinds)
     axes.pcolormesh(

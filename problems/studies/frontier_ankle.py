@@ -9,7 +9,7 @@ import numpy as np
 from drawing import STYLE, spelled
 from frontier_setup import SEQUENCE_STYLE, STANDARD, standard_numbers, walker
 
-from gaitopt import Ipopt, WarmStart, solve, sweep, verify
+from gaitopt import Execution, Ipopt, WarmStart, solve, sweep, verify
 from gaitopt.study import Reproduction
 
 STRONG = 30.0
@@ -33,9 +33,7 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
     weakened = {pair: list(_weakened(*pair, limits)) for pair in WEAKENED}
     speed = np.round(np.linspace(*speeds), 6)
     alone = {
-        name: sweep(walker(friction=HIGH_FRICTION, torque=torque), speed=speed, workers=workers)
-        .cost_of_transport[0]
-        .values
+        name: _costs_over(walker(friction=HIGH_FRICTION, torque=torque), speed, workers)
         for name, (torque, _) in MOTORS.items()
     }
     with STYLE.figure(3.6) as figure:
@@ -61,6 +59,11 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
     }
     remarks = (*_remarks(weakened), *_remarks_alone(speed, alone))
     return Reproduction(figure, tuple(standard_numbers(standard)), remarks)
+
+
+def _costs_over(problem, speed, workers):
+    """Return the cost of transport over speed."""
+    return sweep(problem, {"speed": speed}, execution=Execution(workers=workers)).cost_of_transport[0].values
 
 
 def _weakened(sequence, friction, limits):

@@ -10,7 +10,7 @@ import numpy as np
 from drawing import STYLE, spelled
 from frontier_setup import walker
 
-from gaitopt import sweep
+from gaitopt import Execution, sweep
 from gaitopt.study import PublishedValue, Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
@@ -24,7 +24,7 @@ TERMS = (
 
 def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
     """Return the study."""
-    table = sweep(walker(), friction=frictions, sequences=[STICK, SLIP], workers=workers)
+    table = sweep(walker(), {"friction": frictions}, sequences=[STICK, SLIP], execution=Execution(workers=workers))
     terms = {name: factor * table[name] / table.travel for name, factor, *_ in TERMS}
     with STYLE.figure(3.8) as figure:
         left, right = figure.subplots(1, 2)

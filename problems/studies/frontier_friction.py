@@ -11,7 +11,7 @@ from drawing import STYLE, spelled
 from frontier_setup import FRICTION, SEQUENCE_STYLE, at_minimum_duration, standard_numbers, walker
 from matplotlib.lines import Line2D
 
-from gaitopt import sweep
+from gaitopt import Execution, sweep
 from gaitopt.study import Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
@@ -20,7 +20,9 @@ SLIP, STICK = "slip+ stick | slip+", "stick | stick"
 def study(least=0.1, most=0.25, step=0.005, sequences=tuple(SEQUENCE_STYLE), workers=2, path=None):
     """Return the study; `path` is the file of the sweep, from which an interrupted sweep is resumed."""
     friction = np.round(np.arange(least, most + step / 2, step), 6)
-    table = sweep(walker(), friction=friction, sequences=sequences, workers=workers, path=path)
+    table = sweep(
+        walker(), {"friction": friction}, sequences=sequences, path=path, execution=Execution(workers=workers)
+    )
     changes = crossovers(friction, table.cost_of_transport.values)
     at = table.cost_of_transport.sel(friction=FRICTION, method="nearest")
     numbers = standard_numbers({sequence: at.sel(sequence=sequence) for sequence in sequences})

@@ -11,7 +11,7 @@ from frontier_setup import FRICTION, SPEED, STEP, at_minimum_duration, standard_
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from gaitopt import sweep
+from gaitopt import Execution, sweep
 from gaitopt.study import Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
@@ -22,7 +22,13 @@ def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, worker
     speed = np.union1d(np.round(np.linspace(*speeds), 6), [SPEED])
     step = np.union1d(np.round(np.linspace(*steps), 6), [STEP])
     problem = walker(friction=friction)
-    table = sweep(problem, speed=speed, step_length=step, sequences=[STICK, SLIP], workers=workers, path=path)
+    table = sweep(
+        problem,
+        {"speed": speed, "step_length": step},
+        sequences=[STICK, SLIP],
+        path=path,
+        execution=Execution(workers=workers),
+    )
     cost = table.cost_of_transport
     saving = 100 * (1 - cost.sel(sequence=SLIP) / cost.sel(sequence=STICK))
     with STYLE.figure(3.4) as figure:

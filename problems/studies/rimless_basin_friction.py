@@ -12,7 +12,7 @@ from published import published
 from rimless_closed_forms import fastest_speed, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
-from gaitopt import SettlingCriterion, basin, rimless_wheel
+from gaitopt import Execution, SettlingCriterion, basin, rimless_wheel
 from gaitopt.study import Reproduction, basin_edges
 
 MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
@@ -22,7 +22,7 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
     """Return the study."""
     across, speeds = np.linspace(least, most, frictions), np.linspace(0.01, fastest, rates)
     starts = {"friction": across, "theta_rate": speeds}
-    outcome = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, workers=workers)
+    outcome = basin(rimless_wheel(), wheel(), starts, patience=MAX_FAILED_STARTS, execution=Execution(workers=workers))
     slope = math.radians(SLOPE)
     with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
@@ -44,9 +44,8 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
 
 def _upper_end(friction):
     """Return the initial rate above which the foot lifts off."""
-    edges = basin_edges(
-        rimless_wheel(), wheel(friction), "theta_rate", 0.8, 1.2, samples=3, tolerance=1e-6, patience=MAX_FAILED_STARTS
-    )
+    rates = {"theta_rate": [0.8, 1.0, 1.2]}
+    edges = basin_edges(rimless_wheel(), wheel(friction), rates, tolerance=1e-6, patience=MAX_FAILED_STARTS)
     return next(value for value, _, above in edges if above == "lift_off")
 
 

@@ -47,15 +47,9 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
 
 def _onset(friction, samples, tolerance):
     """Return the initial rate above which the foot lifts off in the first step."""
+    rates = {"theta_rate": np.linspace(0.8, 1.3, samples)}
     edges = basin_edges(
-        rimless_wheel(),
-        wheel(friction),
-        "theta_rate",
-        0.8,
-        1.3,
-        samples=samples,
-        tolerance=tolerance,
-        patience=SettlingCriterion(steps=1),
+        rimless_wheel(), wheel(friction), rates, tolerance=tolerance, patience=SettlingCriterion(steps=1)
     )
     return next(value for value, _, above in edges if above == "lift_off")
 

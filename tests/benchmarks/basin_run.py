@@ -46,18 +46,16 @@ def bare(progress):
 
 def gaitopt(progress):
     """Return the same by gaitopt."""
-    from gaitopt import SettlingCriterion, basin, compass_biped
+    from gaitopt import Execution, SettlingCriterion, basin, compass_biped
 
     found = basin(
         compass_biped(),
-        {"slope": bare_heyoka.SLOPE, "friction": FRICTION},
+        {"slope": bare_heyoka.SLOPE, "friction": FRICTION, "th1": ANGLE},
         {"th1_rate": STANCE, "th2_rate": SWING},
-        base={"th1": ANGLE},
         patience=SettlingCriterion(steps=STEPS),
-        workers=WORKERS,
-        observer=lambda done, total: progress(),
+        execution=Execution(workers=WORKERS, observer=lambda done, total: progress()),
     )
-    return found.steps.tolist(), found.final[:, 0].tolist()
+    return found.steps.values.ravel().tolist(), found.final.sel(coordinate="th1").values.ravel().tolist()
 
 
 def main(which):

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitopt import DaskCluster, GaitProblem, Limits, MultipleShooting, compass_biped, sweep
+from gaitopt import DaskExecutor, Execution, GaitProblem, Limits, MultipleShooting, compass_biped, sweep
 from tests import dask
 
 GAITS, WORKERS = 200, 4
@@ -55,13 +55,13 @@ def main(path, every):
         tempfile.TemporaryDirectory() as folder,
         dask.scheduler(Path(folder), allowed_failures=3) as (address, _),
         dask.workers(address, WORKERS),
-        DaskCluster(address) as cluster,
+        DaskExecutor(address) as cluster,
     ):
         if every:
             threading.Thread(target=killer, args=(address, every, killed), daemon=True).start()
         began = time.perf_counter()
         axis = np.linspace(0.12, 0.3, GAITS)
-        found = sweep(problem(), friction=axis, starts=1, path=path, executor=cluster)
+        found = sweep(problem(), {"friction": axis}, starts=1, path=path, execution=Execution(executor=cluster))
         print(json.dumps({"seconds": time.perf_counter() - began, "killed": len(killed)}), flush=True)
         assert found.attrs["complete"]
     os._exit(0)  # the killer sleeps

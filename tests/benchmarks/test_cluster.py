@@ -12,11 +12,11 @@ import sys
 import time
 from pathlib import Path
 
-from gaitopt import DaskCluster, load_sweep
+from gaitopt import DaskExecutor, load_sweep
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
 from tests import dask
-from tests.study import works
+from tests.parallel import works
 
 ROOT = Path(__file__).parents[2]
 ROUNDS, LEAST, TASKS, EVERY = 3, 1.7, 12, 10
@@ -29,7 +29,7 @@ def test_two_workers_against_one(benchmark, tmp_path):
         for count, times in seconds.items():
             folder = tmp_path / f"{count}-{len(times)}"
             folder.mkdir()
-            with dask.scheduler(folder) as (address, _), dask.workers(address, count), DaskCluster(address) as cluster:
+            with dask.scheduler(folder) as (address, _), dask.workers(address, count), DaskExecutor(address) as cluster:
                 while cluster.workers() < count:
                     time.sleep(0.1)
                 list(run_tasks(works.rest, [Task(str(i), 0.0) for i in range(4)], executor=cluster))

@@ -26,3 +26,14 @@ def test_the_five_link_walker_is_planned_and_held(benchmark):
     assert alone.radius > 1e5
     assert held.radius < 0.5
     np.testing.assert_allclose(held.z, alone.z, atol=1e-6)
+
+
+def test_multiple_shooting_finds_the_same_gait(benchmark):
+    """Some five minutes: errors grow 50 000 times within a step, and shooting takes many steps to follow it."""
+    problem, other = (
+        build_problem(SCRIPT, ["sequence=stick | stick", "intervals=40", f"transcription={method}"])
+        for method in ("multiple_shooting", "collocation")
+    )
+    gait = benchmark.pedantic(lambda: verify(solve(problem), problem.robot), rounds=1)
+    assert gait.verification.passed, gait.verification.reasons
+    np.testing.assert_allclose(gait.cost_of_transport, solve(other).cost_of_transport, rtol=1e-3)

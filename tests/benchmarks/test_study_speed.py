@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, Limits, compass_biped, search, sweep
+from gaitopt import Execution, GaitProblem, Limits, compass_biped, search, sweep
 from gaitopt.study.storage.gait_store import GaitStore
 from tests.benchmarks.test_build_and_solve import report
 from tests.study.conftest import quick_problem
@@ -57,7 +57,7 @@ def test_frontier_in_cold_solves_and_two_workers(benchmark):
     def frontiers():
         for workers in (1, 2):
             began = time.perf_counter()
-            table = sweep(walker(), friction=friction, sequences=SEQUENCES, workers=workers)
+            table = sweep(walker(), {"friction": friction}, sequences=SEQUENCES, execution=Execution(workers=workers))
             seconds[workers] = time.perf_counter() - began
             assert table.verified.all()
 
@@ -71,10 +71,10 @@ def test_frontier_in_cold_solves_and_two_workers(benchmark):
 @pytest.mark.parametrize("friction", [0.1, 0.12, 0.14, 0.17, 0.2, 0.23, 0.25])
 def test_search_finds_the_best_sequence_in_about_a_minute(benchmark, friction):
     """Never dearer, by more than 0.1 %, than any contact sequence solved by itself."""
-    ranking = benchmark.pedantic(lambda: search(walker(friction=friction), workers=2), rounds=1)
+    ranking = benchmark.pedantic(lambda: search(walker(friction=friction), execution=Execution(workers=2)), rounds=1)
     seconds = benchmark.stats.stats.max
     sequences = [*SEQUENCES, "stick slip- | stick", "slip+ stick slip- | slip+"]
-    alone = sweep(walker(), friction=[friction], sequences=sequences, workers=2)
+    alone = sweep(walker(), {"friction": [friction]}, sequences=sequences, execution=Execution(workers=2))
     assert ranking.best.cost_of_transport <= 1.001 * float(alone.cost_of_transport.min())
     assert all(finding.gait.verification.passed for finding in ranking.findings if finding.ranked)
     report(benchmark, friction=friction, seconds=seconds, cost=ranking.best.cost_of_transport)
@@ -85,18 +85,24 @@ def test_search_finds_the_best_sequence_in_about_a_minute(benchmark, friction):
 KILLED = """
     import sys
     import numpy as np
-    from gaitopt import sweep
+    from gaitopt import Execution, sweep
     from tests.study.conftest import quick_problem
 
     if __name__ == "__main__":
         show = lambda done, total: print(done, flush=True)
-        sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), sequences={sequences}, starts=1, workers=2,
-              path=sys.argv[1], observer=show)
+        sweep(quick_problem(), {{'friction': np.linspace(0.13, 0.19, 24)}}, sequences={contact sequences}, starts=1,
+              path=sys.argv[1], execution=Execution(workers=2, observer=show))
 """
 
 
 def test_twenty_kills_lose_nothing_that_was_finished(benchmark, tmp_path):
-    whole = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), sequences=SEQUENCES, starts=1, workers=2)
+    whole = sweep(
+        quick_problem(),
+        {"friction": np.linspace(0.13, 0.19, 24)},
+        sequences=SEQUENCES,
+        starts=1,
+        execution=Execution(workers=2),
+    )
     script, path, moments = tmp_path / "killed.py", tmp_path / "frontier.nc", random.Random(20)
     script.write_text(textwrap.dedent(KILLED).format(sequences=SEQUENCES))
     kills = 0
@@ -118,7 +124,7 @@ def test_twenty_kills_lose_nothing_that_was_finished(benchmark, tmp_path):
             assert not told or kept >= int(told[-1])
 
     benchmark.pedantic(to_the_end, rounds=1)
-    table = sweep(quick_problem(), friction=np.linspace(0.13, 0.19, 24), sequences=SEQUENCES, starts=1, path=path)
+    table = sweep(quick_problem(), {"friction": np.linspace(0.13, 0.19, 24)}, sequences=SEQUENCES, starts=1, path=path)
     report(benchmark, kills=kills)
     assert kills == 20
     assert table.identical(whole)

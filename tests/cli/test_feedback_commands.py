@@ -5,9 +5,11 @@ import json
 
 import pytest
 
-from gaitopt import load, save
+import gaitopt
+from gaitopt import compass_biped, load, save
 from gaitopt.cli.app import main
-from gaitopt.cli.law import limit_for
+from gaitopt.cli.law import design_for, limit_for
+from gaitopt.tuning.controller_family import law_name
 
 GAIT = "docs/examples/compass_slip.h5"
 KEYS = [
@@ -35,7 +37,7 @@ def test_tune_prints_what_was_found(capsys):
     code, text = run(capsys, *arguments)
     facts = json.loads(text.out)
     assert code == 0
-    assert facts["law"] == "computed-torque"
+    assert facts["law"] == "computed_torque"
     assert set(facts["gains"]) == {"stiffness", "damping"}
     assert facts["radius_after"] < 0.1 < facts["radius_before"]
     assert len(facts["multipliers"]) == 4
@@ -50,7 +52,7 @@ def test_a_gait_that_cannot_be_held_is_reported(capsys):
     code, text = run(capsys, "tune", GAIT, "--law", "pd", "--torque-limit", "1e-3", "--starts", "1", "--json")
     facts = json.loads(text.out)
     assert code == 1
-    assert "not held by pd within its torque limits: no gains tried leave a periodic gait" in text.err
+    assert "not stabilised by joint_pd within its torque limits: none of the gains has a periodic gait" in text.err
     assert list(facts) == KEYS
     assert (facts["radius_after"], facts["multipliers"], facts["fixed_point_shift"]) == ("inf", [], None)
     assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0}
@@ -67,7 +69,7 @@ def test_feedback_may_use_more_than_the_plan_of_each_actuator(capsys, tmp_path):
     save(idle, file)
     code, text = run(capsys, "stability", str(file), "--law", "lqr")
     assert code == 2
-    assert "planned without torque at the ankle; set the limit of the feedback with --torque-limit" in " ".join(
+    assert "planned without torque at the ankle; set the torque limit of feedback with --torque-limit" in " ".join(
         text.err.split()
     )
 
@@ -93,6 +95,22 @@ def test_torques_so_cheap_that_no_gains_are_found_end_in_a_sentence_or_a_law(cap
     assert ("No linear-quadratic feedback stabilises this gait" in text.err) == (code == 2)
 
 
+@pytest.mark.parametrize(
+    ("function", "spellings"),
+    [
+        ("joint_pd", ["pd", "joint-pd", "joint pd"]),
+        ("computed_torque", ["computed-torque", "computed torque"]),
+        ("lqr", []),
+        ("step_lqr", ["step-to-step", "step_to_step", "step-lqr"]),
+    ],
+)
+def test_laws_have_the_names_of_their_functions_and_older_spellings_are_accepted(function, spellings):
+    assert callable(getattr(gaitopt, function))
+    for spelling in (function, *spellings):
+        design = design_for(load(GAIT), compass_biped(), spelling, 8.0, stance_angle=False)
+        assert design.name == law_name(spelling) == function
+
+
 def test_a_law_by_the_stance_angle(capsys):
     code, text = run(capsys, "stability", GAIT, "--stance-angle", "--json")
     assert code == 0
@@ -108,7 +126,7 @@ def test_push_prints_a_table(capsys):
     assert code == 0
     assert "friction patch" in text.out
     assert "sensor delay" in text.out
-    assert "computed torque: 1 of 1 return from pushes up to 0.1 rad/s, in" in text.out
+    assert "computed_torque: 1 of 1 return from pushes up to 0.1 rad/s, median" in text.out
     assert "open loop: 1 of 1 return" in text.out
 
 

@@ -91,6 +91,7 @@ def test_problems_lists_scripts_with_descriptions_and_parameters(command, root):
         "objective": "cost_of_transport",
         "intervals": 40,
         "sequence": "slip+ stick | slip+",
+        "transcription": "collocation",
     }
     assert stick["parameters"] == {**slip["parameters"], "sequence": "stick | stick"}
 

@@ -3,6 +3,7 @@
 import pytest
 
 from gaitopt import Status, load
+from gaitopt.cli.script import build_problem
 
 KEYS = {  # promised to users
     "status",
@@ -79,7 +80,7 @@ def test_a_table_for_people(command, root, folder):
         "foot slide",
         "impact",
         "friction",
-        "closing error",
+        "balance error",
         "passed",
         "build",
         "solve",
@@ -112,12 +113,20 @@ def test_settings_reach_the_problem(command, root, folder):
     assert run.json["sequence"] == "stick | stick"
 
 
-def test_a_free_target_is_none(command, root):
+@pytest.mark.parametrize("free", ["None", "free"])
+def test_a_free_target_is_none(command, root, free):
     run = command(
-        "solve", root / "problems/compass_stick.py", "--set", "step_length=None", "--set", "intervals=8", "--json"
+        "solve", root / "problems/compass_stick.py", "--set", f"step_length={free}", "--set", "intervals=8", "--json"
     )
     assert run.status == 0
     assert run.json["problem"]["step_length"] is None
+
+
+@pytest.mark.parametrize("bounds", ["0.6:0.7", "(0.6, 0.7)", "(0.6,0.7)"])
+def test_a_target_between_bounds(root, bounds):
+    problem = build_problem(root / "problems/compass_stick.py", [f"speed={bounds}"])
+    assert problem.speed == (0.6, 0.7)
+    assert problem.describe()["script"]["parameters"]["speed"] == (0.6, 0.7)
 
 
 def test_no_gait_is_exit_status_1_and_leaves_an_older_file_alone(command, root, folder):

@@ -103,7 +103,7 @@ def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
     assert process.returncode == 130
     assert "nothing was written" not in err
     assert "Traceback" not in err
-    assert "the same command goes on" in err
+    assert "Incomplete. Run the same command again to resume." in err
     assert not load_sweep(folder / "f.nc").attrs["complete"]
 
 

@@ -1,16 +1,16 @@
 """Commands on walks: stability, simulate, basin, run."""
 
-import dataclasses
 import json
 
 import pytest
+from rich.console import Console
 from rich.progress import Progress
 from typer.testing import CliRunner
 
 from gaitopt import assess_stability, load, load_basin
 from gaitopt.cli.app import app, main
-from gaitopt.cli.inputs import share_at
 from gaitopt.simulation import engine_choice
+from gaitopt.study.basins.basin_file import fraction_at
 
 PASSIVE, WHEEL, SLIP = "problems/compass_passive.py", "problems/rimless_wheel.py", "docs/examples/compass_slip.h5"
 
@@ -51,12 +51,13 @@ def test_multipliers_on_either_side_of_an_impacts_edge_are_told_apart():
     assert told == sorted(told)
 
 
-def test_a_search_for_gaits_says_that_it_is_at_work(monkeypatch):
+def test_a_search_for_gaits_shows_progress_unless_it_is_quiet(monkeypatch):
     shown = []
-    monkeypatch.setattr(Progress, "add_task", lambda self, what, **_: shown.append((what, self.disable)))
+    monkeypatch.setattr(Console, "is_terminal", True)
+    monkeypatch.setattr(Progress, "add_task", lambda self, text, **_: shown.append(text))
     for more in ((), ("--json",), ("--quiet",)):
         assert run("stability", WHEEL, "--set", "friction=inf", "--starts", 2, *more).exit_code == 0
-    assert shown == [("looking for periodic gaits", hidden) for hidden in (False, True, True)]
+    assert shown == ["searching for periodic gaits"]
 
 
 def test_no_gait_is_exit_status_one():
@@ -90,7 +91,7 @@ def test_simulate_from_a_changed_state_that_fails():
 
 
 def test_basin_on_the_command_line(tmp_path):
-    file = tmp_path / "basin.h5"
+    file = tmp_path / "basin.nc"
     result = run("basin", WHEEL, "--set", "friction=inf", "--over", "theta_rate=0.1:3.4:4", "-o", file, "--json")
     data = json.loads(result.stdout)
     assert data["endings"] == ["fell", "stick | stick", "stick | stick", "lift_off"]
@@ -114,13 +115,14 @@ def test_what_ends_in_the_saved_gait_is_told_apart_from_others_of_its_sequence(t
     facts = json.loads(run(*own, "--json").stdout)
     assert facts["endings"] == ["slip+ stick | slip+", "lift_off"]
     assert facts["saved_gait"] == 0.5
-    assert " 50.00 %  in the saved gait itself" in run(*own).stdout
-    file = tmp_path / "basin.h5"
+    assert " 50.00 %  in the saved gait\n" in run(*own).stdout
+    file = tmp_path / "basin.nc"
     assert run(*own, "-o", file).exit_code == 0
     found, gait = load_basin(file), assess_stability(load(SLIP))
     names = ("th1", "th1_rate", "th2_rate", "foot_speed")
-    assert share_at(found, names, gait) == 0.5
-    assert share_at(dataclasses.replace(found, final=found.final + 1e-3), names, gait) == 0.0
+    assert fraction_at(found, gait.state, names) == 0.5
+    assert fraction_at(found.assign(final=found.final + 1e-3), gait.state, names) == 0.0
+    assert fraction_at(found.assign(ending=found.ending * 0 - 1), gait.state, names) is None
     other = json.loads(run("basin", SLIP, "--over", "friction=0.14", "--workers", "1", "--json").stdout)
     assert other["saved_gait"] is None
 

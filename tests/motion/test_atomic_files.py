@@ -1,5 +1,9 @@
 """Files are written whole or not at all."""
 
+import os
+import stat
+from pathlib import Path
+
 import pytest
 
 from gaitopt import ArchiveError
@@ -62,3 +66,21 @@ def test_a_target_is_checked_before_any_work_and_left_alone(tmp_path):
         check_writable(tmp_path / "nowhere" / "note.txt")
     with pytest.raises(ArchiveError, match="does not exist"):
         check_writable(path / "note.txt")  # its folder is a file
+
+
+def test_a_file_reaches_the_disk_before_its_name_and_the_folder_after(tmp_path, monkeypatch):
+    order, sync, rename = [], os.fsync, Path.replace
+
+    def fsync(handle):
+        order.append("folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else f"{os.fstat(handle).st_size} bytes")
+        sync(handle)
+
+    def replace(self, target):
+        order.append("renamed")
+        return rename(self, target)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(Path, "replace", replace)
+    with write_atomically(tmp_path / "note.txt") as temporary:
+        temporary.write_text("whole")
+    assert order == ["5 bytes", "renamed", "folder"]

@@ -1,9 +1,8 @@
 """How high the swing foot is, against the geometry of two straight legs written out, and along replayed motions."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from attrs import evolve
 from scipy.interpolate import CubicSpline
 
 from gaitopt import ContactSequence, CostOfTransport, Limits, TorqueSquared
@@ -120,7 +119,7 @@ def test_the_lowest_height_between_nodes_is_that_of_the_motion(scuffing):
     gait, problem, transcription, x = scuffing
     angles = np.hstack([_dense(segment) for segment in gait.motion.segments])
     assert lack_of_height(transcription, problem, x) == pytest.approx(-over_the_bump(*angles, 1, 0).min(), abs=1e-6)
-    raised = problem.replace(limits=replace(problem.limits, clearance=0.02))
+    raised = problem.replace(limits=evolve(problem.limits, clearance=0.02))
     distance = float(x[transcription.variables["travel"][0, 0]] - x[transcription.variables[Unknown.SLIDE, 0][0, -1]])
     least = over_the_bump(*angles, distance, 0.02).min()
     assert lack_of_height(transcription, raised, x) == pytest.approx(-least, abs=1e-6)
@@ -134,7 +133,7 @@ def test_a_foot_too_low_between_nodes_is_warned_about(scuffing):
     _, problem, transcription, x = scuffing
     (warning,) = warnings(transcription, problem, x, 0.0, 0.0)
     assert "m lower than Limits.clearance asks: use more intervals" in warning
-    free = problem.replace(limits=replace(problem.limits, clearance=None))
+    free = problem.replace(limits=evolve(problem.limits, clearance=None))
     assert warnings(transcription, free, x, 0.0, 0.0) == ()
 
 

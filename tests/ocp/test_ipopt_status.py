@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion import summarise
 from gaitopt.ocp.nlp import ipopt
-from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +162,7 @@ def test_the_time_limit(problem):
         ({"tolerance": math.nan}, "Ipopt.tolerance must be a finite number"),
         ({"max_iterations": -1}, "Ipopt.max_iterations must be at least 0"),
         ({"max_iterations": 2.5}, "Ipopt.max_iterations must be a whole number"),
-        ({"max_iterations": "many"}, "Ipopt.max_iterations must be a number"),
+        ({"max_iterations": "many"}, "Ipopt.max_iterations must be a whole number, got 'many'"),
         ({"time_limit": 0}, "Ipopt.time_limit must be greater than 0"),
     ],
 )

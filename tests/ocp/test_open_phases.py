@@ -1,10 +1,10 @@
 """Contact sequences with open phases: time stepping proposes the phases, a closed contact sequence finishes them."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 from gaitopt import ContactSequence, Homotopy, InputError, Ipopt, Mode, solve, verify
 from gaitopt.ocp import ExactPenalty, Scholtes
@@ -62,7 +62,7 @@ def test_another_relaxation_and_objective(reference_problem):
 @pytest.fixture(scope="module")
 def stepped(reference_problem):
     """Return problem, transcription and decision vector of a relaxed time-stepping solve."""
-    grid = replace(reference_problem().transcription, intervals=(40,))
+    grid = evolve(reference_problem().transcription, intervals=(40,))
     problem = reference_problem(sequence="any | any", friction=0.1, transcription=grid)
     transcription = transcribe(structure(problem, problem.transcription, ExactPenalty()))
     trail = follow_homotopy(
@@ -160,7 +160,7 @@ def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypat
 def test_intervals_of_phases_not_known_yet(reference_problem):
     with pytest.raises(InputError, match="intervals"):
         reference_problem(
-            sequence="any | any", transcription=replace(reference_problem().transcription, intervals=(5, 20))
+            sequence="any | any", transcription=evolve(reference_problem().transcription, intervals=(5, 20))
         )
     with pytest.raises(InputError, match="needs no open place"):
         reference_problem(sequence="any | any", friction=math.inf)

@@ -3,16 +3,22 @@
 import os
 import subprocess
 import sys
+import tempfile
 import textwrap
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
-from gaitopt import InputError
+from gaitopt import Execution, GaitoptError, InputError
+from gaitopt.errors import ScriptError
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
-from tests.study import works
+from tests.parallel import works
+
+TWO = Execution(workers=2)
 
 
 def chain(count, apart=3):
@@ -36,9 +42,9 @@ def test_results_do_not_depend_on_who_does_the_work():
     serial = results(works.slow_add, chain(10), 100)
     assert list(serial) == [str(i) for i in range(10)]
     assert serial["9"] == sum(100 + i for i in (0, 3, 6, 9))
-    assert results(works.slow_add, chain(10), 100, workers=2) == serial
+    assert results(works.slow_add, chain(10), 100, execution=TWO) == serial
     with ThreadPoolExecutor(2) as executor:
-        assert results(works.slow_add, chain(10), 100, executor=executor, workers=2) == serial
+        assert results(works.slow_add, chain(10), 100, execution=Execution(executor=executor, workers=2)) == serial
 
 
 def test_known_results_are_used_and_not_computed_again():
@@ -50,35 +56,98 @@ def test_known_results_are_used_and_not_computed_again():
 def test_tasks_in_no_order_are_refused():
     with pytest.raises(InputError, match="'a' needs 'b', which does not come before"):
         results(works.add, [Task("a", 1, ("b",)), Task("b", 1)], 0)
-    with pytest.raises(InputError, match="Two tasks are called 'a'"):
+    with pytest.raises(InputError, match="Two tasks have the key 'a'"):
         results(works.add, [Task("a", 1), Task("a", 2)], 0)
     with pytest.raises(InputError, match="workers must be at least 1"):
-        results(works.add, chain(1), 0, workers=0)
+        results(works.add, chain(1), 0, execution=Execution(workers=0))
 
 
 def test_a_worker_that_dies_costs_only_the_task_that_kills_it(tmp_path):
     names = ["one", "unlucky", "two", "guilty", "three"]
     tasks = [*map(Task, names, names), Task("after", "after", ("guilty", "unlucky"))]
-    ended = {done.task.key: done for done in run_tasks(works.die, tasks, str(tmp_path), workers=2)}
+    ended = {done.task.key: done for done in run_tasks(works.die, tasks, str(tmp_path), execution=TWO)}
     assert {key for key, done in ended.items() if done.failure} == {"guilty"}
-    assert "process after process died" in ended["guilty"].failure
+    assert "one worker process after another died" in ended["guilty"].failure
     assert all(done.result == key for key, done in ended.items() if key != "guilty")
 
 
 def test_an_error_in_a_task_comes_through_and_ends_the_workers():
     tasks = [Task("a", 1), Task("b", 2)]
     with pytest.raises(ValueError, match=r"shared [12]"):
-        results(works.fail, tasks, "shared", workers=2)
+        results(works.fail, tasks, "shared", execution=TWO)
 
 
-def test_what_cannot_be_sent_is_said_before_anything_runs():
-    with pytest.raises(InputError, match="cannot be sent to worker processes"):
-        results(works.add, chain(2), lambda: None, workers=2)
+def test_what_cannot_be_pickled_is_refused_before_anything_runs():
+    with pytest.raises(InputError, match=r"cannot be sent to worker processes \(TypeError: cannot pickle '_thread"):
+        results(works.add, chain(2), threading.Lock(), execution=TWO)
+
+
+def test_functions_and_classes_of_a_function_are_sent():
+    class Shift:
+        def __init__(self, size):
+            self.size = size
+
+    def shift(shared, argument):
+        return shared.size + argument + offset
+
+    offset = 1000
+    tasks = [Task("a", 1), Task("b", 2)]
+    assert results(shift, tasks, Shift(100), execution=TWO) == {"a": 1101, "b": 1102}
+    with ThreadPoolExecutor(2) as threads:
+        assert results(shift, tasks, Shift(100), execution=Execution(executor=threads))["b"] == 1102
+
+
+def test_a_result_of_a_class_of_a_function_comes_back():
+    class Answer:
+        pass
+
+    found = results(lambda shared, argument: Answer(), [Task("a"), Task("b")], execution=TWO)
+    assert isinstance(found["a"], Answer)
+
+
+@pytest.mark.parametrize("where", ["processes", "threads"])
+def test_what_goes_wrong_at_the_start_of_a_worker_is_reported_as_it_is(where):
+    def prepare():
+        raise ModuleNotFoundError("No module named 'my_walker'")
+
+    with ThreadPoolExecutor(2) as threads:
+        executor = threads if where == "threads" else None
+        shared = works.Missing() if executor else 0  # an external executor prepares only what lacks something
+        with pytest.raises(GaitoptError) as failure:
+            results(works.add, chain(2), shared, execution=Execution(workers=2, executor=executor, prepare=prepare))
+    assert str(failure.value) == (
+        "A worker process cannot load the problem: ModuleNotFoundError: No module named 'my_walker'."
+    )
+
+
+def test_a_mistake_in_the_script_of_a_worker_comes_through():
+    def prepare():
+        raise ScriptError("walker.py, line 3: invalid syntax.")
+
+    with pytest.raises(ScriptError, match="line 3"):
+        results(works.add, chain(2), 0, execution=Execution(workers=2, prepare=prepare))
+
+
+def test_workers_that_die_at_their_start_end_the_study():
+    with pytest.raises(GaitoptError, match=r"3 times in a row, worker processes died before .* use fewer workers"):
+        results(works.add, chain(2), 0, execution=Execution(workers=2, prepare=works.end_process))
+
+
+def test_a_full_disk_is_reported(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+    def write_bytes(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", write_bytes)
+    with pytest.raises(GaitoptError, match=r"Cannot write .*payload\.pickle for worker processes: No space left"):
+        results(works.add, chain(2), 0, execution=TWO)
+    assert not list(tmp_path.iterdir())
 
 
 def test_workers_keep_to_one_thread_and_do_not_hear_ctrl_c():
     tasks = [Task(str(i)) for i in range(8)]
-    ended = results(works.environment, tasks, workers=2)
+    ended = results(works.environment, tasks, execution=TWO)
     processes = {process for process, _, _ in ended.values()}
     assert os.getpid() not in processes
     assert len(processes) <= 2
@@ -87,7 +156,9 @@ def test_workers_keep_to_one_thread_and_do_not_hear_ctrl_c():
 
 
 def test_leaving_early_ends_the_workers_at_once():
-    running = run_tasks(works.rest, [Task("short", 0.1), Task("long", 60), Task("longer", 60)], workers=2)
+    running = run_tasks(
+        works.rest, [Task("short", 0.1), Task("long", 60), Task("longer", 60)], execution=Execution(workers=2)
+    )
     assert next(running).task.key == "short"
     began = time.monotonic()
     running.close()
@@ -96,13 +167,14 @@ def test_leaving_early_ends_the_workers_at_once():
 
 ORPHANS = """
     import os, signal, time
+    from gaitopt import Execution
     from gaitopt.parallel.runner import run_tasks
     from gaitopt.parallel.task_graph import Task
-    from tests.study import works
+    from tests.parallel import works
 
     if __name__ == "__main__":
         tasks = [Task("a"), Task("b"), Task("long 1"), Task("long 2")]
-        for number, done in enumerate(run_tasks(works.environment, tasks, workers=2)):
+        for number, done in enumerate(run_tasks(works.environment, tasks, execution=Execution(workers=2))):
             print(done.result[0], flush=True)
             if number == 1:
                 os.kill(os.getpid(), signal.SIGKILL)
@@ -112,22 +184,42 @@ ORPHANS = """
 def test_workers_do_not_outlive_a_killed_parent(tmp_path):
     script = tmp_path / "killed.py"
     script.write_text(textwrap.dedent(ORPHANS))
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60, check=False)
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, timeout=60, check=False, env=environment
+    )
     workers = [int(line) for line in done.stdout.split()]
     assert workers
     deadline = time.monotonic() + 20
-    while any(map(alive, workers)):
+    while any(map(alive, workers)) or list(tmp_path.glob("gaitopt-*")):
         assert time.monotonic() < deadline
         time.sleep(0.05)
 
 
-def test_a_script_without_guard_is_told_what_is_wrong(tmp_path):
+def test_a_script_needs_no_guard(tmp_path):
     script = tmp_path / "unguarded.py"
     script.write_text(
+        "from gaitopt import Execution\n"
         "from gaitopt.parallel.runner import run_tasks\nfrom gaitopt.parallel.task_graph import Task\n"
-        "from tests.study import works\n"
-        "tasks = [Task('a', 1), Task('b', 2)]\nlist(run_tasks(works.add, tasks, 'long' * 1_000_000, workers=2))\n"
+        "def measure(shared, argument):\n    return len(shared) + argument\n"
+        "tasks = [Task('a', 1), Task('b', 2)]\n"
+        "done = run_tasks(measure, tasks, 'long' * 1_000_000, execution=Execution(workers=2))\n"
+        "print(sorted(outcome.result for outcome in done))\n"
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 1
-    assert "GaitoptError: Worker processes die before they do anything" in done.stderr
+    assert (done.stdout, done.stderr) == ("[4000001, 4000002]\n", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"workers": 0}, "Execution.workers must be at least 1, got 0"),
+        ({"workers": 1.5}, "Execution.workers must be a whole number"),
+        ({"executor": "tcp://host:8786"}, "Execution.executor must be a concurrent.futures.Executor, got 'tcp"),
+        ({"prepare": 3}, "Execution.prepare must be a function that is called with no arguments, got 3"),
+        ({"observer": "bar"}, "Execution.observer must be a function that is called with the number of tasks done"),
+    ],
+)
+def test_an_execution_that_is_invalid_is_refused(options, message):
+    with pytest.raises(InputError, match=message):
+        Execution(**options)

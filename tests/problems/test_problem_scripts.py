@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from gaitopt import Collocation, GaitProblem, check_robot, replay, solve, verify
+from gaitopt import Collocation, GaitProblem, InputError, check_robot, replay, solve, verify
 from gaitopt.cli.script import build_problem, call_script, load_script, script_parameters
+from gaitopt.ocp.methods import TRANSCRIPTIONS
 from gaitopt.ocp.solve import grid_solve
 
 SCRIPTS = [
@@ -37,21 +38,28 @@ def test_it_has_keyword_defaults_only(path):
     function()
 
 
+def resolved(problem):
+    """Return the problem as plain data, without the record of its script, which names every setting."""
+    return problem.replace(script=None).describe()
+
+
 @every_optimised
 def test_every_parameter_can_be_set_to_its_default(path):
     defaults = script_parameters(load_script(path))
     plain = build_problem(path, [])
     again = build_problem(path, [f"{name}={value}" for name, value in defaults.items()])
-    assert again.describe() == plain.describe()
+    assert again.script.parameters == plain.script.parameters == defaults
+    assert again.script.changed == tuple(defaults)
+    assert resolved(again) == resolved(plain)
 
 
 @every_optimised
 def test_every_number_changes_the_problem(path):
-    plain = build_problem(path, []).describe()
+    plain = resolved(build_problem(path, []))
     for name, value in script_parameters(load_script(path)).items():
         if isinstance(value, int | float):
             changed = value * 1.5 if isinstance(value, float) and value else value + 1
-            assert build_problem(path, [f"{name}={changed}"]).describe() != plain, name
+            assert resolved(build_problem(path, [f"{name}={changed}"])) != plain, name
 
 
 QUICK = {"five_link": ["sequence=stick | stick", "intervals=40"]}
@@ -59,17 +67,41 @@ QUICK = {"five_link": ["sequence=stick | stick", "intervals=40"]}
 
 
 @functools.cache
-def solved(path):
-    problem = build_problem(path, QUICK.get(path.stem, []))
+def solved(path, method="collocation"):
+    problem = build_problem(path, [*QUICK.get(path.stem, []), f"transcription={method}"])
     return problem, verify(solve(problem), problem.robot)
 
 
-@every_optimised
-def test_it_is_solved_and_verified(path):
-    problem, gait = solved(path)
+SLOW = ("five_link", "multiple_shooting")
+"""Shooting needs minutes where errors grow 50 000 times within a step; tests/benchmarks solves that."""
+
+PAIRS = [(path, method) for path in OPTIMISED for method in TRANSCRIPTIONS if (path.stem, method) != SLOW]
+
+
+@pytest.mark.parametrize(("path", "method"), PAIRS, ids=[f"{path.stem}-{method}" for path, method in PAIRS])
+def test_it_is_solved_and_verified(path, method):
+    problem, gait = solved(path, method)
     assert gait.status.ok, gait.solver.violations
     assert gait.verification.passed, gait.verification.reasons
     assert gait.sequence == problem.sequence
+
+
+@pytest.mark.parametrize("path", [path for path in OPTIMISED if path.stem != SLOW[0]], ids=lambda path: path.stem)
+def test_both_transcriptions_give_the_same_cost(path):
+    costs = [solved(path, method)[1].cost_of_transport for method in TRANSCRIPTIONS]
+    assert costs[0] == pytest.approx(costs[1], rel=1e-3)
+
+
+@every_optimised
+def test_the_transcription_is_that_of_the_parameter(path):
+    for method, kind in TRANSCRIPTIONS.items():
+        assert type(build_problem(path, [f"transcription={method}"]).transcription) is kind
+
+
+@every_optimised
+def test_an_unknown_transcription_is_refused(path):
+    with pytest.raises(InputError, match="Did you mean 'collocation'"):
+        build_problem(path, ["transcription=colocation"])
 
 
 def test_the_five_link_walker_keeps_its_knees_from_bending_backwards():
@@ -109,7 +141,7 @@ def test_a_grid_on_which_the_foot_is_too_low_between_nodes_is_doubled(monkeypatc
 
 def test_the_two_compass_scripts_differ_in_their_sequence_only():
     slip, stick = (
-        build_problem(path, []).describe() for path in OPTIMISED if path.stem in ("compass_slip", "compass_stick")
+        resolved(build_problem(path, [])) for path in OPTIMISED if path.stem in ("compass_slip", "compass_stick")
     )
     different = {name for name in slip if slip[name] != stick[name]}
     assert {"sequence", "intervals"} <= different <= {"sequence", "intervals", "name"}

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import attrs
 import numpy as np
 import pytest
 
@@ -42,7 +43,7 @@ def test_pushes_are_seeded(open_loop):
     walker, cycle = open_loop
     one, two = (recovery(walker, cycle, 1e-3, TEST).settling for _ in range(2))
     assert one == two
-    other = recovery(walker, cycle, 1e-3, dataclasses.replace(TEST, seed=1))
+    other = recovery(walker, cycle, 1e-3, attrs.evolve(TEST, seed=1))
     assert other.settling != one
 
 

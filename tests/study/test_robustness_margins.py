@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import (
+    Execution,
     PushTest,
     assess_stability,
     by_stance_angle,
@@ -35,7 +36,7 @@ def test_every_kind_is_survived_up_to_a_limit(gait):
     test, walking, counted = PushTest(starts=3, resolution=0.4), WalkTest(steps=8, patch=2, resolution=0.3), []
     with ThreadPoolExecutor(1) as executor:  # what it is sent is packed as for another process
         more = {"executor": executor, "observer": lambda *done: counted.append(done)}
-        every = assess_robustness(robot, law, cycle, walking=walking, test=test, **more)
+        every = assess_robustness(robot, law, cycle, walking=walking, test=test, execution=Execution(**more))
     assert counted == [(number, 6) for number in range(1, 7)]
     found = {each.kind: each for each in every}
     assert set(found) == {"push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"}

@@ -31,10 +31,10 @@ def test_studies_refuse_what_they_cannot_compare_at_their_door(problem):
     ):
         search(problem, sequences=["stick | stick", "any | stick"])
     with pytest.raises(InputError, match=r"A sweep needs a closed contact sequence, but 'slip\+ stick \| any'"):
-        sweep(problem.replace(sequence="slip+ stick | any"), friction=[0.14])
+        sweep(problem.replace(sequence="slip+ stick | any"), {"friction": [0.14]})
     with pytest.raises(InputError, match="A search needs a contact sequence"):
         search(problem, sequences=[])
-    for study, options in ((search, {}), (sweep, {"friction": [0.14]})):
+    for study, options in ((search, {}), (sweep, {"axes": {"friction": [0.14]}})):
         with pytest.raises(InputError, match="starts must be"):
             study(problem, starts=0, **options)
     assert closed_sequences("stick | stick", "A sweep") == (ContactSequence.parse("stick | stick"),)

@@ -33,10 +33,13 @@ def tuned(slipping, design):
     found = tune_feedback(
         slipping, design, search=QUICK, test=PushTest(starts=10, resolution=0.3), observer=seen.append
     )
-    assert [step.number for step in seen] == list(range(1, found.evaluations + 1))
-    objectives = [step.objective for step in seen]
+    searched, verified = seen[: found.evaluations], seen[found.evaluations :]
+    assert [step.number for step in searched] == list(range(1, found.evaluations + 1))
+    objectives = [step.objective for step in searched]
     assert objectives == [trial.objective for trial in found.trials]
-    assert [step.best for step in seen] == np.minimum.accumulate(objectives).tolist()
+    assert [step.best for step in searched] == np.minimum.accumulate(objectives).tolist()
+    assert verified
+    assert all(1 <= step.walks <= step.starts == 10 and step.radius > 0 for step in verified)
     return found
 
 

@@ -1,6 +1,6 @@
-"""NAME: what it is about, in one line.
+"""NAME: description in one line.
 
-Run it with ``gaitopt solve NAME.py``; change any keyword of problem() with ``--set friction=0.2 --set hip_mass=10``.
+Run it with ``gaitopt solve NAME.py``; change any keyword of problem() with ``--set friction=0.2 --set speed=0.5:0.7``.
 """
 
 from dataclasses import dataclass
@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import casadi as ca
 
 from gaitopt import GaitProblem, Limits, Objective, compass_biped
+from gaitopt.ocp import transcription_named
 
 
 @dataclass(frozen=True)
 class WorkAndTorque(Objective):
-    """Cost of transport, and beside it a price on squared torques, which keeps motors cool and torques smooth."""
+    """Cost of transport plus a price on squared torques, which keeps motors cool and torques smooth."""
 
     price: float  # [W / (N m)^2]
     name = "work_and_torque"
@@ -25,7 +26,7 @@ class WorkAndTorque(Objective):
         return ca.sum1(point.positive) + ca.sum1(point.negative) + self.price * ca.sumsqr(point.torque)
 
 
-# Every keyword here can be changed with --set; give it a default of its kind, and say its unit.
+# Every keyword can be changed with --set; give it a default of its type, and state its unit.
 def problem(
     hip_mass=2.0,  # [kg]
     leg_mass=4.0,  # [kg]
@@ -34,14 +35,16 @@ def problem(
     friction=0.14,  # Coulomb coefficient
     speed=0.633,  # [m/s]: a number, a pair (lower, upper), or None for free
     step_length=0.4713,  # [m], foot slide included: the same choices
-    torque_limit=6.0,  # of ankle and hip each [N m]; without limits the torques grow very large
+    torque_limit=6.0,  # of ankle and hip each [N m]; without limits the torques become very large
     price=0.0,  # of squared torques, see above
-    sequence="slip+ stick | slip+",  # phases | impact; try "stick | stick" when no gait is found
+    sequence="slip+ stick | slip+",  # phases | impact; try "stick | stick" if no gait is found
+    transcription="collocation",  # or multiple_shooting
+    intervals=40,  # grid intervals of a sticking phase (a slip phase gets a quarter)
 ):
     """Return the problem: walk at the given speed and step with the least effort."""
     return GaitProblem(
         name="NAME",
-        robot=compass_biped(),  # the robots gaitopt brings: compass_biped, rimless_wheel; or assemble your own
+        robot=compass_biped(),  # built in: compass_biped, rimless_wheel; or assemble a custom robot
         sequence=sequence,
         parameters={"hip_mass": hip_mass, "leg_mass": leg_mass, "leg_length": leg_length, "leg_com": leg_com},
         friction=friction,
@@ -49,6 +52,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit),
         objective=WorkAndTorque(price=price),
+        transcription=transcription_named(transcription)(intervals=intervals),
     )
 
 

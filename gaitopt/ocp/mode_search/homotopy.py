@@ -1,25 +1,24 @@
 """Homotopy: relaxed problems solved in turn until the complementarity pairs hold."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
+from attrs import field, frozen
 
-from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
-from gaitopt.ocp.transcription.method import check_count
 from gaitopt.ocp.transcription.relaxation import ExactPenalty, Relaxation
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import bounded, counted, instance_of
 from gaitopt.progress import HomotopyIteration, SolveObserver
 
 LEAST_BARRIER, MOST_BARRIER = 1e-8, 1e-2
 """Bounds of the barrier parameter of a warm-started relaxed problem, which is a tenth of its relaxation parameter."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Homotopy:
     """How the open places of a contact sequence are closed.
 
@@ -48,22 +47,14 @@ class Homotopy:
     ExactPenalty()
     """
 
-    relaxation: Relaxation = field(default_factory=ExactPenalty)
-    first: float = 0.1
-    factor: float = 0.01
-    tolerance: float = 1e-6
-    max_steps: int = 10
-    intervals: int = 40
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.relaxation, Relaxation):
-            raise InputError(
-                f"Homotopy.relaxation must be a relaxation such as ExactPenalty(), got {self.relaxation!r}."
-            )
-        for name, least, most in (("first", 1e-7, 1e3), ("factor", 1e-4, 0.9), ("tolerance", 1e-7, 1e-2)):
-            Parameter(f"Homotopy.{name}", most, "1", "", lower=least, upper=most).check(getattr(self, name))
-        check_count("Homotopy.max_steps", self.max_steps, 1, 100)
-        check_count("Homotopy.intervals", self.intervals, 10, 400)
+    relaxation: Relaxation = field(
+        factory=ExactPenalty, validator=instance_of(Relaxation, example="a relaxation such as ExactPenalty()")
+    )
+    first: float = field(default=0.1, validator=bounded(lower=1e-7, upper=1e3))
+    factor: float = field(default=0.01, validator=bounded(lower=1e-4, upper=0.9))
+    tolerance: float = field(default=1e-6, validator=bounded(lower=1e-7, upper=1e-2))
+    max_steps: int = field(default=10, validator=counted(1, 100))
+    intervals: int = field(default=40, validator=counted(10, 400))
 
 
 @dataclass(frozen=True, eq=False)

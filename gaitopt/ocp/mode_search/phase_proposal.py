@@ -1,9 +1,10 @@
 """Contact sequences with open phases: the phases that a relaxed time-stepping NLP proposes."""
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from attrs import evolve
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -38,7 +39,7 @@ def propose_phases(
     """Follow the homotopy of a contact sequence with open phases on a separate grid."""
     parts = {Mode.ANY: 1, Mode.STICK: 2}
     counts = tuple(homotopy.intervals // parts.get(mode, 4) for mode in problem.sequence.phases)
-    method = replace(problem.transcription, intervals=counts)
+    method = evolve(problem.transcription, intervals=counts)
     transcription = transcribe(structure(problem, method, homotopy.relaxation))
     trail = follow_homotopy(
         homotopy,

@@ -15,19 +15,20 @@ rho it has a factorisation L D L' without pivoting whatever the order, whose sig
 
 import functools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
+from attrs import field, frozen
 
-from gaitopt.errors import InputError
+from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp.ipopt import ONE_AT_A_TIME, Ipopt
-from gaitopt.ocp.nlp.iteration_callback import handle_interrupt
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
+from gaitopt.parameters import instance_of
 from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.status import Status
 
@@ -49,7 +50,7 @@ MOST_ENTRIES = 200
 """A constraint of more unknowns, such as an integral over a fine grid, fills the matrix."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Newton:
     """Newton's method for smooth objectives, such as squared torques; another solver where it does not arrive.
 
@@ -73,11 +74,7 @@ class Newton:
     100
     """
 
-    fallback: Ipopt = field(default_factory=Ipopt)
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.fallback, Ipopt):
-            raise InputError(f"Newton.otherwise must be an Ipopt(...), got {self.fallback!r}.")
+    fallback: Ipopt = field(factory=Ipopt, validator=instance_of(Ipopt, example="an Ipopt(...)"))
 
     def minimise(
         self,
@@ -95,7 +92,7 @@ class Newton:
 
         def arrived(x: Array, multipliers: Array, observer: Observer) -> NlpResult | None:
             run = _Run(nlp, data, bounds, self.fallback)
-            with ONE_AT_A_TIME, handle_interrupt(run):
+            with ONE_AT_A_TIME, stop_on_interrupt(run.interrupt):
                 found = run.arrived(x, multipliers, observer)
             if found is None and run.interrupted:
                 raise KeyboardInterrupt  # it came as Newton's method gave up

@@ -5,19 +5,20 @@ import math
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.errors import InputError, suggest
+from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import Bounds
-from gaitopt.ocp.nlp.iteration_callback import IterationCallback, defer_interrupt, handle_interrupt
+from gaitopt.ocp.nlp.iteration_callback import IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import counted, positive
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
@@ -44,11 +45,19 @@ LINEAR_SOLVERS = ("mumps", "spral", "ma27", "ma57", "ma77", "ma86", "pardiso")
 """Linear solvers the Ipopt of CasADi's wheel knows; the first two come with it (MA97 would crash the process)."""
 
 
+MOST_ITERATIONS = 2**31 - 1
+"""Ipopt counts in 32 bits."""
+
 ONE_AT_A_TIME = threading.RLock()
 """Ipopt with MUMPS is not safe in threads: parallel solves belong in processes."""
 
 
-@dataclass(frozen=True, kw_only=True)
+def _check_linear_solver(options: object, attribute: object, value: str) -> None:
+    if value not in LINEAR_SOLVERS:
+        raise InputError(f"Ipopt has no linear solver {value!r}. {suggest(str(value), LINEAR_SOLVERS)}")
+
+
+@frozen(kw_only=True)
 class Ipopt:
     """The interior-point solver Ipopt.
 
@@ -72,21 +81,10 @@ class Ipopt:
     1e-08
     """
 
-    tolerance: float = 1e-8
-    max_iterations: int = 500
-    time_limit: float = math.inf
-    linear_solver: str = "mumps"
-
-    def __post_init__(self) -> None:
-        Parameter("Ipopt.tolerance", 1e-8, "1", "", lower=0.0, lower_open=True).check(self.tolerance)
-        Parameter("Ipopt.time_limit", math.inf, "s", "", 0.0, lower_open=True, infinite=True).check(self.time_limit)
-        most = Parameter("Ipopt.max_iterations", 500, "1", "", lower=0.0).check(self.max_iterations)
-        if most != int(most):
-            raise InputError(f"Ipopt.max_iterations must be a whole number, got {self.max_iterations!r}.")
-        if self.linear_solver not in LINEAR_SOLVERS:
-            raise InputError(
-                f"Ipopt has no linear solver {self.linear_solver!r}. {suggest(str(self.linear_solver), LINEAR_SOLVERS)}"
-            )
+    tolerance: float = field(default=1e-8, validator=positive())
+    max_iterations: int = field(default=500, validator=counted(0, MOST_ITERATIONS))
+    time_limit: float = field(default=math.inf, validator=positive("s", infinite=True))
+    linear_solver: str = field(default="mumps", validator=_check_linear_solver)
 
     def minimise(
         self,
@@ -105,7 +103,7 @@ class Ipopt:
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         with _alone():
             try:
-                with handle_interrupt(tap):
+                with stop_on_interrupt(tap.interrupt):
                     tap.watch(observer, bounds)
                     answer = solver(x0=x, p=data, **limits, **near)
             finally:

@@ -1,13 +1,7 @@
-"""What happens at every iteration of a CasADi solver: progress is told, the best iterate kept, Ctrl-C heard."""
+"""Iteration callback of CasADi solvers: reports progress, records the best feasible iterate, stops on request."""
 
 import math
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from types import FrameType
-from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -30,13 +24,6 @@ class BestIterate:
 
     number: int
     values: dict[str, ca.DM]
-
-
-class Interruptible(Protocol):
-    """What can be asked to stop."""
-
-    def interrupt(self) -> None:
-        """Ask to stop after the present iteration."""
 
 
 class IterationCallback(ca.Callback):
@@ -107,44 +94,3 @@ class IterationCallback(ca.Callback):
             self.failure = failure
             self.interrupt()
         return [int(self.interrupted)]
-
-
-@contextmanager
-def handle_interrupt(solver: Interruptible) -> Iterator[None]:
-    """Let the first Ctrl-C stop the solver after its present iteration, keeping the iterate; a second one raises.
-
-    CasADi would otherwise throw through Ipopt in the middle of an evaluation and lose the iterate.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        solver.interrupt()
-        signal.signal(signal.SIGINT, former)
-
-    former = signal.signal(signal.SIGINT, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, former)
-
-
-@contextmanager
-def defer_interrupt() -> Iterator[None]:
-    """Hold a Ctrl-C back until the block has ended.
-
-    Where CasADi's wrapper looks at arguments it clears whatever Python raises, and an interrupt would be lost.
-    """
-    normal = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if not normal or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    if came:
-        raise KeyboardInterrupt

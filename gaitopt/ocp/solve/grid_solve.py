@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.solution import Solution
@@ -14,7 +15,6 @@ from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, transfer_solution
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
-from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solve.diagnosis import warnings

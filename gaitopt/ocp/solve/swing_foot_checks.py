@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.iteration_callback import defer_interrupt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solve.trajectory import solved_parameters

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from attrs import field, frozen
 from scipy.interpolate import PchipInterpolator
 
 from gaitopt.errors import InputError
@@ -13,7 +14,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import bounded, counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +155,7 @@ class Keyframes(Guess):
         return "keyframes at " + ", ".join(f"{f:g}" for f in self.fractions)
 
 
-@dataclass(frozen=True)
+@frozen
 class RandomPerturbation(Guess):
     """A straight line with seeded random waves on the angles, to look for other optima from.
 
@@ -175,12 +176,8 @@ class RandomPerturbation(Guess):
     'scattered line, seed 3'
     """
 
-    seed: int
-    amplitude: float = 0.1
-
-    def __post_init__(self) -> None:
-        Parameter("RandomPerturbation.seed", 0, "1", "", lower=0, whole=True).check(self.seed)
-        Parameter("RandomPerturbation.amplitude", 0.1, "rad", "", lower=0.0).check(self.amplitude)
+    seed: int = field(validator=counted(0))
+    amplitude: float = field(default=0.1, validator=bounded("rad", lower=0.0))
 
     def durations(self, setting: Setting) -> Array:
         """Return typical durations."""

@@ -2,17 +2,19 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+from attrs import field, frozen
 
 from gaitopt.errors import InputError, suggest
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import Parameter, bounded, optional, positive
 
 
 def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
     return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=not zero, infinite=True).check(value)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Limits:
     """Bounds the gait must keep.
 
@@ -49,17 +51,10 @@ class Limits:
     torque: float | Mapping[str, float] = math.inf
     torque_rate: float | Mapping[str, float] = math.inf
     angle: float | Mapping[str, float | tuple[float, float]] = math.pi / 2
-    rate: float = math.inf
-    shortest_phase: float = 5e-3
-    longest_step: float = 10.0
-    clearance: float | None = None
-
-    def __post_init__(self) -> None:
-        for name, unit in (("rate", "rad/s"), ("shortest_phase", "s"), ("longest_step", "s")):
-            object.__setattr__(self, name, _positive(f"Limits.{name}", unit, getattr(self, name)))
-        if self.clearance is not None:
-            checked = Parameter("Limits.clearance", 0.0, "m", "", lower=0.0).check(self.clearance)
-            object.__setattr__(self, "clearance", checked)
+    rate: float = field(default=math.inf, validator=positive("rad/s", infinite=True))
+    shortest_phase: float = field(default=5e-3, validator=positive("s", infinite=True))
+    longest_step: float = field(default=10.0, validator=positive("s", infinite=True))
+    clearance: float | None = field(default=None, validator=optional(bounded("m", lower=0.0)))
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator [N m], in order.
@@ -121,7 +116,7 @@ def _by_actuator(field_name: str, given: float | Mapping[str, float], actuators:
     return {name: given.get(name, math.inf) for name in actuators}
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Margins:
     """Distances kept from the edges where a gait would change its contact sequence.
 
@@ -149,26 +144,13 @@ class Margins:
     0.05
     """
 
-    cone: float = 1e-3
-    impact_cone: float = 1e-3
-    slip_speed: float = 1e-2
-    separation: float = 1e-3
-    normal_force: float = 1e-2
-    touchdown_rate: float = 1e-3
-    touchdown_armed: float = 1e-3
-
-    def __post_init__(self) -> None:
-        for name, unit, upper in (
-            ("cone", "1", 0.99),
-            ("impact_cone", "1", 0.99),
-            ("slip_speed", "m/s", math.inf),
-            ("separation", "m/s", math.inf),
-            ("normal_force", "1", 0.99),
-            ("touchdown_rate", "1", math.inf),
-            ("touchdown_armed", "1", math.inf),
-        ):
-            checked = Parameter(f"Margins.{name}", 0.0, unit, "", lower=0.0, upper=upper).check(getattr(self, name))
-            object.__setattr__(self, name, checked)
+    cone: float = field(default=1e-3, validator=bounded(lower=0.0, upper=0.99))
+    impact_cone: float = field(default=1e-3, validator=bounded(lower=0.0, upper=0.99))
+    slip_speed: float = field(default=1e-2, validator=bounded("m/s", lower=0.0))
+    separation: float = field(default=1e-3, validator=bounded("m/s", lower=0.0))
+    normal_force: float = field(default=1e-2, validator=bounded(lower=0.0, upper=0.99))
+    touchdown_rate: float = field(default=1e-3, validator=bounded(lower=0.0))
+    touchdown_armed: float = field(default=1e-3, validator=bounded(lower=0.0))
 
 
 Target = float | tuple[float, float] | None
@@ -180,7 +162,7 @@ class Range:
     """An interval [lower, upper] made from a Target; fixed when both are equal."""
 
     lower: float = 0.0
-    upper: float = field(default=math.inf)
+    upper: float = math.inf
 
     @classmethod
     def of(cls, target: Target, name: str, unit: str) -> "Range":

@@ -9,18 +9,20 @@ are continuous within a phase because torques are, belong to both neighbours.  W
 """
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from attrs import evolve, field, frozen
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind
-from gaitopt.ocp.transcription.method import Method, check_count
+from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.scheme import Point, Scheme
+from gaitopt.parameters import counted
 
 MOST_POINTS = 6
 """Refinement raises the order up to this many points; beyond, the torque's grid is what limits a plan."""
@@ -106,7 +108,7 @@ def integrals(count: int) -> tuple[Array, Array]:
     return once, twice
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Collocation(Method):
     """Transcription by Lobatto collocation in second-order form with inverse dynamics.
 
@@ -127,11 +129,7 @@ class Collocation(Method):
     'collocation, 4 Lobatto points'
     """
 
-    points: int = 4
-
-    def check_options(self) -> None:
-        """Check the number of points."""
-        check_count("points", self.points, 3, 8)
+    points: int = field(default=4, validator=counted(3, 8))
 
     @property
     def name(self) -> str:
@@ -145,4 +143,4 @@ class Collocation(Method):
 
     def finer(self) -> "Collocation | None":
         """Return the method with one more point."""
-        return replace(self, points=self.points + 1) if self.points < MOST_POINTS else None
+        return evolve(self, points=self.points + 1) if self.points < MOST_POINTS else None

@@ -1,22 +1,23 @@
 """Transcription methods: a grid, how it is integrated, and how accurate the result must be."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+
+from attrs import evolve, field, frozen
 
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.transcription.scheme import Scheme
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import Parameter, positive
 
 MOST_INTERVALS = 2000
 COARSEST, COARSE = 10, 20
 """Intervals of the longest phase: on the grid to begin with, and up to which a grid is solved on at once."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Method(ABC):
-    """What every transcription method has; derive from it to add one.
+    """Base of the transcription methods, an attrs class; derive another attrs class from it to add a method.
 
     Attributes
     ----------
@@ -31,15 +32,7 @@ class Method(ABC):
     """
 
     intervals: int | tuple[int, ...] = 40
-    tolerance: float = 1e-7
-
-    def __post_init__(self) -> None:
-        Parameter("tolerance", 0.0, "1", "", lower=0.0, lower_open=True, infinite=True).check(self.tolerance)
-        self.check_options()
-
-    @abstractmethod
-    def check_options(self) -> None:
-        """Raise InputError if an option of the method's own cannot be."""
+    tolerance: float = field(default=1e-7, validator=positive(infinite=True))
 
     @property
     @abstractmethod
@@ -72,12 +65,12 @@ class Method(ABC):
         if max(counts) <= COARSEST:
             return None
         factor = min(most, max(counts) / COARSEST)
-        return replace(self, intervals=tuple(max(5, round(count / factor)) for count in counts))
+        return evolve(self, intervals=tuple(max(5, round(count / factor)) for count in counts))
 
     def doubled(self, sequence: ContactSequence) -> "Method | None":
         """Return the method with twice the intervals in every phase, or None where that is beyond all measure."""
         counts = tuple(2 * count for count in self.intervals_for(sequence))
-        return None if max(counts) > MOST_INTERVALS else replace(self, intervals=counts)
+        return None if max(counts) > MOST_INTERVALS else evolve(self, intervals=counts)
 
     def intervals_for(self, sequence: ContactSequence) -> tuple[int, ...]:
         """Return the number of intervals of each phase.

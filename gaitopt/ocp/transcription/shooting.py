@@ -1,13 +1,15 @@
 """Multiple shooting: each interval is integrated by classical Runge-Kutta steps from its left node."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
+from attrs import evolve, field, frozen
 
 from gaitopt.ocp.nlp.keys import Key
-from gaitopt.ocp.transcription.method import Method, check_count
+from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.transcription.scheme import Point, Scheme
+from gaitopt.parameters import counted
 
 MOST_SUBSTEPS = 8
 """Refinement of the integration ends here; a plan still too coarse then fails its replay and is reported as such."""
@@ -54,7 +56,7 @@ class RungeKutta(Scheme):
         return right.state - end, [halfway]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class MultipleShooting(Method):
     """Transcription by multiple shooting with fourth-order Runge-Kutta steps.
 
@@ -75,11 +77,7 @@ class MultipleShooting(Method):
     (10, 40)
     """
 
-    substeps: int = 1
-
-    def check_options(self) -> None:
-        """Check the number of substeps."""
-        check_count("substeps", self.substeps, 1, 64)
+    substeps: int = field(default=1, validator=counted(1, 64))
 
     @property
     def name(self) -> str:
@@ -93,4 +91,4 @@ class MultipleShooting(Method):
 
     def finer(self) -> "MultipleShooting | None":
         """Return the method with twice the substeps."""
-        return replace(self, substeps=2 * self.substeps) if self.substeps < MOST_SUBSTEPS else None
+        return evolve(self, substeps=2 * self.substeps) if self.substeps < MOST_SUBSTEPS else None

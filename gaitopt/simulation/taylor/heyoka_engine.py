@@ -1,19 +1,20 @@
 """The fast engine: heyoka's Taylor integrator with events, compiled from the Functions every engine runs."""
 
-from dataclasses import dataclass
 from threading import get_ident
 
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
+from gaitopt.parameters import counted, positive
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.taylor.compiled_programs import program_with_outputs, program_with_variations
 from gaitopt.simulation.taylor.mode_integrator import ModeIntegrator, mode_integrator
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class HeyokaEngine:
     """Event-driven integration by Taylor series, to the last digits and fast; needs ``pip install 'gaitopt[fast]'``.
 
@@ -33,9 +34,9 @@ class HeyokaEngine:
     'heyoka'
     """
 
-    tolerance: float = 1e-15
+    tolerance: float = field(default=1e-15, validator=positive())
     compact_mode: bool = True
-    samples: int = 8
+    samples: int = field(default=8, validator=counted())
     name = "heyoka"
 
     def flow(

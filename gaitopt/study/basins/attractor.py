@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import check_options, counted, positive
+from gaitopt.parameters import counted, positive
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
@@ -33,7 +34,7 @@ class WalkEnding:
     steps: int
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class SettlingCriterion:
     """When a walk counts as settled.
 
@@ -52,12 +53,9 @@ class SettlingCriterion:
     1e-06
     """
 
-    steps: int = 100
-    tolerance: float = 1e-6
-    longest_period: int = 4
-
-    def __post_init__(self) -> None:
-        check_options(self, counted("steps"), positive("tolerance"), counted("longest_period"))
+    steps: int = field(default=100, validator=counted())
+    tolerance: float = field(default=1e-6, validator=positive())
+    longest_period: int = field(default=4, validator=counted())
 
 
 def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None = None) -> WalkEnding:

@@ -2,8 +2,8 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,150 +11,142 @@ from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.parallel.runner import Observer, collect_tasks, run_tasks
-from gaitopt.parallel.shared_payload import Prepare
+from gaitopt.parallel.execution import Execution
+from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.study.basins.attractor import SettlingCriterion
-from gaitopt.study.basins.basin_file import Basin, load_basin
+from gaitopt.study.basins.basin_file import PENDING, basin_question, endings_of, load_basin
 from gaitopt.study.basins.basin_record import BasinRecord
 from gaitopt.study.basins.basin_walk import axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 CHUNK = 200
-"""Starts handed to a worker at once."""
+"""Starts in a task."""
 
 
 def basin(
     robot: Robot,
-    parameters: Mapping[str, float],
+    fixed: Mapping[str, float],
     axes: Mapping[str, Sequence[float] | Array],
     *,
-    base: Mapping[str, float] | None = None,
     law: Law | None = None,
     patience: SettlingCriterion | None = None,
     engine: Engine | None = None,
-    workers: int = 1,
-    executor: Executor | None = None,
-    prepare: Prepare | None = None,
+    execution: Execution | None = None,
     path: str | Path | None = None,
-    observer: Observer | None = None,
-) -> Basin:
+) -> "xr.Dataset":
     """Return where walks end that start on a grid of one or two axes.
 
     Parameters
     ----------
     robot : Robot
-    parameters : mapping of str to float
-        Robot and ground parameters; those not named keep their defaults.
+    fixed : mapping of str to float
+        Parameters of robot and ground, and coordinates of the start, that do not vary.  Parameters not named keep their
+        defaults, coordinates not named are 0.
     axes : mapping of str to sequence of float
         One or two names with their values: coordinates of the section after touchdown (``th1``, ``theta_rate``,
         ``foot_speed``, ...) or parameters (``slope``, ``friction``, ...).
-    base : mapping of str to float, optional
-        The other coordinates of the start; 0 where not named.
     law : Law, optional
         Passive by default.
     patience : SettlingCriterion, optional
     engine : Engine, optional
-    workers : int
-        Processes; the answer does not depend on their number.
-    executor : concurrent.futures.Executor, optional
-        Walks instead of own processes: a :class:`DaskCluster`, or any other, `workers` tasks at a time.
-    prepare : callable, optional
-        Called once in each process, to import what the walker needs.
+    execution : Execution, optional
+        Workers, and the observer of (starts done, starts in all); this process alone by default.
     path : str or Path, optional
-        File that keeps what is done; the same call with the same file goes on where it was stopped.
-    observer : callable, optional
-        Called with (starts done, starts in all).
+        NetCDF file that keeps what is done; the same call with the same file resumes.
 
     Returns
     -------
-    Basin
-        With starts pending if it was interrupted, or if processes died over them.
+    xarray.Dataset
+        Over the axes: ``ending``, a number whose meaning :func:`ending_labels` returns, or -1 if the start is pending
+        after an interrupt or the death of workers; ``steps`` until the ending; ``final``, the last point on the
+        section.  Its attribute ``complete`` is 0 if starts are pending.
 
     Raises
     ------
     InputError
-        If an axis or a coordinate is unknown, or the file belongs to another basin.
+        If an axis, a parameter or a coordinate is unknown or its value invalid, or the file belongs to another basin.
     ArchiveError
-        If the disk is full, for example; what the file held is kept.
+        If the file cannot be written, such as on a full disk; what it held is kept.
 
     Examples
     --------
     >>> import math
     >>> from gaitopt import basin, rimless_wheel
-    >>> found = basin(rimless_wheel(), {"slope": math.radians(13)}, {"theta_rate": [0.1, 2.0, 4.0]})
-    >>> found.labels_on_grid().tolist()
+    >>> from gaitopt.study import ending_labels
+    >>> table = basin(rimless_wheel(), {"slope": math.radians(13)}, {"theta_rate": [0.1, 2.0, 4.0]})
+    >>> ending_labels(table).tolist()
     ['fell', 'stick | stick', 'lift_off']
     """
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
-    law = law or passive(robot)
-    walk = walk_over(
-        robot, parameters, values, base or {}, law, patience or SettlingCriterion(), engine or default_engine(law)
-    )
-    known = Basin.empty(robot.name, walk.parameters, walk.base, values, walk.method())
-    if path is not None and Path(path).exists():
+    law, execution, path = law or passive(robot), execution or Execution(), None if path is None else Path(path)
+    walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law))
+    known = walk.pending()
+    if path is not None and path.exists():
         held = load_basin(path)
-        check_same_study(held.question(), known.question(), Path(path))
-        known = held
-    pending = np.flatnonzero(known.pending())
+        check_same_study(basin_question(held), walk.question(), path)
+        known = endings_of(held)
+    pending = np.flatnonzero(known.outcome == PENDING)
     planned = [Task(str(i), pending[i : i + CHUNK]) for i in range(0, pending.size, CHUNK)]
-    kept = BasinRecord(known, None if path is None else Path(path))
-    running = run_tasks(walk_starts, planned, walk, workers=workers, executor=executor, prepare=prepare)
-    with kept:
-        collect_tasks(running, kept, planned, observer and (lambda *_: observer(kept.finished, known.size)))
-    return kept.basin()
+    record, observer = BasinRecord(known, walk.basin, path), execution.observer
+    running = run_tasks(walk_starts, planned, walk, execution=execution)
+    with record:
+        collect_tasks(running, record, planned, observer and (lambda *_: observer(record.finished, known.outcome.size)))
+    return record.basin()
 
 
 def basin_edges(
     robot: Robot,
-    parameters: Mapping[str, float],
-    coordinate: str,
-    lower: float,
-    upper: float,
+    fixed: Mapping[str, float],
+    axes: Mapping[str, Sequence[float] | Array],
     *,
-    base: Mapping[str, float] | None = None,
     law: Law | None = None,
-    samples: int = 40,
     tolerance: float = 1e-9,
     patience: SettlingCriterion | None = None,
     engine: Engine | None = None,
 ) -> tuple[tuple[float, str, str], ...]:
-    """Return where the ending of walks changes along one coordinate: (value, ending below, ending above).
+    """Return where the ending of walks changes along one axis: (value, ending below, ending above).
 
     Parameters
     ----------
-    coordinate : str
-        A coordinate of the section or a parameter.
-    lower, upper : float
-        Interval looked at, first at `samples` points; each change between neighbours is located by bisection.
+    fixed : mapping of str to float
+        As of :func:`basin`.
+    axes : mapping of str to sequence of float
+        One coordinate of the section or parameter with increasing values, at least two: each change of the ending
+        between neighbours is located by bisection.
     tolerance : float
         Width to which a change is located.
 
     Raises
     ------
     InputError
-        If the coordinate is unknown, or the interval, the number of samples or the tolerance cannot be.
+        If the axis is unknown, its values do not increase, or the tolerance is not positive.
 
     Examples
     --------
     >>> import math
+    >>> import numpy as np
     >>> from gaitopt import rimless_wheel
     >>> from gaitopt.study import basin_edges
-    >>> downhill = {"slope": math.radians(13)}
-    >>> edges = basin_edges(rimless_wheel(), downhill, "theta_rate", 0.1, 3.0, samples=6, tolerance=1e-3)
+    >>> rates = {"theta_rate": np.linspace(0.1, 3.0, 6)}
+    >>> edges = basin_edges(rimless_wheel(), {"slope": math.radians(13)}, rates, tolerance=1e-3)
     >>> [(below, above) for _, below, above in edges]
     [('fell', 'stick | stick'), ('stick | stick', 'lift_off')]
     """
-    Parameter("samples", 40, "1", "", lower=2, whole=True).check(samples)
     Parameter("tolerance", 1e-9, "1", "", lower=0, lower_open=True).check(tolerance)
-    if not -np.inf < lower < upper < np.inf:
-        raise InputError(f"The interval of {coordinate} needs finite ends, the lower first: got {lower} and {upper}.")
-    points, law = np.linspace(lower, upper, samples), law or passive(robot)
-    axes, engine = {coordinate: points}, engine or default_engine(law)
-    walk = walk_over(robot, parameters, axes, base or {}, law, patience or SettlingCriterion(), engine)
+    if len(axes) != 1:
+        raise InputError(f"Edges of a basin need one axis, got {len(axes)}: {', '.join(axes) or 'none'}.")
+    ((name, given),) = axes.items()
+    points, law = axis_values_of(name, given), law or passive(robot)
+    if points.size < 2 or np.any(np.diff(points) <= 0):
+        raise InputError(f"The axis {name!r} needs increasing values, at least two, got {points.tolist()}.")
+    walk = walk_over(robot, fixed, {name: points}, law, patience or SettlingCriterion(), engine or default_engine(law))
 
     def ending(value: float) -> str:
         return next(walk.endings([(value,)])).label

@@ -1,139 +1,205 @@
-"""Basins as data and in files."""
+"""Basins as labelled datasets, and in NetCDF files."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.motion.hdf5 import open_hdf5, write_hdf5_atomically
+from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
+from gaitopt.motion.versions import versions
+from gaitopt.study.storage.netcdf_file import read_table, write_table
 
-KIND, VERSION, PENDING = "basin", 1, -1
+if TYPE_CHECKING:
+    import xarray as xr
+
+KIND, VERSION, PENDING = "basin", 2, -1
+
+SAME_STATE = 1e-4
+"""Largest difference of the last state of a walk from that of a gait in which it has ended (SI units)."""
+
+_SEPARATOR = ", "
+"""Between labels in the attribute ``flag_meanings``; labels hold blanks, but no commas."""
+
+_UNITS = {"_rate": "rad/s", "foot_speed": "m/s"}
+"""Units of coordinates of the section by the ends of their names; others are angles."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Basin:
-    """Endings of walks on a grid of starts.
+@dataclass(frozen=True, eq=False)
+class Endings:
+    """How walks ended.
 
     Attributes
     ----------
-    robot : str
-    parameters : dict of str to float
-        Parameters that are not axes.
-    base : dict of str to float
-        Coordinates of the start that are not axes.
-    axes : dict of str to (K,) array
-        One or two axes, in order.
-    method : dict
-        What else the answer depends on: most steps, tolerance of a walk that repeats, and the law.
     labels : tuple of str
         Kinds of ending: contact sequences of gaits, keys of stops, ``"unsettled"``.
-    outcome : (n_starts,) int array
-        Index into `labels`, or -1 where not computed yet; starts in C order of the axes.
-    steps : (n_starts,) int array
+    outcome : (n,) int array
+        Index into `labels`, or -1 if not computed yet.
+    steps : (n,) int array
         Steps until the ending.
-    final : (n_starts, n_z) array
+    final : (n, n_z) array
         Last point of each walk on the section with foot speed.
-
-    Examples
-    --------
-    >>> empty = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, {})
-    >>> empty.shape, empty.pending().tolist()
-    ((2,), [True, True])
     """
 
-    robot: str
-    parameters: dict[str, float]
-    base: dict[str, float]
-    axes: dict[str, Array]
-    method: dict[str, Any]
     labels: tuple[str, ...]
     outcome: NDArray[np.int16]
     steps: NDArray[np.int32]
     final: Array
 
-    @classmethod
-    def empty(
-        cls,
-        robot: str,
-        parameters: dict[str, float],
-        base: dict[str, float],
-        axes: dict[str, Array],
-        method: dict[str, Any],
-    ) -> "Basin":
-        """Return a basin with nothing computed."""
-        size = int(np.prod([values.size for values in axes.values()]))
-        n_z = len(set(base) | {name for name in axes if name not in parameters})
-        return cls(
-            robot=robot,
-            parameters={name: value for name, value in parameters.items() if name not in axes},
-            base=base,
-            axes=axes,
-            method=method,
-            labels=(),
-            outcome=np.full(size, PENDING, dtype=np.int16),
-            steps=np.zeros(size, dtype=np.int32),
-            final=np.full((size, n_z), np.nan),
-        )
 
-    @property
-    def size(self) -> int:
-        """Number of starts."""
-        return int(self.outcome.size)
+def make_basin(
+    question: dict[str, Any], units: dict[str, str], coordinates: Sequence[str], ends: Endings
+) -> "xr.Dataset":
+    """Return a basin as a dataset.
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values of each axis."""
-        return tuple(values.size for values in self.axes.values())
+    Parameters
+    ----------
+    question : dict
+        Robot, parameters, base, axes and method, as returned by
+        :meth:`gaitopt.study.basins.basin_walk.BasinWalk.question`.
+    units : dict of str to str
+        Units of the robot's parameters.
+    coordinates : sequence of str
+        Names of the n_z coordinates of the section.
+    ends : Endings
+        Of the starts in C order of the axes.
+    """
+    import xarray as xr
 
-    def pending(self) -> NDArray[np.bool_]:
-        """Return which starts are not computed yet, shape (n_starts,)."""
-        return self.outcome == PENDING
-
-    def labels_on_grid(self) -> NDArray[np.str_]:
-        """Return the ending of each start, in the shape of the axes; ``""`` where not computed yet."""
-        return np.array([*self.labels, ""])[self.outcome].reshape(self.shape)
-
-    def fractions(self) -> dict[str, float]:
-        """Return the share of the computed starts with each ending, largest first."""
-        computed = self.outcome[~self.pending()]
-        shares = {label: float(np.mean(computed == i)) for i, label in enumerate(self.labels)} if computed.size else {}
-        return dict(sorted(shares.items(), key=lambda item: -item[1]))
-
-    def question(self) -> dict[str, Any]:
-        """Return what the basin answers, as plain data."""
-        axes = {name: values.tolist() for name, values in self.axes.items()}
-        question = [self.robot, self.parameters, self.base, axes, self.method]
-        return plain(dict(zip(("robot", "parameters", "base", "axes", "method"), question, strict=True)))
+    axes = {name: np.array(values) for name, values in question["axes"].items()}
+    dims, shape = tuple(axes), tuple(values.size for values in axes.values())
+    flags = {
+        "long_name": "how the walk ends",
+        "flag_values": np.arange(len(ends.labels), dtype=np.int16),
+        "flag_meanings": _SEPARATOR.join(ends.labels),
+        "pending": np.int16(PENDING),
+    }
+    table = {
+        "ending": (dims, ends.outcome.reshape(shape), flags),
+        "steps": (dims, ends.steps.reshape(shape), {"long_name": "steps until the ending", "units": "1"}),
+        "final": ((*dims, "coordinate"), ends.final.reshape(*shape, -1), {"long_name": "last point on the section"}),
+    }
+    named: dict[str, Any] = {name: (name, values, {"units": _unit(name, units)}) for name, values in axes.items()}
+    asked = {name: part for name, part in question.items() if name != "axes"}
+    attributes = {
+        "title": f"{question['robot']}: where walks end",
+        "format": f"gaitopt {KIND}",
+        "format_version": VERSION,
+        "complete": int(np.all(ends.outcome != PENDING)),
+        "question": json.dumps(plain(asked)),
+        "versions": json.dumps(versions()),
+    }
+    return xr.Dataset(table, named | {"coordinate": list(coordinates)}, attributes)
 
 
-def save_basin(basin: Basin, path: str | Path) -> Path:
-    """Write a basin to an HDF5 file, whole or not at all.
+def _unit(name: str, units: dict[str, str]) -> str:
+    return units.get(name) or next((unit for end, unit in _UNITS.items() if name.endswith(end)), "rad")
+
+
+def basin_question(table: "xr.Dataset") -> dict[str, Any]:
+    """Return the question of a basin: robot, parameters, base, axes and method, as plain data."""
+    axes = {str(name): table[name].values.tolist() for name in table.ending.dims}
+    return json.loads(table.attrs["question"]) | {"axes": axes}
+
+
+def endings_of(table: "xr.Dataset") -> Endings:
+    """Return the endings of a basin, its starts in C order of the axes."""
+    meanings = str(table.ending.attrs["flag_meanings"])
+    return Endings(
+        labels=tuple(meanings.split(_SEPARATOR)) if meanings else (),
+        outcome=table.ending.values.ravel(),
+        steps=table.steps.values.ravel(),
+        final=table.final.values.reshape(table.ending.size, -1),
+    )
+
+
+def ending_labels(table: "xr.Dataset") -> NDArray[np.str_]:
+    """Return the ending of each start of a basin, in the shape of its axes; ``""`` if not computed yet.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        From :func:`gaitopt.basin` or :func:`load_basin`.
+
+    Examples
+    --------
+    >>> from gaitopt import basin, rimless_wheel
+    >>> ending_labels(basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 2.0]})).tolist()
+    ['fell', 'stick | stick']
+    """
+    ends = endings_of(table)
+    return np.array([*ends.labels, ""])[ends.outcome].reshape(table.ending.shape)
+
+
+def ending_shares(table: "xr.Dataset") -> dict[str, float]:
+    """Return the share of the computed starts of a basin with each ending, largest first.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        From :func:`gaitopt.basin` or :func:`load_basin`.
+
+    Examples
+    --------
+    >>> from gaitopt import basin, rimless_wheel
+    >>> ending_shares(basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 1.5, 2.0, 2.1]}))
+    {'stick | stick': 0.75, 'fell': 0.25}
+    """
+    ends = endings_of(table)
+    computed = ends.outcome[ends.outcome != PENDING]
+    shares = {label: float(np.mean(computed == i)) for i, label in enumerate(ends.labels)} if computed.size else {}
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def fraction_at(table: "xr.Dataset", state: Mapping[str, float], coordinates: Sequence[str]) -> float | None:
+    """Return the share of the computed starts whose walks end at a state; None if nothing is computed yet.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        From :func:`gaitopt.basin` or :func:`load_basin`.
+    state : mapping of str to float
+        State after touchdown, such as that of a gait; coordinates not named are 0.  Another gait may have the same
+        label.
+    coordinates : sequence of str
+        Coordinates of the section with foot speed, in order, as in `final`.
+    """
+    ends = endings_of(table)
+    final = ends.final[ends.outcome != PENDING]
+    target = np.array([state.get(name, 0.0) for name in coordinates])
+    return float(np.mean(np.max(np.abs(final - target), axis=1) <= SAME_STATE)) if final.size else None
+
+
+def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
+    """Write a basin to a NetCDF file, whole or not at all.
+
+    Raises
+    ------
+    ArchiveError
+        If the file cannot be written, such as on a full disk.
 
     Examples
     --------
     >>> import tempfile
-    >>> basin = Basin.empty("rimless_wheel", {"slope": 0.2}, {}, {"theta_rate": np.array([1.0, 2.0])}, {})
+    >>> from gaitopt import basin, rimless_wheel
+    >>> table = basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 2.0]})
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     load_basin(save_basin(basin, f"{folder}/basin.h5")).size
-    2
+    ...     load_basin(save_basin(table, f"{folder}/basin.nc")).identical(table)
+    True
     """
     path = Path(path)
-    with write_hdf5_atomically(path) as file:
-        file.attrs.update(format=f"gaitopt {KIND}", format_version=VERSION, question=json.dumps(basin.question()))
-        file.attrs["labels"] = json.dumps(basin.labels)
-        for name, values in basin.axes.items():
-            file.create_dataset(f"axes/{name}", data=values)
-        for name in ("outcome", "steps", "final"):
-            file.create_dataset(name, data=getattr(basin, name))
+    with write_atomically(path) as temporary:
+        write_table(table, temporary, table.nbytes + 100_000)
     return path
 
 
-def load_basin(path: str | Path) -> Basin:
+def load_basin(path: str | Path) -> "xr.Dataset":
     """Read a basin from a file.
 
     Raises
@@ -143,21 +209,26 @@ def load_basin(path: str | Path) -> Basin:
 
     Examples
     --------
-    >>> load_basin("nowhere.h5")
+    >>> load_basin("nowhere.nc")
     Traceback (most recent call last):
     ...
-    gaitopt.errors.ArchiveError: There is no file nowhere.h5.
+    gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
-    with open_hdf5(path, KIND, VERSION) as file:
-        question = json.loads(file.attrs["question"])
-        return Basin(
-            robot=question["robot"],
-            parameters={name: float(value) for name, value in question["parameters"].items()},
-            base=question["base"],
-            axes={name: file[f"axes/{name}"][...] for name in question["axes"]},
-            method=question["method"],
-            labels=tuple(json.loads(file.attrs["labels"])),
-            outcome=file["outcome"][...],
-            steps=file["steps"][...],
-            final=file["final"][...],
-        )
+    with read_hdf5(path, KIND, VERSION) as file:
+        if int(np.asarray(file.attrs["format_version"]).item()) == 1:
+            return _read_version_1(file)
+    return read_table(path, KIND, VERSION)
+
+
+def _read_version_1(file: Any) -> "xr.Dataset":
+    """Return a basin in the format before NetCDF, whose file does not name the coordinates of the last points."""
+    question = json.loads(file.attrs["question"])
+    axes = {name: file[f"axes/{name}"][...].tolist() for name in question["axes"]}
+    ends = Endings(
+        labels=tuple(json.loads(file.attrs["labels"])),
+        outcome=file["outcome"][...],
+        steps=file["steps"][...],
+        final=file["final"][...],
+    )
+    coordinates = list(map(str, range(ends.final.shape[1])))
+    return make_basin(question | {"axes": axes}, {}, coordinates, ends)

@@ -1,31 +1,24 @@
-"""A basin that is being filled, in memory and now and then in its file."""
+"""A basin that is being computed, in memory and from time to time in its file."""
 
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.errors import ArchiveError
-from gaitopt.motion.motion import Array
-from gaitopt.study.basins.basin_file import PENDING, Basin, save_basin
+from gaitopt.study.basins.basin_file import PENDING, Endings, save_basin
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SAVE_EVERY, SAVE_SHARE = 1.0, 20.0
-"""The file is written at most so often [s], and after so many times what it took: a million starts take 50 MB."""
+"""Least time between two savings of the file [s], and in units of what one takes: a million starts take 50 MB."""
 
 Index = NDArray[np.intp]
-
-
-@dataclass(frozen=True, eq=False)
-class Endings:
-    """How some walks ended: a number each into the labels, steps, and the last point on the section."""
-
-    labels: tuple[str, ...]
-    outcome: NDArray[np.int16]
-    steps: NDArray[np.int32]
-    final: Array
 
 
 class BasinRecord:
@@ -33,17 +26,19 @@ class BasinRecord:
 
     Parameters
     ----------
-    known : Basin
-        What is known; left as it is.
+    known : Endings
+        Endings of all starts, pending ones included; not changed.
+    make : callable
+        Makes the dataset of a basin from its endings.
     path : Path or None
         The file.
     """
 
-    def __init__(self, known: Basin, path: Path | None) -> None:
-        self._known, self._path, self._due = known, path, 0.0
+    def __init__(self, known: Endings, make: "Callable[[Endings], xr.Dataset]", path: Path | None) -> None:
+        self._make, self._path, self._due = make, path, 0.0
         self._outcome, self._steps, self._final = known.outcome.copy(), known.steps.copy(), known.final.copy()
         self._numbers = {label: number for number, label in enumerate(known.labels)}
-        self.finished = int(np.sum(~known.pending()))
+        self.finished = int(np.sum(known.outcome != PENDING))
 
     def __contains__(self, key: object) -> bool:
         return False  # only starts that are pending become tasks
@@ -57,19 +52,18 @@ class BasinRecord:
         if time.monotonic() >= self._due:
             self._save()
 
-    def basin(self) -> Basin:
-        """Return the basin so far; labels are sorted, whatever came first."""
+    def endings(self) -> Endings:
+        """Return the endings so far; labels are sorted, whatever came first."""
         names = list(self._numbers)
         order = sorted(range(len(names)), key=names.__getitem__)
         renumbered = np.full(len(self._numbers) + 1, PENDING, dtype=np.int16)  # the last one stands for PENDING, -1
         renumbered[order] = np.arange(len(order))
-        return replace(
-            self._known,
-            labels=tuple(names[number] for number in order),
-            outcome=renumbered[self._outcome],
-            steps=self._steps.copy(),
-            final=self._final.copy(),
-        )
+        labels = tuple(names[number] for number in order)
+        return Endings(labels, renumbered[self._outcome], self._steps.copy(), self._final.copy())
+
+    def basin(self) -> "xr.Dataset":
+        """Return the basin so far."""
+        return self._make(self.endings())
 
     def __enter__(self) -> "BasinRecord":
         return self

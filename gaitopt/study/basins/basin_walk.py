@@ -1,22 +1,30 @@
 """What a basin asks of its workers: to walk from starts given by their values on axes."""
 
-import dataclasses
+import functools
 import itertools
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError, suggest
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.motion.summary import plain
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.section import Section
 from gaitopt.study.basins.attractor import SettlingCriterion, WalkEnding, classify_walk
-from gaitopt.study.basins.basin_record import Endings, Index
+from gaitopt.study.basins.basin_file import PENDING, Endings, make_basin
+from gaitopt.study.basins.basin_record import Index
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +55,30 @@ class BasinWalk:
 
     def method(self) -> dict[str, Any]:
         """Return what the answer depends on besides robot, parameters and starts, as plain data."""
-        return {"law": self.law.name, "law_digest": self.law.digest(), **dataclasses.asdict(self.patience)}
+        return {"law": self.law.name, "law_digest": self.law.digest(), **attrs.asdict(self.patience)}
+
+    @functools.cached_property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of the section with foot speed."""
+        return Section(self.robot, self.robot.vector(self.parameters), sliding=True).names
+
+    def question(self) -> dict[str, Any]:
+        """Return what the basin answers, as plain data: two with equal questions have equal answers."""
+        fixed = {name: value for name, value in self.parameters.items() if name not in self.axes}
+        question = {"robot": self.robot.name, "parameters": fixed, "base": self.base}
+        axes = {name: values.tolist() for name, values in self.axes.items()}
+        return plain(question | {"axes": axes, "method": self.method()})
+
+    def basin(self, ends: Endings) -> "xr.Dataset":
+        """Return the basin with these endings of its starts."""
+        units = {parameter.name: parameter.unit for parameter in self.robot.parameters}
+        return make_basin(self.question(), units, self.coordinates, ends)
+
+    def pending(self) -> Endings:
+        """Return the endings of a basin of which nothing is computed."""
+        size = math.prod(values.size for values in self.axes.values())
+        outcome, steps = np.full(size, PENDING, dtype=np.int16), np.zeros(size, dtype=np.int32)
+        return Endings((), outcome, steps, np.full((size, len(self.coordinates)), np.nan))
 
     def endings(self, points: Iterable[tuple[float, ...]]) -> Iterator[WalkEnding]:
         """Walk from starts given by their values on the axes, one after another."""
@@ -62,7 +93,9 @@ class BasinWalk:
                 walker, last = Walker(robot, self.law, p, self.engine), parameters
                 section = Section(robot, p, sliding=True)
             start = {**self.base, **given}
-            yield classify_walk(walker, np.array([start[name] for name in section.names]), self.patience)
+            with defer_interrupt():
+                ending = classify_walk(walker, np.array([start[name] for name in section.names]), self.patience)
+            yield ending
 
 
 def axis_values_of(name: str, points: Sequence[float] | Array) -> Array:
@@ -78,15 +111,13 @@ def axis_values_of(name: str, points: Sequence[float] | Array) -> Array:
 
 def walk_over(
     robot: Robot,
-    parameters: Mapping[str, float],
+    fixed: Mapping[str, float],
     axes: Mapping[str, Array],
-    base: Mapping[str, float],
     law: Law,
     patience: SettlingCriterion,
     engine: Engine,
 ) -> BasinWalk:
-    """Return the walks of a basin; raises InputError if an axis or a coordinate is unknown or cannot be so."""
-    fixed = {name: float(value) for name, value in parameters.items() if name not in axes}
+    """Return the walks of a basin; raises InputError if a parameter or a coordinate is unknown or its value invalid."""
     known = {parameter.name: parameter for parameter in robot.parameters}
     if len(axes) not in (1, 2):
         raise InputError(f"A basin has one or two axes, got {len(axes)}: {', '.join(axes) or 'none'}.")
@@ -94,19 +125,17 @@ def walk_over(
     for name, values in varied.items():
         for value in values:
             known[name].check(value)
+    given = {name: value for name, value in fixed.items() if name in known and name not in axes}
     # Bounds between parameters hold everywhere if they do in the corners.
     corners = itertools.product(*((values.min(), values.max()) for values in varied.values()))
-    resolved = [robot.resolve({**fixed, **dict(zip(varied, corner, strict=True))}) for corner in corners]
+    resolved = [robot.resolve({**given, **dict(zip(varied, corner, strict=True))}) for corner in corners]
     coordinates = Section(robot, robot.vector(resolved[0]), sliding=True).names
-    for name in axes:
+    for name in (*axes, *fixed):
         if name not in (*coordinates, *known):
             raise InputError(
                 f"Robot {robot.name!r} has no coordinate or parameter {name!r}. {suggest(name, (*coordinates, *known))}"
             )
-    for name in base:
-        if name not in coordinates:
-            raise InputError(f"The section of {robot.name!r} has no coordinate {name!r}. {suggest(name, coordinates)}")
-    start = {name: float(base.get(name, 0.0)) for name in coordinates if name not in axes}
+    start = {name: float(fixed.get(name, 0.0)) for name in coordinates if name not in axes}
     return BasinWalk(robot, resolved[0], start, dict(axes), law, patience, engine)
 
 

@@ -3,18 +3,19 @@
 import functools
 import math
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
+from attrs import field, frozen
 
 from gaitopt.control.law import Law
 from gaitopt.errors import GaitoptError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.parallel.runner import Observer, run_tasks
+from gaitopt.parallel.execution import Execution
+from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
-from gaitopt.parameters import check_options, counted, positive
+from gaitopt.parameters import counted, positive
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
@@ -52,7 +53,7 @@ class RobustnessMargins:
     unit: str
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class WalkTest:
     """How long a disturbed walker must walk, and how closely limits are located.
 
@@ -72,14 +73,10 @@ class WalkTest:
     50
     """
 
-    steps: int = 50
-    patch: int = 5
-    seed: int = 0
-    resolution: float = 0.05
-
-    def __post_init__(self) -> None:
-        counts = counted("steps"), counted("patch"), counted("seed", 0)
-        check_options(self, *counts, positive("resolution", upper=1.0))
+    steps: int = field(default=50, validator=counted())
+    patch: int = field(default=5, validator=counted())
+    seed: int = field(default=0, validator=counted(0))
+    resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
 def assess_robustness(
@@ -90,9 +87,7 @@ def assess_robustness(
     walking: WalkTest | None = None,
     test: PushTest | None = None,
     engine: Engine | None = None,
-    workers: int = 1,
-    executor: Executor | None = None,
-    observer: Observer | None = None,
+    execution: Execution | None = None,
 ) -> tuple[RobustnessMargins, ...]:
     """Return the largest disturbances a controlled gait survives, one kind at a time.
 
@@ -111,17 +106,14 @@ def assess_robustness(
     walking : WalkTest, optional
     test : PushTest, optional
     engine : Engine, optional
-    workers : int
-        Processes, of which each tries one kind at a time.
-    executor : concurrent.futures.Executor, optional
-        Tries them instead of own processes: a :class:`DaskCluster`, or any other, `workers` kinds at a time.
-    observer : callable, optional
-        Called with (kinds tried, kinds in all).
+    execution : Execution, optional
+        Workers, each of which tries one kind at a time, and the observer of (kinds tried, kinds in all); this process
+        alone by default.
 
     Raises
     ------
     GaitoptError
-        If processes die over a kind.
+        If worker processes die of a kind.
 
     Examples
     --------
@@ -140,12 +132,13 @@ def assess_robustness(
     if robot.n_u:
         kinds += ["torque noise", "sensor delay"]
     planned, found = [Task(kind, kind) for kind in kinds], {}
-    for done in run_tasks(_endured, planned, setting, workers=workers, executor=executor):
+    execution = execution or Execution()
+    for done in run_tasks(_endured, planned, setting, execution=execution):
         if done.failure:
             raise GaitoptError(f"The {done.task.key} could not be tried: {done.failure}.")
         found[done.task.key] = done.result
-        if observer is not None:
-            observer(len(found), len(kinds))
+        if execution.observer is not None:
+            execution.observer(len(found), len(kinds))
     return tuple(found[kind] for kind in kinds)
 
 

@@ -11,8 +11,11 @@ from typing import Any
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
+from gaitopt.ocp.statement.criteria import CostOfTransport, PositiveWork
+from gaitopt.reductions import rank_of
 from gaitopt.study.multistart import ALIKE, objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
 from gaitopt.study.storage.failure_reason import MERGED, explain_failure
@@ -64,6 +67,8 @@ class RankedGait:
                 "status": self.status,
                 "cost_of_transport": None if gait is None else gait.cost_of_transport,
                 "objective": None if gait is None else gait.solver.objective,
+                "ranked_by": None if gait is None else gait.problem["objective"],
+                "cost": None if gait is None else ranking_cost(gait),
                 "phases": [] if gait is None else [[p.mode.value, p.duration] for p in gait.motion.segments],
                 "verification": None if verdict is None else dataclasses.asdict(verdict),
                 "merged_into": None if self.merged_into is None else str(self.merged_into),
@@ -114,6 +119,34 @@ class Ranking:
         return [finding.record() for finding in self.findings]
 
 
+def ranking_cost(gait: Gait) -> float:
+    """Return the number a solved gait is ranked by: the objective, free of the errors of its quadrature where known.
+
+    For the cost of transport this is the one of the replayed step, or of the plan before a replay; positive work is
+    integrated over the motion like the cost of transport.  Any other objective is taken from the solver, in its own
+    unit.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> ranking_cost(gait) == gait.verification.cost_of_transport
+    True
+    """
+    name, motion = gait.problem["objective"], gait.motion
+    if name == CostOfTransport.name:
+        return gait.cost_of_transport if gait.verification is None else gait.verification.cost_of_transport
+    if name == PositiveWork.name:
+        positive = positive_work(motion)
+        regeneration = gait.problem.get("objective_parameters", {}).get("regeneration")
+        if regeneration is not None:
+            braking = positive - gait.energy.actuator
+            return (positive - regeneration * braking) / (
+                motion.total_mass * motion.parameters["gravity"] * motion.travel
+            )
+    return gait.solver.objective
+
+
 def judge_gait(gait: Gait, shortest_phase: float, file: Path | None) -> RankedGait:
     """Return what a gait makes of its contact sequence.
 
@@ -127,7 +160,7 @@ def judge_gait(gait: Gait, shortest_phase: float, file: Path | None) -> RankedGa
         return RankedGait(
             sequence=gait.sequence, status=gait.status.key, reason=explain_failure(gait), gait=gait, file=file
         )
-    reason = f"a phase rests at its shortest duration: the gait is '{other}' in disguise"
+    reason = f"this gait is really '{other}': one phase shrank to its minimum duration"
     return RankedGait(sequence=gait.sequence, status=MERGED, reason=reason, gait=gait, merged_into=other, file=file)
 
 
@@ -152,7 +185,8 @@ def rank_gaits(findings: list[RankedGait], complete: bool) -> Ranking:
     order = {"solved": 0, MERGED: 1}
 
     def place(finding: RankedGait) -> tuple[int, float]:
-        cost = math.inf if finding.gait is None else objective(finding.gait)
+        gait = finding.gait
+        cost = math.inf if gait is None or not gait.status.ok else rank_of(ranking_cost(gait))
         return order.get(finding.status, 2), cost
 
     return Ranking(tuple(sorted(findings, key=place)), complete)

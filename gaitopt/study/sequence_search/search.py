@@ -1,7 +1,6 @@
 """Search: which contact sequence walks cheapest."""
 
 from collections.abc import Iterable, Mapping, MutableMapping, Sequence
-from concurrent.futures import Executor
 from pathlib import Path
 
 from gaitopt.model.step_check import require_valid_step
@@ -9,8 +8,8 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.method import check_count
-from gaitopt.parallel.runner import Observer, collect_tasks, run_tasks
-from gaitopt.parallel.shared_payload import Prepare
+from gaitopt.parallel.execution import Execution
+from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.study.multistart import ALIKE, default_starts, objective, solve_coarse, solve_cold, solve_fine, verify_best
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
@@ -36,11 +35,8 @@ def search(
     max_phases: int = 3,
     starts: int = 4,
     sequences: Iterable[ContactSequence | str] | None = None,
-    workers: int = 1,
-    executor: Executor | None = None,
-    prepare: Prepare | None = None,
+    execution: Execution | None = None,
     directory: str | Path | None = None,
-    observer: Observer | None = None,
 ) -> Ranking:
     """Find the optimal gait of every contact sequence, replay each, and rank them.
 
@@ -59,16 +55,10 @@ def search(
         lines with random waves from fixed seeds.
     sequences : iterable of ContactSequence or str, optional
         Only these, each of them closed.
-    workers : int
-        Processes.
-    executor : concurrent.futures.Executor, optional
-        Solves the sequences instead of own processes: a :class:`DaskCluster`, or any other, `workers` tasks at a time.
-    prepare : callable, optional
-        Called once in each process, to import what the problem needs.
+    execution : Execution, optional
+        Workers, and the observer of (steps done, steps in all); this process alone by default.
     directory : str or Path, optional
         Folder that keeps a gait file for each contact sequence; the same call goes on from there.
-    observer : callable, optional
-        Called with (steps done, steps in all).
 
     Returns
     -------
@@ -105,10 +95,9 @@ def search(
         kept = GaitStore(directory, asked)
     impossible = {sequence: reason for sequence in tried if (reason := explain_impossibility(sequence, problem))}
     planned = tasks([sequence for sequence in tried if sequence not in impossible], starts)
-    running = run_tasks(
-        solve_sequence, planned, problem, known=kept, workers=workers, executor=executor, prepare=prepare
-    )
-    lost = collect_tasks(running, kept, planned, observer)
+    execution = execution or Execution()
+    running = run_tasks(solve_sequence, planned, problem, known=kept, execution=execution)
+    lost = collect_tasks(running, kept, planned, execution.observer)
     found = [RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=reason) for sequence, reason in impossible.items()]
     found += [_finding(sequence, problem, kept, lost) for sequence in tried if sequence not in impossible]
     ranking = rank_gaits(found, all(finding.status not in (LOST, PENDING) for finding in found))

@@ -23,5 +23,6 @@ def explain_failure(gait: Gait) -> str:
     if gait.verification is not None and not gait.verification.passed:
         return "replay: " + "; ".join(gait.verification.reasons)
     if gait.solver.violations:
-        return f"no start led to a gait; the nearest had {gait.solver.violations[0]}"
+        worst = gait.solver.violations[0]
+        return f'no gait found; the best attempt violates "{worst.name}" ({worst.place}) by {worst.size:.2g}'
     return f"{gait.status.hint} ({gait.solver.message})"

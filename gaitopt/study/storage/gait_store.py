@@ -93,12 +93,20 @@ class GaitStore(MutableMapping[str, Gait]):
 def check_same_study(held: Any, asked: dict[str, Any], path: Path) -> None:
     """Raise InputError, naming what differs, unless a file or folder holds the study that is asked for."""
     asked = json.loads(json.dumps(plain(asked)))
-    if held == asked:
+    there, here = _axes_of(held), _axes_of(asked)
+    if held == asked and there == here:  # results are numbered in the order of the axes
         return
     held = held if isinstance(held, dict) else {}
     parts = [_differing(name, held.get(name), asked[name]) for name in asked if held.get(name) != asked[name]]
+    if held == asked:
+        parts = [f"its axes are in the order {', '.join(there)}"]
     differing = f" ({' and '.join(parts)})" if parts else ""
     raise InputError(f"{path} holds another study{differing}: name another place, or delete it to start afresh.")
+
+
+def _axes_of(question: Any) -> list[str]:
+    axes = question.get("axes") if isinstance(question, dict) else None
+    return list(axes) if isinstance(axes, dict) else []
 
 
 def _differing(part: str, held: Any, asked: Any) -> str:

@@ -12,8 +12,11 @@ STRATEGY = 3
 
 def study_key(problem: GaitProblem, **study: Any) -> dict[str, Any]:
     """Return the question of a study: its problem, physics included, and its own settings."""
+    described = problem.describe() | {"objective": repr(problem.objective)}
+    for provenance in ("objective_parameters", "objective_unit", "script"):  # a comment in the script changes no study
+        del described[provenance]
     return {
-        "problem": problem.describe() | {"objective": repr(problem.objective)},
+        "problem": described,
         "physics": _digest(problem.robot),
         **study,
         "strategy": STRATEGY,

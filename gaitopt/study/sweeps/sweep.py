@@ -6,7 +6,6 @@ import importlib
 import shutil
 import threading
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
-from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +16,8 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.method import check_count
-from gaitopt.parallel.runner import Observer, collect_tasks, run_tasks
-from gaitopt.parallel.shared_payload import Prepare
+from gaitopt.parallel.execution import Execution
+from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.storage.gait_store import GaitStore
@@ -33,49 +32,35 @@ if TYPE_CHECKING:
 
 def sweep(
     problem: GaitProblem,
+    axes: Mapping[str, Sequence[float] | Array],
     *,
-    friction: Sequence[float] | Array | None = None,
-    speed: Sequence[float] | Array | None = None,
-    step_length: Sequence[float] | Array | None = None,
-    slope: Sequence[float] | Array | None = None,
-    parameters: Mapping[str, Sequence[float] | Array] | None = None,
     sequences: Sequence[ContactSequence | str] | None = None,
     starts: int = 3,
-    workers: int = 1,
-    executor: Executor | None = None,
-    prepare: Prepare | None = None,
+    execution: Execution | None = None,
     path: str | Path | None = None,
-    observer: Observer | None = None,
 ) -> "xr.Dataset":
     """Find the optimal gait of each contact sequence at each point of a grid, and replay it.
 
     Each point starts from its neighbours, in both directions along every axis, and keeps the cheapest gait; a way back
-    that would only lead to the gait already known, to first order, is spared.  The answer does not depend on the number
-    of workers, nor on how often the sweep was stopped and gone on with.
+    that would only lead to the gait already known, to first order, is spared.  Results depend neither on the number of
+    workers nor on how often the sweep was interrupted and resumed.
 
     Parameters
     ----------
     problem : GaitProblem
         What does not change over the grid.
-    friction, speed, step_length, slope : sequence of float, optional
-        Axes, increasing [1, m/s, m, rad].
-    parameters : mapping of str to sequence of float, optional
-        Further axes, by the robot's parameters (SI units).
+    axes : mapping of str to sequence of float
+        Increasing values of ``friction`` [1], ``speed`` [m/s], ``step_length`` [m], ``slope`` [rad] or parameters
+        of the robot (SI units), by name.
     sequences : sequence of ContactSequence or str, optional
         The problem's own contact sequence if none are given; each of them closed.
     starts : int
         Starts tried where there is no neighbour to start from.
-    workers : int
-        Processes.
-    executor : concurrent.futures.Executor, optional
-        Solves the points instead of own processes: a :class:`DaskCluster`, or any other, `workers` tasks at a time.
-    prepare : callable, optional
-        Called once in each process, to import what the problem needs.
+    execution : Execution, optional
+        Workers, and the observer of (gaits computed, gaits in all); this process alone by default.
     path : str or Path, optional
         NetCDF file for the result.  Until it is complete, ``PATH.parts`` beside it keeps every finished gait: the same
         call goes on from there after any end.
-    observer : callable, optional
-        Called with (gaits computed, gaits in all).
 
     Returns
     -------
@@ -98,22 +83,20 @@ def sweep(
     ...     robot=compass_biped(), sequence="stick | stick", speed=0.6, step_length=0.45, limits=Limits(torque=6),
     ...     objective="torque_squared", transcription=MultipleShooting(intervals=12),
     ... )
-    >>> found = sweep(problem, friction=[0.19, 0.2], starts=1)
+    >>> found = sweep(problem, {"friction": [0.19, 0.2]}, starts=1)
     >>> found.status.values.tolist(), found.cost_of_transport.dims
     ([['solved', 'solved']], ('sequence', 'friction'))
     """
     check_count("starts", starts, 1, 1000)
     require_valid_step(problem.robot)
-    named = {"friction": friction, "speed": speed, "step_length": step_length, "slope": slope}
-    axes = axis_values({name: axis for name, axis in named.items() if axis is not None} | dict(parameters or {}))
+    execution, values = execution or Execution(), axis_values(axes)
     spelled = closed_sequences([problem.sequence] if sequences is None else sequences, "A sweep")
-    grid = SweepGrid(problem, spelled, axes, starts)
-    listed = {name: values.tolist() for name, values in axes.items()}
+    grid = SweepGrid(problem, spelled, values, starts)
+    listed = {name: axis.tolist() for name, axis in values.items()}
     asked = study_key(problem, sequences=[str(sequence) for sequence in spelled], axes=listed, starts=starts)
-    run = functools.partial(run_tasks, workers=workers, executor=executor, prepare=prepare)
-    if executor is not None or workers != 1:
+    if execution.executor is not None or execution.workers != 1:
         threading.Thread(target=_import_ahead, daemon=True).start()
-    find = functools.partial(_found, grid, asked, run, observer)
+    find = functools.partial(_found, grid, asked, execution)
     return to_dataset(find({})) if path is None else _filed(Path(path), asked, find)
 
 
@@ -126,13 +109,13 @@ def _import_ahead() -> None:
 def _found(
     grid: SweepGrid,
     asked: dict[str, Any],
-    run: Callable[..., Any],
-    observer: Observer | None,
+    execution: Execution,
     kept: MutableMapping[str, Gait],
 ) -> SweepResults:
     """Compute what is not kept yet and keep it; an interrupt ends this early."""
     planned = tasks(grid)
-    lost = collect_tasks(run(solve_task, planned, grid, known=kept), kept, planned, observer)
+    running = run_tasks(solve_task, planned, grid, known=kept, execution=execution)
+    lost = collect_tasks(running, kept, planned, execution.observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():
         key = f"point-{point.name}"

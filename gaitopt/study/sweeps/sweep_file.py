@@ -12,15 +12,15 @@ import numpy as np
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.archive import read_gait, write_gait
-from gaitopt.motion.atomic import reserve, write_atomically
+from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.hdf5 import open_hdf5
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
 from gaitopt.parameters import Parameter
 from gaitopt.study.gait_metrics import MEASURES, peak_torques
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
+from gaitopt.study.storage.netcdf_file import read_table, write_table
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
 
 if TYPE_CHECKING:
@@ -119,14 +119,11 @@ def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
     """Write a sweep to a file, whole or not at all, and return its table.
 
     All gaits go into the same file: a sweep is then one thing to move, send and cite.  The disk must have `room` for
-    that many bytes of gaits before it begins: the HDF5 library does not survive a disk that is full.
+    that many bytes of gaits before it begins.
     """
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
-        reserve(temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
-        with h5py.File(temporary, "w"):
-            pass  # in the order of names; h5netcdf would keep that of creation
-        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
+        write_table(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
         with h5py.File(temporary, "a") as file:
             for point in findings.grid.points():
                 gait = findings.gait(point)
@@ -158,10 +155,7 @@ def load_sweep(path: str | Path) -> "xr.Dataset":
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
-    import xarray as xr
-
-    with open_hdf5(path, KIND, VERSION):
-        return xr.load_dataset(path, engine="h5netcdf")
+    return read_table(path, KIND, VERSION)
 
 
 def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Gait:

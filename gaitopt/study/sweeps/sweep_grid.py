@@ -171,14 +171,15 @@ def _is_spread(index: Index, shape: tuple[int, ...]) -> bool:
 
 
 def axis_values(given: Mapping[str, Sequence[float] | Array]) -> dict[str, Array]:
-    """Return the values of axes as arrays of numbers.
+    """Return the values of axes as arrays of numbers: fields of a problem first, then parameters as they are given.
 
     Raises
     ------
     InputError
         If they are no numbers.
     """
+    ordered = {name: given[name] for name in (*FIELDS, *given) if name in given}
     try:
-        return {name: np.array(values, dtype=float) for name, values in given.items()}
+        return {name: np.array(values, dtype=float) for name, values in ordered.items()}
     except (TypeError, ValueError):
         raise InputError(f"The axes {', '.join(given)} need numbers.") from None

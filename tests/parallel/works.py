@@ -36,3 +36,18 @@ def environment(shared, argument):
 
 def rest(shared, seconds):
     time.sleep(seconds)
+
+
+def end_process():
+    os._exit(3)
+
+
+class Missing:
+    """Cannot be unpickled before its module was imported."""
+
+    def __reduce__(self):
+        return _import_missing, ()
+
+
+def _import_missing():
+    raise ModuleNotFoundError("No module named 'missing'")

@@ -1,0 +1,157 @@
+"""The command on basins of attraction."""
+
+import functools
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitopt.cli.law import OPEN_LOOP, feedback_named
+from gaitopt.cli.options import (
+    BasinAxes,
+    BasinOutput,
+    EngineName,
+    GainValues,
+    Json,
+    LawName,
+    Quiet,
+    RobotScript,
+    Scheduler,
+    Setting,
+    Source,
+    StanceAngle,
+    State,
+    TorqueLimit,
+    Verbose,
+    Workers,
+)
+from gaitopt.cli.output import err, exit_incomplete, print_json, print_written
+from gaitopt.cli.progress import show_progress
+from gaitopt.cli.script import load_script, read_script, walk_problem
+from gaitopt.cli.settings import read_numbers
+from gaitopt.cli.workers import WorkerOptions, worker_options
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gaitopt.cli.inputs import CommandInput, Request
+    from gaitopt.motion.motion import Array
+    from gaitopt.parallel.execution import TaskObserver
+
+MOST_STARTS = 10_000_000
+"""Largest grid of a basin: it takes 600 MB."""
+
+
+def basin(
+    source: Source,
+    over: BasinAxes,
+    setting: Setting = None,
+    state: State = None,
+    steps: Annotated[int, typer.Option(min=2, max=100000, help="Largest number of steps of a walk.")] = 100,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    output: BasinOutput = None,
+    engine: EngineName = "auto",
+    law: LawName = OPEN_LOOP,
+    gain: GainValues = None,
+    torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    problem: RobotScript = None,
+) -> None:
+    """Simulate walks from every start of a grid and report where each ends: in which gait, or how it fails.
+
+    For a saved gait, walks use its torques or the given feedback law; the share of starts that return to the gait is
+    reported as well.
+
+    Safe to interrupt: with an output file the same command resumes.
+
+    Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
+    """
+    from gaitopt.cli.inputs import Request
+    from gaitopt.cli.walk_output import basin_facts, print_basin
+
+    began, feedback = time.perf_counter(), feedback_named(law, gain, torque_limit, stance_angle)
+    request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
+    subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
+    with worker_options(workers, scheduler) as team, show_progress("starts", hidden=json, counted=True) as display:
+        result = _find_basin(request, subject, axes, base, steps, output, team, display.count)
+    share = _share_of_gait(request, subject, result)
+    if json:
+        seconds = time.perf_counter() - began
+        print_json(basin_facts(result, subject.engine, share) | {"file": output and str(output), "seconds": seconds})
+    else:
+        print_basin(result, subject.engine, share)
+        if output is not None:
+            print_written(output)
+    if not result.attrs["complete"]:
+        exit_incomplete(kept=output is not None)
+
+
+def _basin_inputs(
+    request: "Request", over: list[str], state: list[str] | None, *, hidden: bool
+) -> tuple["CommandInput", dict[str, "Array"], dict[str, float]]:
+    """Return the walker of a basin, its axes in SI units, and the other coordinates of the starts."""
+    from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
+    from gaitopt.cli.inputs import STARTS, read_input
+    from gaitopt.simulation.engine_choice import faster_walks
+    from gaitopt.stability.start import choose_start
+
+    axes, notes = grid(over, MOST_STARTS), list[str | None]()
+    if request.is_script:
+        script = read_script(request.source, request.settings)
+        problem = walk_problem(script)
+        axes = convert_axes(script, problem, axes)
+        notes.append(unconverted_axes(script, problem, axes))
+    # A gait completes the start if fewer than two axes and no coordinate are given.
+    subject = read_input(request, STARTS if not state and len(axes) < 2 else 0, first=True)
+    notes.append(faster_walks(subject.engine))
+    for note in notes:
+        if note and not hidden:
+            err.print(note, soft_wrap=True)
+    base = read_numbers(state, "--state")
+    if subject.cycle is not None:
+        base = choose_start(subject.robot, subject.robot.vector(subject.parameters), base, subject.cycle)
+    return subject, axes, {name: value for name, value in base.items() if name not in axes}
+
+
+def _find_basin(
+    request: "Request",
+    subject: "CommandInput",
+    axes: dict[str, "Array"],
+    base: dict[str, float],
+    steps: int,
+    path: Path | None,
+    team: WorkerOptions,
+    observer: "TaskObserver",
+) -> "xr.Dataset":
+    """Return the basin of a walker, computed or continued from a file."""
+    from gaitopt.study.basins.attractor import SettlingCriterion
+    from gaitopt.study.basins.basin import basin as find_basin
+
+    prepare = functools.partial(load_script, request.source.resolve()) if request.is_script else None
+
+    return find_basin(
+        subject.robot,
+        {name: value for name, value in {**base, **subject.parameters}.items() if name not in axes},
+        axes,
+        law=subject.law,
+        patience=SettlingCriterion(steps=steps),
+        engine=subject.engine,
+        execution=team.execution(observer, prepare),
+        path=path,
+    )
+
+
+def _share_of_gait(request: "Request", subject: "CommandInput", table: "xr.Dataset") -> float | None:
+    """Return the share of the starts that end in a saved gait; None for a script, or if parameters vary."""
+    from gaitopt.stability.section import Section
+    from gaitopt.study.basins.basin_file import fraction_at
+
+    if request.is_script or subject.cycle is None or any(name in subject.parameters for name in table.ending.dims):
+        return None
+    names = Section(subject.robot, subject.robot.vector(subject.parameters), sliding=True).names
+    return fraction_at(table, subject.cycle.state, names)

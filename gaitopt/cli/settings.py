@@ -1,0 +1,100 @@
+"""Values given on the command line as NAME=VALUE."""
+
+import ast
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from gaitopt.errors import InputError, suggest
+
+TARGETS = ("speed", "step_length")
+"""Parameters that may also be bounds ``LOWER:UPPER`` or ``free``."""
+
+
+def read_setting(text: str, defaults: Mapping[str, Any], script: str) -> tuple[str, Any]:
+    """Return name and value of ``NAME=VALUE``, a change of a parameter of a script.
+
+    Parameters
+    ----------
+    text : str
+    defaults : mapping of str to object
+        Parameters of the script with their defaults.
+    script : str
+        File name, for messages.
+
+    Raises
+    ------
+    InputError
+        If the text is not of this form, or the script has no such parameter, or the default is a number and the value
+        is not.
+
+    Examples
+    --------
+    >>> read_setting("speed=0.5:0.7", {"speed": 0.6}, "walk.py")
+    ('speed', (0.5, 0.7))
+    >>> read_setting("speed=free", {"speed": 0.6}, "walk.py")
+    ('speed', None)
+    """
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not name:
+        raise InputError(f"--set needs NAME=VALUE, got {text!r}.")
+    if name not in defaults:
+        raise InputError(f"{script} has no parameter {name!r}. {suggest(name, defaults)}")
+    default = defaults[name]
+    if isinstance(default, str):
+        return name, value.strip("'\"")
+    result = _target(value) if name in TARGETS else _literal(value)
+    if isinstance(default, int | float) and not isinstance(result, int | float | tuple | list | dict | None):
+        accepted = ", bounds LOWER:UPPER, or free" if name in TARGETS else ""
+        raise InputError(
+            f"--set {name}: {name} must be a number like its default {default!r}{accepted}, got {value!r}."
+        )
+    return name, result
+
+
+def read_numbers(settings: list[str] | None, option: str) -> dict[str, float]:
+    """Return NAME=NUMBER settings as a mapping.
+
+    Raises
+    ------
+    InputError
+        If one is not of this form.
+
+    Examples
+    --------
+    >>> read_numbers(["damping=12"], "--gain")
+    {'damping': 12.0}
+    """
+    values = {}
+    for text in settings or []:
+        name, _, value = text.partition("=")
+        try:
+            values[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"{option} needs NAME=NUMBER, got {text!r}.") from None
+    return values
+
+
+def _literal(text: str) -> Any:
+    """Return a Python literal, a float such as inf, or the text itself."""
+    try:
+        return ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        try:
+            number = float(text)
+        except ValueError:
+            return text
+        return number if math.isinf(number) or math.isnan(number) else text
+
+
+def _target(text: str) -> Any:
+    """Return a target: a number, bounds (lower, upper), or None if it is free."""
+    if text.lower() == "free":
+        return None
+    lower, colon, upper = text.partition(":")
+    if not colon:
+        return _literal(text)
+    try:
+        return float(lower), float(upper)
+    except ValueError:
+        return text

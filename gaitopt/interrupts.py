@@ -1,0 +1,150 @@
+"""Ctrl-C: deferred, turned into a request to stop, or recorded, so that none is lost.
+
+Python raises KeyboardInterrupt between any two instructions of the main thread.  In two places it is lost:
+
+- CasADi clears whatever Python raises while its wrapper converts arguments: the call then succeeds, or fails with an
+  error of another kind.  Inside a solver the exception ends the solve and the iterate is lost.
+- In callbacks of weak references and in finalisers Python prints the exception and continues.
+
+The context managers below replace the handler of SIGINT for a block.  They act in the main thread only, where Python
+runs signal handlers, and do nothing elsewhere or if the process ignores SIGINT.
+"""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+_Handler = Callable[[int, FrameType | None], Any]
+
+
+class InterruptRecord:
+    """Whether there was a Ctrl-C."""
+
+    def __init__(self) -> None:
+        self.received = False
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if there was a Ctrl-C."""
+        if self.received:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def defer_interrupt() -> Iterator[None]:
+    """Defer a Ctrl-C to the end of the block, for calls of CasADi that would lose it.
+
+    Examples
+    --------
+    >>> try:
+    ...     with defer_interrupt():
+    ...         signal.raise_signal(signal.SIGINT)
+    ...         complete = True
+    ... except KeyboardInterrupt:
+    ...     complete
+    True
+    """
+    received: list[tuple[int, FrameType | None]] = []
+    previous: _Handler | None = None
+    try:
+        with _handler_replaced(lambda _: lambda number, frame: received.append((number, frame))) as previous:
+            yield
+    finally:
+        if received and previous is not None:
+            previous(*received[0])
+
+
+@contextmanager
+def stop_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
+    """Call `stop` at the first Ctrl-C, so that a solver ends after its iteration and keeps it; a second one raises.
+
+    Examples
+    --------
+    >>> with stop_on_interrupt(lambda: print("stopping")):
+    ...     signal.raise_signal(signal.SIGINT)
+    stopping
+    """
+
+    def make(previous: _Handler) -> _Handler:
+        def handle(number: int, frame: FrameType | None) -> None:
+            signal.signal(signal.SIGINT, previous)
+            stop()
+
+        return handle
+
+    with _handler_replaced(make):
+        yield
+
+
+@contextmanager
+def hold_interrupt() -> Iterator[InterruptRecord]:
+    """Hold the first Ctrl-C until the block calls :meth:`InterruptRecord.check`; a second one raises.
+
+    Examples
+    --------
+    >>> with hold_interrupt() as interrupt:
+    ...     interrupt.check()
+    """
+    record = InterruptRecord()
+
+    def make(previous: _Handler) -> _Handler:
+        def handle(number: int, frame: FrameType | None) -> None:
+            record.received = True
+            signal.signal(signal.SIGINT, previous)
+
+        return handle
+
+    with _handler_replaced(make):
+        yield record
+
+
+@contextmanager
+def record_interrupts() -> Iterator[InterruptRecord]:
+    """Record every Ctrl-C while it is handled as usual: an error of another kind may be what is left of it.
+
+    Examples
+    --------
+    >>> with record_interrupts() as interrupt:
+    ...     interrupt.received
+    False
+    """
+    record = InterruptRecord()
+
+    def make(previous: _Handler) -> _Handler:
+        def handle(number: int, frame: FrameType | None) -> None:
+            record.received = True
+            previous(number, frame)
+
+        return handle
+
+    with _handler_replaced(make):
+        yield record
+
+
+@contextmanager
+def block_interrupts() -> Iterator[None]:
+    """Block SIGINT, so that processes and threads started in the block inherit the mask and never receive Ctrl-C."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
+
+
+@contextmanager
+def _handler_replaced(make: Callable[[_Handler], _Handler]) -> Iterator[_Handler | None]:
+    """Replace the handler of SIGINT by one made from it; yield the former one, None where nothing is replaced."""
+    previous = signal.getsignal(signal.SIGINT)
+    if not callable(previous) or threading.current_thread() is not threading.main_thread():
+        yield None
+        return
+    signal.signal(signal.SIGINT, make(previous))
+    try:
+        yield previous
+    finally:
+        signal.signal(signal.SIGINT, previous)

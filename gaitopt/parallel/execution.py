@@ -1,0 +1,49 @@
+"""Execution: the workers that run the tasks of a study, and the observer of their progress."""
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+
+from attrs import field, frozen
+
+from gaitopt.parallel.shared_payload import Prepare
+from gaitopt.parameters import callable_with, counted, instance_of, optional
+
+TaskObserver = Callable[[int, int], None]
+"""Called with (tasks done, tasks in all)."""
+
+
+@frozen(kw_only=True)
+class Execution:
+    """How the tasks of a study are executed; its results do not depend on it.
+
+    Attributes
+    ----------
+    workers : int
+        Number of worker processes; with 1 all tasks run in this process.  With an executor: tasks submitted at a time.
+    executor : concurrent.futures.Executor, optional
+        Runs the tasks instead of processes of this machine: a :class:`DaskExecutor`, which knows its number of workers,
+        or any other.
+    prepare : callable, optional
+        Called without arguments in each worker before the problem is unpickled there, to import what it needs.
+    observer : callable, optional
+        Called with (tasks done, tasks in all) in this process.
+
+    Raises
+    ------
+    InputError
+        If an attribute has a value or type that is not accepted.
+
+    Examples
+    --------
+    >>> Execution(workers=4).workers
+    4
+    """
+
+    workers: int = field(default=1, validator=counted())
+    executor: Executor | None = field(
+        default=None, validator=optional(instance_of(Executor, example="a concurrent.futures.Executor"))
+    )
+    prepare: Prepare | None = field(default=None, validator=optional(callable_with("no arguments")))
+    observer: TaskObserver | None = field(
+        default=None, validator=optional(callable_with("the number of tasks done and the number of all tasks"))
+    )

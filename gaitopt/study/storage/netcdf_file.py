@@ -1,0 +1,42 @@
+"""Labelled tables in NetCDF files: written whole or not at all, and read only if they are of the right kind."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+
+from gaitopt.motion.atomic import reserve
+from gaitopt.motion.hdf5 import read_hdf5
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def write_table(table: "xr.Dataset", path: Path, room: int) -> None:
+    """Write a table to a new file, on a disk that has `room` bytes left for it and for what is added later.
+
+    The HDF5 library does not survive a disk that is full (segmentation fault, 1.14).
+
+    Raises
+    ------
+    OSError
+        If the disk has less room.
+    """
+    reserve(path, room)
+    with h5py.File(path, "w"):
+        pass  # in the order of names; h5netcdf would keep that of creation
+    table.to_netcdf(path, mode="a", engine="h5netcdf")
+
+
+def read_table(path: str | Path, kind: str, version: int) -> "xr.Dataset":
+    """Read a table.
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing, damaged, newer or of another kind.
+    """
+    import xarray as xr
+
+    with read_hdf5(path, kind, version):
+        return xr.load_dataset(path, engine="h5netcdf")

@@ -1,0 +1,186 @@
+"""Tables and help pages show every unit, default and label as it stands in the source: Rich reads none as markup."""
+
+import ast
+import dataclasses
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+import xarray as xr
+from rich.table import Table
+from rich.text import Text
+
+import gaitopt
+from gaitopt import assess_stability, load, rimless_wheel
+from gaitopt.cli import feedback_output, listing, output, setup, study_output, walk_output
+from gaitopt.cli.app import app
+from gaitopt.control.law import passive
+from gaitopt.simulation import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.simulator import record_walk
+from gaitopt.stability.recovery import Recovery
+from gaitopt.stability.section import Section
+from gaitopt.study.comparison import compare
+from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait
+from gaitopt.tuning.record import Tuning
+
+SOURCES = sorted((Path(gaitopt.__file__).parent / "cli").glob("*.py"))
+GROUP = typer.main.get_command(app)
+GAIT = "docs/examples/compass_slip.h5"
+UNIT = re.compile(r"\[[a-zA-Z/^2 ]+\]")
+
+
+def squeezed(text):
+    """Return a text without the frames of tables and with single spaces."""
+    return " ".join(re.sub("[│╭╮╰╯─]", " ", str(text)).split())
+
+
+@pytest.mark.parametrize("name", [None, *GROUP.commands])
+def test_help_pages_show_their_texts_as_they_are(name, command, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "1000")
+    shown = squeezed(command(*([] if name is None else [name]), "--help").out)
+    page = GROUP if name is None else GROUP.commands[name]
+    assert squeezed(page.help.split("\n\n")[0]) in shown
+    for parameter in page.params:
+        assert squeezed(parameter.help) in shown, parameter.name
+        if isinstance(parameter.show_default, str):
+            assert f"[default: ({parameter.show_default})]" in shown
+
+
+def test_help_has_units_to_show():
+    texts = [parameter.help for command in GROUP.commands.values() for parameter in command.params]
+    assert {"[N m]", "[rad/s]"} <= {unit for text in texts for unit in UNIT.findall(text)}
+
+
+def gait():
+    return load(GAIT)
+
+
+def cycles():
+    walk_output.print_cycles((assess_stability(gait()),), default_engine())
+
+
+def walk():
+    wheel = rimless_wheel()
+    p = wheel.vector(wheel.resolve({"slope": math.radians(13), "friction": 0.3}))
+    walker = Walker(wheel, passive(wheel), p, default_engine())
+    section = Section(wheel, p, sliding=True)
+    walk_output.print_walk(record_walk(walker, section.embed(np.array([1.2, 0.0])), 2))
+
+
+def numbers():
+    number = {"name": "speed [m/s]", "source": "a page [12]", "unit": "m/s", "agrees": True}
+    walk_output.print_numbers([number | dict.fromkeys(("value", "reference", "difference"), 1.0)], ("in [rad]",))
+
+
+def sweep():
+    shape, units = ("sequence", "speed", "slope"), {"speed": "m/s", "slope": "rad"}
+    axes = {name: (name, [0.1], {"units": unit}) for name, unit in units.items()}
+    table = xr.Dataset(
+        {"cost_of_transport": (shape, [[[0.02]], [[math.nan]]]), "status": (shape, [[["solved"]], [["infeasible"]]])},
+        {"sequence": ["stick | stick", "slip+ | slip+"], **axes},
+    )
+    table["reason"] = (shape, np.array([[[""]], [["speed [m/s] is violated"]]]))
+    study_output.print_sweep(table)
+
+
+def ranking():
+    other = RankedGait(sequence=gait().sequence, status="infeasible", reason="speed [m/s] is violated")
+    study_output.print_ranking(Ranking((judge_gait(gait(), 5e-3, None), other), complete=True))
+
+
+def tuning():
+    verified = Recovery(radius=0.1, starts=2, returned=2, steps=30, tolerance=1e-4, settling=(2, 3))
+    fields = {field.name: 1.0 for field in dataclasses.fields(Tuning)}
+    cycle = assess_stability(gait())
+    changes = {"design": "lqr", "gains": {"torque [N m]": 5.0}, "cycle": cycle, "verified": verified, "evaluations": 3}
+    feedback_output.print_tuning(Tuning(**fields | changes))
+
+
+def assess_robustness():
+    survived = [{"kind": "push [rad/s]", "survived": 0.1, "failed": 0.2, "unit": "rad/s"}]
+    feedback_output.print_endurance({"law": "lqr", "radius": 0.5, "survived": survived}, {})
+
+
+TABLES = {
+    "print_gait": lambda: output.print_gait(
+        dataclasses.replace(gait(), solver=dataclasses.replace(gait().solver, warnings=("speed [m/s] is low",)))
+    ),
+    "print_cycles": cycles,
+    "print_walk": walk,
+    "print_numbers": numbers,
+    "print_sweep": sweep,
+    "print_ranking": ranking,
+    "print_comparison": lambda: study_output.print_comparison(compare({"[s]": gait()})),
+    "print_tuning": tuning,
+    "print_endurance": assess_robustness,
+    "problems": lambda: listing.problems(Path("problems")),
+    "print_installation": lambda: setup.print_installation(
+        {
+            "python": "3",
+            "platform": "[linux]",
+            "versions": {"casadi": "3"},
+            "extras": {"fast": False},
+            "checks": [{"name": "solver [s]", "well": True, "text": "fine [rad]"}],
+        }
+    ),
+}
+
+
+def test_every_function_that_makes_a_table_is_tried_here():
+    made = set()
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and re.search(r"\bTable\(", ast.unparse(node)):
+                made.add(node.name)
+    assert made - {"_ranked_gaits"} == set(TABLES)  # a part of print_ranking
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_show_their_texts_as_they_are(name, capsys, monkeypatch):
+    texts = []
+    for method in ("add_column", "add_row"):
+        original = getattr(Table, method)
+
+        def record(self, *cells, original=original, **options):
+            texts.extend(cell.plain if isinstance(cell, Text) else cell for cell in cells)
+            return original(self, *cells, **options)
+
+        monkeypatch.setattr(Table, method, record)
+    monkeypatch.setattr(output.out, "width", 1000)
+    TABLES[name]()
+    shown = squeezed(capsys.readouterr().out)
+    assert texts
+    for line in [line for text in texts for line in str(text).splitlines()]:
+        assert squeezed(line) in shown
+
+
+def test_a_ranking_prints_the_number_it_ranks_by(capsys):
+    """Not the solver's objective, and not the cost of transport where another objective ranks."""
+    verified = dataclasses.replace(gait().verification, cost_of_transport=0.0123)
+    solver = dataclasses.replace(gait().solver, objective=9.0)
+    first = dataclasses.replace(gait(), verification=verified, solver=solver)
+    second = dataclasses.replace(first, verification=dataclasses.replace(verified, cost_of_transport=0.0246))
+    study_output.print_ranking(Ranking(tuple(judge_gait(each, 5e-3, None) for each in (first, second)), complete=True))
+    head, low, high = (line.split("  ") for line in capsys.readouterr().out.strip().splitlines() if "─" not in line)
+    assert [cell.strip() for cell in head if cell][1:3] == ["cost of transport", "extra cost"]
+    assert "0.012300" in "".join(low)
+    assert "100.00 %" in "".join(high)
+    other = dataclasses.replace(
+        first, problem=first.problem | {"objective": "torque_squared", "objective_unit": "N^2 m^2 s"}
+    )
+    study_output.print_ranking(Ranking((judge_gait(other, 5e-3, None),), complete=True))
+    shown = capsys.readouterr().out
+    assert "torque_squared [N^2 m^2 s]" in shown
+    assert "9.000000" in shown
+
+
+def test_tables_have_units_to_show(capsys, monkeypatch):
+    monkeypatch.setattr(output.out, "width", 1000)
+    for name in ("print_cycles", "print_walk", "print_sweep", "print_ranking", "print_comparison"):
+        TABLES[name]()
+    units = set(UNIT.findall(capsys.readouterr().out))
+    assert {"[m/s]", "[m]", "[s]", "[ms]", "[rad]", "[J]", "[J/m]", "[N m]"} <= units

@@ -1,0 +1,86 @@
+"""Progress: live on a terminal, a line every half minute without one, silent with --quiet; counts are honest."""
+
+import io
+import time
+
+import pytest
+from rich.console import Console
+
+from gaitopt.cli import feedback, progress
+from gaitopt.progress import Iteration, VerificationStep
+
+GAIT = "docs/examples/compass_slip.h5"
+
+
+@pytest.fixture
+def error_stream(monkeypatch):
+    """Return a function that replaces standard error by a stream, a terminal or not."""
+
+    def replace(terminal):
+        stream = io.StringIO()
+        monkeypatch.setattr(progress, "err", Console(file=stream, force_terminal=terminal, width=100, markup=False))
+        return stream
+
+    return replace
+
+
+def test_without_a_terminal_there_is_a_line_now_and_then(error_stream, monkeypatch):
+    stream = error_stream(terminal=False)
+    monkeypatch.setattr(progress, "PERIOD", 0.3)
+    with progress.show_progress("starts [s]", hidden=False, counted=True) as display:
+        for done in range(1, 41):
+            display.count(done, 40)
+            time.sleep(0.02)
+    lines = stream.getvalue().splitlines()
+    assert 1 <= len(lines) <= 4  # not one for each of the 40 counts
+    assert lines[0].startswith("starts [s] ")
+    assert "/40 (" in lines[0]
+
+
+def test_the_period_is_half_a_minute(error_stream):
+    stream = error_stream(terminal=False)
+    assert progress.PERIOD == 30
+    with progress.show_progress("quick", hidden=False):
+        pass
+    assert stream.getvalue() == ""
+
+
+@pytest.mark.parametrize(("hidden", "quiet"), [(True, False), (False, True)])
+@pytest.mark.parametrize("terminal", [True, False])
+def test_hidden_progress_is_silent(error_stream, monkeypatch, hidden, quiet, terminal):
+    stream = error_stream(terminal)
+    monkeypatch.setattr(progress, "PERIOD", 0.01)
+    monkeypatch.setattr(progress.out, "quiet", quiet)
+    with progress.show_progress("starts", hidden=hidden) as display:
+        display.count(1, 2)
+        time.sleep(0.1)
+    assert stream.getvalue() == ""
+
+
+def test_a_terminal_shows_no_count_before_the_total_is_known(error_stream):
+    stream = error_stream(terminal=True)
+    with progress.show_progress("disturbances", hidden=False, counted=True) as display:
+        time.sleep(0.3)
+        assert "disturbances" in stream.getvalue()
+        assert "0/1" not in stream.getvalue()
+        display.count(2, 6)
+        time.sleep(0.3)
+    assert "2/6" in stream.getvalue()
+
+
+def test_tuning_shows_its_verification():
+    assert feedback._progress(Iteration(3, 0.5, 0.25)) == "evaluation   3   lowest 0.2500"
+    text = feedback._progress(VerificationStep(0.125, 30, 200))
+    assert text == "verifying: pushes up to 0.125 rad/s, 30 of 200 walks"
+
+
+def test_each_walk_of_a_verification_is_reported(command, root, monkeypatch):
+    seen = []
+    monkeypatch.setattr(feedback, "_progress", lambda step: seen.append(step) or "")
+    run = command("tune", root / GAIT, "--law", "computed_torque", "--torque-limit", "8", "--starts", "2", "--json")
+    assert run.status == 0
+    kinds = [type(step) for step in seen]
+    assert kinds == sorted(kinds, key=lambda kind: kind is VerificationStep)  # first the search, then the verification
+    walks = [step for step in seen if isinstance(step, VerificationStep)]
+    assert {step.starts for step in walks} == {2}
+    assert {step.walks for step in walks} == {1, 2}

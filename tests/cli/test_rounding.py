@@ -1,0 +1,32 @@
+"""Rounding errors are printed as 0."""
+
+import dataclasses
+
+from gaitopt import assess_stability, load
+from gaitopt.cli import walk_output
+from gaitopt.motion import Ledger, gait_table
+from gaitopt.motion.gait import Gait
+from gaitopt.simulation import default_engine
+
+GAIT = "docs/examples/compass_slip.h5"
+
+
+def test_a_margin_and_a_work_that_are_rounding_errors(monkeypatch):
+    ledger = Ledger(actuator=1.0, gravity=-3e-9, impact_loss=0.5, friction_loss=0.5, kinetic_change=0.0)
+    monkeypatch.setattr(Gait, "energy", property(lambda self: ledger))
+    monkeypatch.setattr(Gait, "friction_margin", property(lambda self: -1.33e-15))
+    shown = dict(gait_table.tabulate_gait(load(GAIT)))
+    assert shown["friction margin"] == "0.00e+00 of the cone while sticking"
+    assert "+ gravity 0.000000 J =" in shown["energy"]
+    monkeypatch.setattr(Gait, "friction_margin", property(lambda self: -1.33e-8))
+    assert dict(gait_table.tabulate_gait(load(GAIT)))["friction margin"].startswith("-1.33e-08")
+
+
+def test_a_multiplier_that_is_a_rounding_error(capsys):
+    cycle = assess_stability(load(GAIT))
+    section = dataclasses.replace(cycle, multipliers=cycle.multipliers * 0 + [8.5e-14, 0.5 - 1e-13j, 1e-8, 0.5j])
+    walk_output.print_cycles((section,), default_engine())
+    shown = capsys.readouterr().out.split()
+    assert "0" in shown
+    assert {"0.5", "1e-08"} <= set(shown)
+    assert "8.5e-14" not in shown

@@ -1,0 +1,28 @@
+"""Studies classify a failure as solve does: a start that was stopped early is continued to its end."""
+
+from dataclasses import replace
+
+from gaitopt import Status
+from gaitopt.study import multistart
+from tests.study.conftest import quick_problem
+
+
+def test_a_failure_at_the_iteration_limit_is_concluded(monkeypatch):
+    problem = quick_problem(friction=0.02, speed=1.5)
+    stopped = replace(multistart.solve_cold(problem, 1)[0], status=Status.ITERATION_LIMIT)
+    assert multistart.proven(problem, [stopped]).status is Status.INFEASIBLE
+    calls = []
+    monkeypatch.setattr(multistart, "attempt", lambda *arguments: calls.append(arguments))
+    infeasible = replace(stopped, status=Status.INFEASIBLE)
+    assert multistart.proven(problem, [infeasible]) is infeasible
+    assert calls == []
+
+
+def test_a_start_that_only_needed_more_iterations_becomes_a_gait():
+    problem = quick_problem()
+    solved = multistart.solve_cold(problem, 1)[0]
+    stopped = replace(solved, status=Status.ITERATION_LIMIT)
+    concluded = multistart.proven(problem, [stopped])
+    assert concluded.status is Status.SOLVED
+    assert concluded.verification.passed
+    assert concluded.problem["intervals"] == solved.problem["intervals"]
