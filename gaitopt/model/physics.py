@@ -5,17 +5,15 @@ tolerance; a hash of them would depend on the last digit.
 """
 
 import math
+import weakref
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from gaitopt.model.physics_samples import Array, PhysicsSamples
 from gaitopt.model.robot import Robot
 from gaitopt.parameters import Parameter
-
-Array = NDArray[np.float64]
 
 SAMPLES = 3
 AGREEMENT = 1e-9
@@ -45,27 +43,21 @@ QUANTITIES: Mapping[str, tuple[str, ...]] = {
 ACCELERATION = ("acceleration", "contact force")
 
 
-@dataclass(frozen=True, eq=False)
-class PhysicsSamples:
-    """Physical quantities of a robot at a few states.
+_SAMPLED: "weakref.WeakKeyDictionary[Robot, PhysicsSamples]" = weakref.WeakKeyDictionary()
 
-    Attributes
-    ----------
-    points : dict of str to (K,) or (n, K) array
-        The states: `q`, `v`, `u`, `w` (rates after an impact), `impulse`, and every parameter by name (SI units).
-    values : dict of str to (n, K) array
-        Quantities by name (SI units).
+
+def physics_of(robot: Robot) -> PhysicsSamples:
+    """Return the physical quantities of a robot at the default states, computed once.
 
     Examples
     --------
     >>> from gaitopt import compass_biped
-    >>> sampled = sample_physics(compass_biped())
-    >>> sampled.values["mass matrix"].shape
-    (16, 3)
+    >>> physics_of(compass_biped()) is physics_of(compass_biped())
+    True
     """
-
-    points: dict[str, Array]
-    values: dict[str, Array]
+    if robot not in _SAMPLED:
+        _SAMPLED[robot] = sample_physics(robot)
+    return _SAMPLED[robot]
 
 
 def sample_physics(robot: Robot, points: Mapping[str, Array] | None = None) -> PhysicsSamples:
@@ -129,8 +121,7 @@ def _points(robot: Robot) -> dict[str, Array]:
 def _irregular(row: int) -> Array:
     """Return numbers between -1 and 1."""
     multiples = math.sqrt(2) * (row + 1) * np.arange(1, SAMPLES + 1) + math.sqrt(3) * (row + 1)
-    fractions: Array = 2 * (multiples % 1) - 1
-    return fractions
+    return np.asarray(2 * (multiples % 1) - 1, dtype=float)
 
 
 def _near_default(parameter: Parameter, share: float) -> float:

@@ -184,6 +184,11 @@ class Robot(LazyRecord):
                 _RESTORED[record.digest] = robot
             return robot
 
+    @staticmethod
+    def is_restored(record: RobotRecord) -> bool:
+        """Return whether this process has the robot of a record already."""
+        return record.digest in _RESTORED
+
     def share(self, record: RobotRecord) -> "Robot":
         """Return the robot itself, which from now on is the robot of a record with the same physics."""
         with _LOCK:

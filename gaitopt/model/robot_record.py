@@ -17,6 +17,9 @@ from gaitopt.parameters import Parameter
 _LEVEL = 6
 """Of the compression; the highest takes fifteen times as long for a tenth of the size."""
 
+_NUMBERS = ("default", "lower", "upper")
+"""Of a parameter."""
+
 _RECORDS: "weakref.WeakValueDictionary[str, RobotRecord]" = weakref.WeakValueDictionary()
 _LOCK = threading.Lock()
 
@@ -58,6 +61,10 @@ class RobotRecord:
         """The text as a zlib stream."""
         return zlib.compress(self.text, _LEVEL)
 
+    def is_intact(self) -> bool:
+        """Return whether the text has the digest."""
+        return hashlib.sha256(self.text).hexdigest() == self.digest
+
     def content(self) -> dict[str, Any]:
         """Return the plain data.
 
@@ -66,7 +73,7 @@ class RobotRecord:
         ArchiveError
             If the text is not the one that was written.
         """
-        if hashlib.sha256(self.text).hexdigest() != self.digest:
+        if not self.is_intact():
             raise ArchiveError(
                 f"The stored robot {self.name!r} is damaged: the SHA-256 of its text is not the one written beside it. "
                 "Use an intact copy of the file, or give the robot: gait.with_robot(robot), or --problem SCRIPT.py on "
@@ -80,18 +87,15 @@ class RobotRecord:
 
 
 def share_record(record: RobotRecord) -> RobotRecord:
-    """Return the record of the same digest that is in use, or else this one: many gaits share one record."""
+    """Return the intact record of the same digest that is in use, or else this one: many gaits share one record."""
+    if not record.is_intact():
+        return record
     with _LOCK:
         return _RECORDS.setdefault(record.digest, record)
 
 
-def known_record(digest: str) -> RobotRecord | None:
-    """Return the record of a digest that is in use, if there is one."""
-    return _RECORDS.get(digest)
-
-
 def _expand(name: str, compressed: bytes, digest: str, casadi: str) -> RobotRecord:
-    known = known_record(digest)
+    known = _RECORDS.get(digest)
     return known or share_record(RobotRecord(name, zlib.decompress(compressed), digest, casadi))
 
 
@@ -103,10 +107,9 @@ def describe_parameter(parameter: Parameter) -> dict[str, Any]:
     >>> describe_parameter(Parameter("friction", math.inf, "1", "friction"))["default"]
     'inf'
     """
-    return {
-        name: str(value) if isinstance(value, float) and math.isinf(value) else value
-        for name, value in asdict(parameter).items()
-    }
+    numbers = {name: float(getattr(parameter, name)) for name in _NUMBERS}
+    finite = {name: value if math.isfinite(value) else str(value) for name, value in numbers.items()}
+    return asdict(parameter) | finite
 
 
 def read_parameter(described: Mapping[str, Any]) -> Parameter:
@@ -117,5 +120,4 @@ def read_parameter(described: Mapping[str, Any]) -> Parameter:
     >>> read_parameter(describe_parameter(Parameter("friction", math.inf, "1", "friction"))).default
     inf
     """
-    numbers = {name: float(described[name]) for name in ("default", "lower", "upper")}
-    return Parameter(**{**described, **numbers})
+    return Parameter(**{**described, **{name: float(described[name]) for name in _NUMBERS}})

@@ -1,6 +1,6 @@
 """Contact models as plain data: the class of each part by name, and its fields."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ from gaitopt.model.contacts.impact_law import PlasticFrictional
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import ComingToRest, LiftOff, PainleveParadox, SlipOnset
 
-_BUILT_IN = {
+_BUILT_IN: dict[str, Callable[..., Any]] = {
     f"{part.__module__}:{part.__qualname__}": part
     for part in (PlasticFrictional, SlipOnset, ComingToRest, LiftOff, PainleveParadox)
 }
