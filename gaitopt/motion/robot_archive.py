@@ -42,7 +42,7 @@ def write_robot(group: h5py.Group, gait: Gait, shared: SharedGroups | None = Non
     size = len(record.text)
     model = part.create_dataset("model", (size,), np.uint8, chunks=(size,), compression="gzip")
     model.id.write_direct_chunk((0,), record.compressed)
-    model.attrs["content"] = "JSON"
+    model.attrs.update(unit="1", content="JSON, UTF-8")
     for name in ("points", "values"):
         _write_table(part, name, getattr(physics, name))
     if shared is not None:

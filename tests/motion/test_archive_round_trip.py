@@ -95,7 +95,7 @@ def test_bare_h5py_reads_numbers_with_their_units(slip_gait, tmp_path):
     units = {"time": "s", "torque": "N m", "force": "N", "power": "W", "work": "J", "points": "m"}
     with h5py.File(tmp_path / "gait.h5", "r") as file:
         assert file.attrs["format"] == "gaitopt gait"
-        assert file.attrs["format_version"] == 2
+        assert file.attrs["format_version"] == 3
         assert file.attrs["sequence"] == "slip+ stick | slip+"
         assert json.loads(file["motion"].attrs["angles"]) == ["th1", "th2"]
         assert file["motion/parameters"].attrs["friction"] == 0.14

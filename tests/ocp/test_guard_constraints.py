@@ -61,7 +61,7 @@ def early(problem):
 
 def test_an_early_touchdown_is_where_the_simulator_finds_it(problem, early):
     (warning,) = early.solver.warnings
-    ended = replay(early, ROBOT).motion.period
+    ended = replay(early).motion.period
     assert ended < 0.5 * early.period
     node = int(20 * ended / early.period)
     assert f"touches down before its end, after phase 1 (stick), node {node}, and its replay" in warning
@@ -121,7 +121,7 @@ def test_a_landing_is_shifted_by_a_node_and_not_beyond_the_lowest_guard():
 
 
 def test_the_guard_falls_only_unarmed_along_the_replayed_motion(gait):
-    segment = replay(gait, ROBOT).motion.segments[0]
+    segment = replay(gait).motion.segments[0]
     th1, th2 = segment.q[2:, :-1]
     falls = np.flatnonzero((th2 - th1)[:-1] * (th2 - th1 < 0)[1:] > 0)
     assert falls.size == 1
