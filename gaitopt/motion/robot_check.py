@@ -32,10 +32,11 @@ def require_same_physics(held: Robot | StoredRobot, motion: Motion, robot: Robot
     >>> require_same_physics(compass_biped(), gait.motion, rimless_wheel())
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: number of angles (1 instead of 2), number of actuators (0 instead of 2). Give the robot the gait was made with, or solve the problem again with this one.
+    gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: angles and actuators (theta instead of th1, th2, ankle, hip). Give the robot the gait was made with, or solve the problem again with this one.
     """  # noqa: E501
     if held is robot:
         return
+    _require_names(robot, motion, held.name)
     if isinstance(held, StoredRobot) and held.record is None:
         require_motion_of(robot, motion, held.name)
         return
@@ -57,8 +58,7 @@ def require_motion_of(robot: Robot, motion: Motion, name: str) -> None:
     name : str
         Name of the robot in the gait.
     """
-    if (motion.segments and motion.segments[0].q.shape[0] != robot.n_q) or len(motion.actuators) != robot.n_u:
-        _refuse(robot, name, ("the number of angles or actuators",))
+    _require_names(robot, motion, name)
     p = robot.vector(motion.parameters)
     compared: list[tuple[str, Array, Array]] = [
         ("total mass", np.array([motion.total_mass]), np.array([float(robot.mass(p))]))
@@ -73,6 +73,13 @@ def require_motion_of(robot: Robot, motion: Motion, name: str) -> None:
         compared.append(("leg exchange", np.concatenate([jump.q_next, jump.v_next]), np.concatenate(after)))
     differing = [label for label, there, here in compared if not _agree(there, here)]
     _refuse(robot, name, tuple(dict.fromkeys(differing)))
+
+
+def _require_names(robot: Robot, motion: Motion, name: str) -> None:
+    """Raise InputError unless the angles and actuators of a robot are those of a motion, which laws rely on."""
+    if (robot.angles, robot.actuators) != (motion.angles, motion.actuators):
+        here, there = (*robot.angles, *robot.actuators), (*motion.angles, *motion.actuators)
+        _refuse(robot, name, (f"angles and actuators ({', '.join(here)} instead of {', '.join(there)})",))
 
 
 def _agree(there: Array, here: Array) -> bool:
