@@ -10,7 +10,6 @@ from gaitopt import Coordinates, Drawing, Parameter, PointMass, StepEnd, assembl
 from gaitopt.model.physics import find_differences, physics_of, sample_physics
 from gaitopt.model.robots.compass import PARAMETERS
 
-
 COMPASS_NAMES = ("th1", "th2", "ankle", "hip")
 
 
