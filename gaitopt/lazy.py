@@ -12,9 +12,17 @@ _ONE_AT_A_TIME = threading.RLock()
 
 @dataclass(frozen=True, eq=False)
 class Deferred(Generic[T]):
-    """A value that is not worked out yet: a function without arguments."""
+    """A value that is not worked out yet: a function without arguments.
+
+    Attributes
+    ----------
+    read : callable
+    portable : bool
+        Whether the function can be sent to another process, so that the value is not worked out for that.
+    """
 
     read: Callable[[], T]
+    portable: bool = False
 
 
 class LazyField(Generic[T]):
@@ -68,4 +76,8 @@ class LazyRecord:
     """A dataclass with fields of type :class:`LazyField`: what is pickled or copied is their values."""
 
     def __getstate__(self) -> dict[str, Any]:
-        return {entry.name: getattr(self, entry.name) for entry in fields(self)}  # type: ignore[arg-type]
+        return {entry.name: self._portable(entry.name) for entry in fields(self)}  # type: ignore[arg-type]
+
+    def _portable(self, name: str) -> Any:
+        kept = vars(self)[name]
+        return kept if isinstance(kept, Deferred) and kept.portable else getattr(self, name)

@@ -1,9 +1,11 @@
 """Robots, the example gait, and others made from it without solving anything, shared by all tests."""
 
+import shutil
 import signal
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -45,6 +47,19 @@ def wheel():
 def slip_gait():
     """Return the example: an optimised gait 'slip+ stick | slip+' on level ground at friction 0.14."""
     return load(ROOT / "docs" / "examples" / "compass_slip.h5")
+
+
+@pytest.fixture(scope="session")
+def write_old_file():
+    """Return a function that writes the example as a file of version 2, which only names its robot."""
+
+    def write(path, robot="compass_biped"):
+        shutil.copy(ROOT / "tests" / "motion" / "compass_slip_version_2.h5", path)
+        with h5py.File(path, "a") as file:
+            file.attrs["robot"] = robot
+        return path
+
+    return write
 
 
 @pytest.fixture

@@ -98,18 +98,16 @@ def report(
 
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
-    from gaitopt.cli.script import build_problem
-    from gaitopt.motion.archive import load
+    from gaitopt.cli.script import load_gaits
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
 
     named = labelled(files)
     path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
-    gaits = {name: load(file) for name, file in named.items()}
-    robot = build_problem(problem).robot if problem else None
+    gaits = load_gaits(named, problem)
     with show_progress("writing the report", hidden=json):
-        written = write_report(gaits, path, title=title, robot=robot)
+        written = write_report(gaits, path, title=title)
     print_written(written, json=json)
 
 
@@ -136,19 +134,18 @@ def export(
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
-    from gaitopt.cli.script import robot_of
+    from gaitopt.cli.script import load_gait
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.torque_table import write_torques
-    from gaitopt.motion.archive import load
     from gaitopt.motion.atomic import check_suffix
 
     contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
-    suffix, gait = check_suffix(output, contents), load(file)
+    suffix, gait = check_suffix(output, contents), load_gait(file, problem)
     if suffix == ".csv":
         print_written(write_csv(gait.motion, output), json=json)
         return
-    robot = robot_of(gait, problem)
+    robot = gait.robot
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)

@@ -27,7 +27,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import print_json, print_written
 from gaitopt.cli.progress import show_progress
-from gaitopt.cli.script import robot_of
+from gaitopt.cli.script import load_gait
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.control.law import Law, feedforward
 from gaitopt.model.robot import Robot
@@ -62,7 +62,6 @@ def tune(
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
-    from gaitopt.motion.archive import load
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.objective import SensitivityNorm, SpectralRadius
@@ -72,13 +71,11 @@ def tune(
     if output is not None:
         check_suffix(output, {".json": "tuned gains"})
         check_writable(output)
-    gait = load(file).require()
-    robot = robot_of(gait, problem)
+    gait = load_gait(file, problem).require()
     with show_progress("tuning", hidden=json) as display:
         tuned = tune_feedback(
             gait,
-            design_for(gait, robot, law, torque_limit, stance_angle),
-            robot=robot,
+            design_for(gait, gait.robot, law, torque_limit, stance_angle),
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
             search=GainSearchOptions(seed=seed),
@@ -128,20 +125,19 @@ def push(
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """
-    from gaitopt.motion.archive import load
     from gaitopt.simulation.engine_choice import default_engine
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
 
     began = time.perf_counter()
-    gait = load(file).require()
-    robot = robot_of(gait, problem)
+    gait = load_gait(file, problem).require()
+    robot = gait.robot
     chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
-    cycle, test = assess_stability(gait, chosen, robot=robot), PushTest(starts=starts)
+    cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     with worker_options(workers, scheduler) as team:
         survived = _survived(robot, chosen, cycle, steps, test, team, hidden=json)
     laws = {title: chosen, "open loop": feedforward(robot, gait.motion)}
-    basins = _basins(gait, robot, laws, ball, test, hidden=json)
+    basins = _basins(gait, laws, ball, test, hidden=json)
     facts = {
         "law": title,
         "engine": default_engine(chosen, robot).name,
@@ -157,7 +153,7 @@ def push(
 
 
 def _basins(
-    gait: Gait, robot: Robot, laws: dict[str, Law], ball: float, test: "PushTest", *, hidden: bool
+    gait: Gait, laws: dict[str, Law], ball: float, test: "PushTest", *, hidden: bool
 ) -> "dict[str, Recovery | None]":
     """Return the recovery of a gait from a ball of pushes under each law; None if it has no periodic gait."""
     from gaitopt.stability.gait_recovery import recovery_of
@@ -166,7 +162,7 @@ def _basins(
     with show_progress("pushes", hidden=hidden) as display:
         for name, law in laws.items():
             display.describe(f"pushes up to {ball:g} rad/s, {name}")
-            basins[name] = recovery_of(gait, robot, law, ball, test)
+            basins[name] = recovery_of(gait, law, ball, test)
     return basins
 
 

@@ -5,11 +5,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitopt.cli.script import read_script, robot_of, walk_problem
+from gaitopt.cli.script import load_gait, read_script, walk_problem
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import engine_named
@@ -48,7 +47,7 @@ class Request:
     settings : list of str
         ``NAME=VALUE`` for a script.
     script : Path or None
-        Problem script with the robot of a saved gait that is not in the catalogue.
+        Problem script with the robot of a saved gait, where its file does not contain the robot.
     engine : str
         As :func:`gaitopt.simulation.engine_choice.engine_named` takes it.
     feedback : callable or None
@@ -89,11 +88,11 @@ def read_input(request: Request, starts: int, *, first: bool = False) -> Command
 def _of_gait(request: Request) -> CommandInput:
     if request.settings:
         raise InputError("--set changes parameters of a script; a saved gait has none to change.")
-    gait = load(request.source)
-    robot = robot_of(gait, request.script)
+    gait = load_gait(request.source, request.script)
+    robot = gait.robot
     law = feedforward(robot, gait.motion) if request.feedback is None else request.feedback(gait, robot)
     engine = engine_named(request.engine, law, robot)
-    cycle = assess_stability(gait, law, robot=robot, engine=engine)
+    cycle = assess_stability(gait, law, engine=engine)
     return CommandInput(robot, gait.motion.parameters, law, engine, (cycle,))
 
 
@@ -104,7 +103,7 @@ def _of_script(request: Request, starts: int, first: bool) -> CommandInput:
         raise InputError("--law is for a saved gait; the law of a walking problem is stated in its script.")
     problem = walk_problem(read_script(request.source, request.settings))
     law = problem.law or passive(problem.robot)
-    engine = engine_named(request.engine, law, robot)
+    engine = engine_named(request.engine, law, problem.robot)
     cycles: Iterator[Cycle] = iter(())
     if starts:
         sequence = None if problem.sequence is None else str(problem.sequence)

@@ -55,7 +55,7 @@ StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.py", help="Study scrip
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Walking problem script or gait file.")]
 RobotScript = Annotated[
     Path | None,
-    typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, if it is not in the catalogue."),
+    typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, if the file does not contain it."),
 ]
 Setting = Annotated[
     list[str] | None,

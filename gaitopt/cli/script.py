@@ -6,7 +6,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,8 +14,7 @@ from typing import Any
 
 from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
-from gaitopt.model.robot import Robot
-from gaitopt.model.robots.catalogue import robot_named
+from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
@@ -167,15 +166,28 @@ def walk_problem(script: Script) -> WalkProblem:
     return problem
 
 
-def robot_of(gait: Gait, script: Path | None) -> Robot:
-    """Return the robot of a gait: from a problem script if one is named, otherwise from gaitopt's catalogue.
+def load_gait(file: Path, script: Path | None) -> Gait:
+    """Return the gait in a file, with the robot of a problem script if one is named.
 
     Raises
     ------
+    ArchiveError
+        If the file cannot be read.
     InputError
-        If the script states no gait problem, or its robot is a different one, or the robot is unknown.
+        If the script states no gait problem, or its robot has other physics than the robot of the gait.
     """
-    return robot_named(gait.robot, build_problem(script).robot if script else None)
+    gait = load(file)
+    return gait if script is None else gait.with_robot(build_problem(script).robot)
+
+
+def load_gaits(files: Mapping[str, Path], script: Path | None) -> dict[str, Gait]:
+    """Return gaits by label; those of a robot with the name of the script's robot get that robot, if one is named."""
+    robot = None if script is None else build_problem(script).robot
+    gaits = {label: load(file) for label, file in files.items()}
+    return {
+        label: gait if robot is None or gait.robot_name != robot.name else gait.with_robot(robot)
+        for label, gait in gaits.items()
+    }
 
 
 @contextmanager

@@ -47,7 +47,7 @@ def solve(
         gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
         if gait.status.ok:
             display.describe("replaying in the event-driven simulator")
-            gait = verify_gait(gait, problem.robot)
+            gait = verify_gait(gait)
     written = save(gait, path) if gait.status.ok else None
     if json:
         print_json(summarise(gait) | {"file": None if written is None else str(written)})
@@ -108,13 +108,11 @@ def verify(
 
     Example: gaitopt verify compass_slip.h5
     """
-    from gaitopt.cli.script import robot_of
-    from gaitopt.motion.archive import load
+    from gaitopt.cli.script import load_gait
     from gaitopt.motion.summary import summarise
     from gaitopt.simulation.verification import verify as verify_gait
 
-    gait = load(file)
-    gait = verify_gait(gait, robot_of(gait, problem))
+    gait = verify_gait(load_gait(file, problem))
     if json:
         print_json(summarise(gait) | {"file": str(file)})
     else:

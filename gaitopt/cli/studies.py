@@ -165,9 +165,8 @@ def compare(
 
     Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
     """
-    from gaitopt.cli.script import build_problem
+    from gaitopt.cli.script import load_gaits
     from gaitopt.cli.study_output import print_comparison
-    from gaitopt.motion.archive import load
     from gaitopt.motion.atomic import check_writable
     from gaitopt.plot.comparison_figure import plot_comparison
     from gaitopt.plot.saving import save_figure
@@ -176,9 +175,7 @@ def compare(
 
     named, path = labelled(files), output or Path("comparison.png")
     check_writable(path)
-    robot = build_problem(problem).robot if problem else None
-    gaits = {label: load(file) for label, file in named.items()}
-    comparison = compare_gaits(gaits, multipliers=multipliers, robot=robot)
+    comparison = compare_gaits(load_gaits(named, problem), multipliers=multipliers)
     written = save_figure(plot_comparison(Comparison(label_by_sequence(comparison.gaits), {})), path)
     if json:
         print_json({"gaits": comparison.records(), "figure": str(written)})

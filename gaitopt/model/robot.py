@@ -1,8 +1,11 @@
 """A robot: a frozen bundle of named CasADi Functions, and the symbols it is written in."""
 
 import functools
+import threading
+import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,6 +15,8 @@ from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.ground import GROUND
+from gaitopt.model.robot_record import RobotRecord
+from gaitopt.model.robot_serialisation import read_fields, write_record
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -140,6 +145,59 @@ class Robot(LazyRecord):
     rims: LazyField[ca.Function] = LazyField()
     force_powers: LazyField[ca.Function] = LazyField()
 
+    @functools.cached_property
+    def record(self) -> RobotRecord:
+        """The robot as plain data, for files and other processes."""
+        with _LOCK:
+            record = write_record({entry.name: getattr(self, entry.name) for entry in fields(self)})
+            _RESTORED.setdefault(record.digest, self)
+        return record
+
+    @staticmethod
+    def from_record(record: RobotRecord, contact_model: ContactModel | None = None) -> "Robot":
+        """Return the robot of a record: in one process the same object at every call, so that it is compiled once.
+
+        Parameters
+        ----------
+        record : RobotRecord
+        contact_model : ContactModel, optional
+            Instead of the one described in the record, of which custom classes cannot be restored.
+
+        Raises
+        ------
+        ArchiveError
+            If the record is damaged, or the installed CasADi cannot read it.
+        InputError
+            If the contact model is custom and not given.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped
+        >>> Robot.from_record(compass_biped().record) is compass_biped()
+        True
+        """
+        with _LOCK:
+            robot = _RESTORED.get(record.digest)
+            if robot is None or contact_model not in (None, robot.contact_model):
+                robot = Robot(**read_fields(record, contact_model))
+                vars(robot)["record"] = record
+                _RESTORED[record.digest] = robot
+            return robot
+
+    @staticmethod
+    def is_restored(record: RobotRecord) -> bool:
+        """Return whether this process has the robot of a record already."""
+        return record.digest in _RESTORED
+
+    def share(self, record: RobotRecord) -> "Robot":
+        """Return the robot itself, which from now on is the robot of a record with the same physics."""
+        with _LOCK:
+            _RESTORED[record.digest] = self
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Robot.from_record, (self.record, self.contact_model)
+
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"
 
@@ -230,3 +288,9 @@ class Robot(LazyRecord):
     def vector(self, values: Mapping[str, float]) -> np.ndarray:
         """Return resolved parameters as the vector p, shape (n_p,)."""
         return as_vector(self.parameters, values)
+
+
+_RESTORED: "weakref.WeakValueDictionary[str, Robot]" = weakref.WeakValueDictionary()
+"""Robots of this process by the digest of their record."""
+
+_LOCK = threading.RLock()

@@ -18,6 +18,7 @@ from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.motion_archive import read_motion, write_motion
 from gaitopt.motion.proposal import Proposal
+from gaitopt.motion.robot_archive import SharedGroups, read_robot, write_robot
 from gaitopt.motion.solution import Solution, Table
 from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyIteration
@@ -87,12 +88,20 @@ def check_gait_suffix(path: Path) -> None:
         ) from None
 
 
-def write_gait(group: h5py.Group, gait: Gait) -> None:
-    """Write a gait into a group of an open file, whose root is one too."""
+def write_gait(group: h5py.Group, gait: Gait, shared: SharedGroups | None = None) -> None:
+    """Write a gait into a group of an open file, whose root is one too.
+
+    Parameters
+    ----------
+    group : h5py.Group
+    gait : Gait
+    shared : dict, optional
+        Robots in the file, for a file of many gaits: each robot is written once.
+    """
     group.attrs.update(
         format=f"gaitopt {KIND}",
         format_version=VERSION,
-        robot=gait.robot,
+        robot=gait.robot_name,
         sequence=str(gait.sequence),
         status=gait.status.key,
     )
@@ -106,6 +115,7 @@ def write_gait(group: h5py.Group, gait: Gait) -> None:
     if gait.solution is not None:
         _write_solution(group.create_group("solution"), gait.solution)
     write_motion(group.create_group("motion"), gait.motion)
+    write_robot(group, gait, shared)
 
 
 def load(path: str | Path) -> Gait:
@@ -163,11 +173,12 @@ def read_gait(file: h5py.Group) -> Gait:
     if "verification" in file:
         fields = _read_record(file["verification"])
         verification = Verification(**{**fields, "reasons": tuple(json.loads(fields["reasons"]))})
+    motion = read_motion(file["motion"])
     return Gait(
-        robot=str(file.attrs["robot"]),
+        robot=read_robot(file, str(file.attrs["robot"]), motion),
         sequence=ContactSequence.parse(str(_rename_keys(dict(file.attrs))["sequence"])),
         status=Status[str(file.attrs["status"]).upper()],
-        motion=read_motion(file["motion"]),
+        motion=motion,
         problem=_rename_keys(_numbers(json.loads(file.attrs["problem"]))),
         solver=SolverReport(**solver),
         versions={name: str(value) for name, value in file["versions"].attrs.items()},

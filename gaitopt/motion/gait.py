@@ -1,7 +1,7 @@
 """Gait: one optimised step, with the problem it answers, how well it was solved and whether it survived replay."""
 
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution
 from gaitopt.reductions import worst
 from gaitopt.status import Status
+
+if TYPE_CHECKING:
+    from gaitopt.model.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -133,8 +136,8 @@ class Gait(LazyRecord):
 
     Attributes
     ----------
-    robot : str
-        Name of the robot.
+    robot : Robot
+        Of a gait that was read from a file, restored when it is first used.
     sequence : ContactSequence
         The contact sequence it was planned with.
     status : Status
@@ -160,7 +163,7 @@ class Gait(LazyRecord):
     ('solved', 'slip+ stick | slip+', 0.633)
     """
 
-    robot: str
+    robot: "LazyField[Robot]" = LazyField()
     sequence: ContactSequence
     status: Status
     motion: LazyField[Motion] = LazyField()
@@ -176,7 +179,17 @@ class Gait(LazyRecord):
         if self.verification is not None:
             replay = "replay passed" if self.verification.passed else "replay failed"
         numbers = f"cost of transport {self.cost_of_transport:.6g}, {self.speed:.4g} m/s, step {self.step_length:.4g} m"
-        return f"Gait({self.robot!r}, '{self.sequence}', {self.status.key}, {replay}, {numbers})"
+        return f"Gait({self.robot_name!r}, '{self.sequence}', {self.status.key}, {replay}, {numbers})"
+
+    @property
+    def robot_name(self) -> str:
+        """Name of the robot, which is not restored for it."""
+        return str(self.robot_source.name)
+
+    @property
+    def robot_source(self) -> Any:
+        """The robot, or what it is restored from when it is first used."""
+        return vars(self)["robot"]
 
     @property
     def cost_of_transport(self) -> float:
@@ -226,7 +239,33 @@ class Gait(LazyRecord):
         status = self.status
         if status in (Status.SOLVED, Status.NOT_VERIFIED):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
-        return replace(self, verification=verification, status=status)
+        return self._with(verification=verification, status=status)
+
+    def with_robot(self, robot: "Robot") -> "Gait":
+        """Return the gait with a robot of the same physics in place of its own.
+
+        Needed for gaits of older files, which only name their robot, and for robots with a custom impact law or
+        transition, whose code is not in the file.
+
+        Raises
+        ------
+        InputError
+            If the physics of the robot differ from those of the gait's robot; the message states what differs.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped, load
+        >>> load("docs/examples/compass_slip.h5").with_robot(compass_biped()).robot_name
+        'compass_biped'
+        """
+        from gaitopt.motion.robot_check import require_same_physics
+
+        require_same_physics(self.robot_source, self.motion, robot)
+        return self._with(robot=robot)
+
+    def _with(self, **changes: Any) -> "Gait":
+        """Return the gait with some fields changed; fields that were never read stay unread."""
+        return Gait(**{**{entry.name: vars(self)[entry.name] for entry in fields(self)}, **changes})
 
 
 def cone_margin(motion: Motion) -> float:

@@ -32,7 +32,7 @@ def tabulate_gait(gait: Gait) -> Facts:
         ("status", f"{gait.status.key}: {gait.status.hint}"),
         ("sequence", str(gait.sequence)),
         *_origin(gait),
-        ("robot", f"{gait.robot}, friction {friction:g}, objective {_objective(gait)}"),
+        ("robot", f"{gait.robot_name}, friction {friction:g}, objective {_objective(gait)}"),
         *_script(gait),
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED):

@@ -34,7 +34,7 @@ def summarise(gait: Gait) -> dict[str, Any]:
     data = {
         "status": gait.status.key,
         "hint": gait.status.hint,
-        "robot": gait.robot,
+        "robot": gait.robot_name,
         "sequence": str(gait.sequence),
         "cost_of_transport": gait.cost_of_transport,
         "speed": gait.speed,

@@ -102,7 +102,7 @@ def _describe(gait: Gait, title: str | None) -> str:
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
     verified = "" if not gait.status.ok else ", verified by replay" if gait.verification else ", not replayed"
     name = gait.problem.get("name", "gait")
-    first = title or (gait.robot.replace("_", " ") if name == "gait" else name)
+    first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
     return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(facts)}"
 
 

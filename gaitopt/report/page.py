@@ -6,16 +6,13 @@ from pathlib import Path
 
 from gaitopt import __version__
 from gaitopt.errors import InputError
-from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.sections import comparison_section, gait_section
 
 
-def write_report(
-    gaits: Mapping[str, Gait], path: str | Path, *, title: str = "Gait report", robot: Robot | None = None
-) -> Path:
+def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "Gait report") -> Path:
     """Write gaits as one self-contained HTML page, to look at, share and keep.
 
     Each gait can be played and scrubbed: the walker with its contact force in the friction cone and the marks of its
@@ -30,8 +27,6 @@ def write_report(
         Usually ends in ``.html``.
     title : str
         Of the page.
-    robot : Robot, optional
-        Needed for the multipliers of a robot that is not in gaitopt's catalogue.
 
     Returns
     -------
@@ -59,7 +54,7 @@ def write_report(
     if not gaits:
         raise InputError("A report needs at least one gait.")
     path = Path(path)
-    text = "<!doctype html>\n" + to_html(_page(gaits, title, robot)) + "\n"
+    text = "<!doctype html>\n" + to_html(_page(gaits, title)) + "\n"
     with write_atomically(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
@@ -70,7 +65,7 @@ def read_asset(name: str) -> str:
     return (files("gaitopt.report") / "assets" / name).read_text(encoding="utf-8")
 
 
-def _page(gaits: Mapping[str, Gait], title: str, robot: Robot | None) -> Element:
+def _page(gaits: Mapping[str, Gait], title: str) -> Element:
     names = {f"gait-{number}": name for number, name in enumerate(gaits, start=1)}
     several = len(gaits) > 1
     links = [element("a", title, href=f"#{name}") for name, title in names.items()]
@@ -80,7 +75,7 @@ def _page(gaits: Mapping[str, Gait], title: str, robot: Robot | None) -> Element
             "main",
             element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
             comparison_section(gaits) if several else None,
-            *(gait_section(gaits[title], title=title, name=name, robot=robot) for name, title in names.items()),
+            *(gait_section(gaits[title], title=title, name=name) for name, title in names.items()),
             element("footer", f"Written by gaitopt {__version__}."),
         ),
         element("script", read_asset("player.js")),

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.gait_table import tabulate_gait
@@ -26,7 +25,7 @@ MOST_EVENTS, MOST_STEPS = 40, 10
 """Events of a walk that are listed, and steps that are drawn."""
 
 
-def gait_section(gait: Gait, *, title: str, name: str, robot: Robot | None = None) -> Element:
+def gait_section(gait: Gait, *, title: str, name: str) -> Element:
     """Return everything about a gait: player, charts, energy, multipliers, problem and versions.
 
     Parameters
@@ -35,8 +34,6 @@ def gait_section(gait: Gait, *, title: str, name: str, robot: Robot | None = Non
     title : str
     name : str
         Unlike that of any other section of the page.
-    robot : Robot, optional
-        Needed for the multipliers of one that is not in the catalogue.
     """
     drawable = is_drawable(gait.motion)
     charts = [*_time_charts(gait), *portraits(gait.motion)] if drawable else []
@@ -55,7 +52,7 @@ def gait_section(gait: Gait, *, title: str, name: str, robot: Robot | None = Non
             "div",
             *map(chart_figure, charts),
             *([_energy(gait.motion)] if drawable else []),
-            _stability(gait, robot),
+            _stability(gait),
             class_="grid-of-figures",
         ),
         _details("Problem, fully resolved", [(key, _plainly(value)) for key, value in gait.problem.items()]),
@@ -166,10 +163,10 @@ def _energy(motion: Motion) -> Element:
     return _figure("Energy of the step", draw_ledger(energy), note)
 
 
-def _stability(gait: Gait, robot: Robot | None) -> Element:
+def _stability(gait: Gait) -> Element:
     """Return the multipliers of the gait's torques played back in open loop, or why there are none."""
     try:
-        cycle = assess_stability(gait, robot=robot if robot is not None and robot.name == gait.robot else None)
+        cycle = assess_stability(gait)
     except InputError as error:
         return _figure("Multipliers, torques played back", element("p", f"Not assessed. {error}", class_="note"))
     verdict = "stable" if cycle.stable else "unstable"

@@ -5,7 +5,6 @@ from attrs import field, frozen
 
 from gaitopt.control.law import feedforward
 from gaitopt.model.robot import Robot
-from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
 from gaitopt.motion.motion import Motion
@@ -46,13 +45,12 @@ class Tolerances:
     energy: float = field(default=1e-8, validator=bounded(lower=0.0, infinite=True))
 
 
-def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: Engine | None = None) -> Rollout:
+def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollout:
     """Play a gait's torques back in the event-driven simulator, open loop, from its first state.
 
     Parameters
     ----------
     gait : Gait
-    robot : Robot
     steps : int
         The torque clock is reset at every touchdown.
     engine : Engine, optional
@@ -60,11 +58,11 @@ def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: Engine | None = 
 
     Examples
     --------
-    >>> from gaitopt import compass_biped, load
-    >>> replay(load("docs/examples/compass_slip.h5"), compass_biped()).stop.key
+    >>> from gaitopt import load
+    >>> replay(load("docs/examples/compass_slip.h5")).stop.key
     'steps_done'
     """
-    first = gait.motion.segments[0]
+    robot, first = gait.robot, gait.motion.segments[0]
     return simulate(
         robot,
         first.q[:, 0],
@@ -77,9 +75,7 @@ def replay(gait: Gait, robot: Robot, *, steps: int = 1, engine: Engine | None = 
     )
 
 
-def verify(
-    gait: Gait, robot: Robot | None = None, *, tolerances: Tolerances | None = None, engine: Engine | None = None
-) -> Gait:
+def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> Gait:
     """Replay a gait and attach the verdict.
 
     The simulator is given the first state and the torques as functions of time, nothing else: it chooses contact modes,
@@ -89,8 +85,6 @@ def verify(
     Parameters
     ----------
     gait : Gait
-    robot : Robot, optional
-        Needed for a robot that is not in gaitopt's catalogue.
     tolerances : Tolerances, optional
     engine : Engine, optional
         By default the reference engine, :class:`gaitopt.ScipyEngine`.
@@ -103,7 +97,7 @@ def verify(
     Raises
     ------
     InputError
-        If the robot is not known, or is another one.
+        If the gait was read from an older file that only names its robot, and the catalogue does not have it.
 
     Examples
     --------
@@ -111,9 +105,8 @@ def verify(
     >>> verify(load("docs/examples/compass_slip.h5")).verification.passed
     True
     """
-    robot = robot_named(gait.robot, robot)
-    rollout, tolerances = replay(gait, robot, engine=engine), tolerances or Tolerances()
-    return gait.with_verification(_compare(gait, rollout, tolerances, _check_exchange(robot, rollout.motion)))
+    rollout, tolerances = replay(gait, engine=engine), tolerances or Tolerances()
+    return gait.with_verification(_compare(gait, rollout, tolerances, _check_exchange(gait.robot, rollout.motion)))
 
 
 def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[str]) -> Verification:

@@ -4,8 +4,6 @@ import numpy as np
 
 from gaitopt.control.law import Law, feedforward
 from gaitopt.errors import InputError
-from gaitopt.model.robot import Robot
-from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
@@ -14,9 +12,7 @@ from gaitopt.stability.cycle_search import cycle_from
 from gaitopt.stability.section import Section
 
 
-def assess_stability(
-    gait: Gait, law: Law | None = None, *, robot: Robot | None = None, engine: Engine | None = None
-) -> Cycle:
+def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | None = None) -> Cycle:
     """Return the periodic gait of the controlled walker near an optimised gait, with its exact multipliers.
 
     Parameters
@@ -24,8 +20,6 @@ def assess_stability(
     gait : Gait
     law : Law, optional
         By default the gait's torques played back with a clock reset at touchdown (open loop).
-    robot : Robot, optional
-        Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
 
     Returns
@@ -36,7 +30,7 @@ def assess_stability(
     Raises
     ------
     InputError
-        If the gait is not a solution, the robot is another one, or no periodic gait is found near it.
+        If the gait is not a solution, its robot is not known, or no periodic gait is found near it.
 
     Examples
     --------
@@ -46,7 +40,7 @@ def assess_stability(
     (True, 0.63)
     """
     gait.require()
-    robot = robot_named(gait.robot, robot)
+    robot = gait.robot
     law = law or feedforward(robot, gait.motion)
     walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=engine)
     first = gait.motion.segments[0]

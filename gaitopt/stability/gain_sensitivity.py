@@ -11,7 +11,6 @@ from gaitopt.control.law import Law
 from gaitopt.control.signature import control_function, inputs_of, make_memory
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
@@ -59,7 +58,6 @@ def gain_sensitivity(
     law: Law,
     *,
     gains: Sequence[str] | None = None,
-    robot: Robot | None = None,
     engine: Engine | None = None,
 ) -> GainSensitivity:
     """Return how the gains of a law move its periodic gait of one step and its multipliers.
@@ -71,8 +69,6 @@ def gain_sensitivity(
     law : Law
     gains : sequence of str, optional
         All of the law's by default.
-    robot : Robot, optional
-        Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
 
     Raises
@@ -89,7 +85,7 @@ def gain_sensitivity(
     >>> found.multipliers.shape, bool(abs(found.state).max() < 1e-6)  # the plan stays the gait whatever the gains
     ((4, 1), True)
     """
-    robot, names = robot_named(cycle.robot, robot), tuple(gains if gains is not None else law.gains)
+    robot, names = cycle.section.robot, tuple(gains if gains is not None else law.gains)
     for name in names:
         law.with_gains({name: law.gain_values.get(name, 0.0)})  # raises, naming the gains of the law
     _, point = _at(cycle, law, robot, engine)

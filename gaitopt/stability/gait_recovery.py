@@ -2,20 +2,18 @@
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
-from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.recovery import PushTest, Recovery, recovery
 
 
-def recovery_of(gait: Gait, robot: Robot, law: Law, radius: float, test: PushTest | None = None) -> Recovery | None:
+def recovery_of(gait: Gait, law: Law, radius: float, test: PushTest | None = None) -> Recovery | None:
     """Return how many starts in a ball of pushes return to a gait under a law; None if there is no periodic gait.
 
     Parameters
     ----------
     gait : Gait
-    robot : Robot
     law : Law
     radius : float [rad/s]
         Of the ball.
@@ -23,13 +21,13 @@ def recovery_of(gait: Gait, robot: Robot, law: Law, radius: float, test: PushTes
 
     Examples
     --------
-    >>> from gaitopt import compass_biped, feedforward, load
-    >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
-    >>> recovery_of(gait, robot, feedforward(robot, gait.motion), 0.01, PushTest(starts=2)).returned
+    >>> from gaitopt import feedforward, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> recovery_of(gait, feedforward(gait.robot, gait.motion), 0.01, PushTest(starts=2)).returned
     2
     """
     try:
-        cycle = assess_stability(gait, law, robot=robot)
+        cycle = assess_stability(gait, law)
     except InputError:
         return None
-    return recovery(make_walker(robot, law, cycle.parameters, period=gait.period), cycle, radius, test)
+    return recovery(make_walker(gait.robot, law, cycle.parameters, period=gait.period), cycle, radius, test)

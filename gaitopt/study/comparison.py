@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import absolute_work
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
@@ -95,9 +94,7 @@ def energy_per_distance(gait: Gait) -> dict[str, float]:
     return {name: value / travel for name, value in terms.items()}
 
 
-def compare(
-    gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False, robot: Robot | None = None
-) -> Comparison:
+def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False) -> Comparison:
     """Set gaits side by side.
 
     Parameters
@@ -106,8 +103,6 @@ def compare(
         With labels, or labelled by their contact sequences and frictions.
     multipliers : bool
         Whether to compute those of the torques played back in open loop.
-    robot : Robot, optional
-        Of the gaits, where it is not in the catalogue.
 
     Returns
     -------
@@ -132,7 +127,7 @@ def compare(
     if not labelled:
         raise InputError("There is nothing to compare: give at least one gait.")
     assessed = labelled.items() if multipliers else ()
-    found = {label: assess_stability(gait, robot=robot).multipliers for label, gait in assessed}
+    found = {label: assess_stability(gait).multipliers for label, gait in assessed}
     return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in found.items()})
 
 

@@ -28,7 +28,7 @@ class Imitation:
 
     Attributes
     ----------
-    robot : str
+    robot : Robot
     motion : Motion
         What the simulator walked; stick and slip are decided afresh by the forces on this ground.
     stop : Stop
@@ -52,7 +52,7 @@ class Imitation:
     'gait'
     """
 
-    robot: str
+    robot: Robot
     motion: Motion
     stop: Stop
     feasible: bool
@@ -143,7 +143,7 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
             reasons.append(f"The step does not repeat: the state after it differs by {gap:.2g} from that at its start.")
     torque = motion.channel("torque") if motion.segments else np.full((1, 1), np.nan)
     return Imitation(
-        robot=robot.name,
+        robot=robot,
         motion=motion,
         stop=walk.stop,
         feasible=not reasons,
@@ -155,12 +155,11 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     )
 
 
-def controlled_gait(robot: Robot, gait: Gait, law: Law, *, samples: int = 100) -> Gait:
+def controlled_gait(gait: Gait, law: Law, *, samples: int = 100) -> Gait:
     """Return the periodic gait of a walker under a law as a gait of its own: a plan that keeps the law's torque limits.
 
     Parameters
     ----------
-    robot : Robot
     gait : Gait
         A periodic gait is looked for near this one, which itself may ask for more torque than there is.
     law : Law
@@ -174,18 +173,18 @@ def controlled_gait(robot: Robot, gait: Gait, law: Law, *, samples: int = 100) -
 
     Examples
     --------
-    >>> from gaitopt import compass_biped, joint_pd, load
+    >>> from gaitopt import joint_pd, load
     >>> from gaitopt.study import controlled_gait
-    >>> gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
-    >>> walked = controlled_gait(robot, gait, joint_pd(robot, gait.motion, damping=2, torque_limit=8))
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> walked = controlled_gait(gait, joint_pd(gait.robot, gait.motion, damping=2, torque_limit=8))
     >>> str(walked.sequence), abs(walked.cost_of_transport - gait.cost_of_transport) < 1e-5
     ('slip+ stick | slip+', True)
     """
-    cycle = assess_stability(gait, law, robot=robot)
-    walker = make_walker(robot, law, cycle.parameters, period=gait.period)
+    cycle = assess_stability(gait, law)
+    walker = make_walker(gait.robot, law, cycle.parameters, period=gait.period)
     motion = record_walk(walker, cycle.section.embed(cycle.z), 1).motion
     return _as_gait(
-        robot.name, cycle.sequences[0], thin_samples(motion, samples), cycle.residual, f"walked under {law.name}"
+        gait.robot, cycle.sequences[0], thin_samples(motion, samples), cycle.residual, f"walked under {law.name}"
     )
 
 
@@ -206,7 +205,7 @@ def _thin_samples(segment: Segment, step: float) -> Segment:
     return replace(segment, **series)
 
 
-def _as_gait(robot: str, sequence: ContactSequence, motion: Motion, gap: float, name: str) -> Gait:
+def _as_gait(robot: Robot, sequence: ContactSequence, motion: Motion, gap: float, name: str) -> Gait:
     largest = float(np.max(np.abs(motion.channel("torque"))))
     cost = cost_of_transport(motion)
     return Gait(

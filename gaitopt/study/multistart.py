@@ -149,7 +149,7 @@ def _verified(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
     """Return the gait of lowest cost that passes replay, otherwise that of lowest cost with its verdict."""
     verdicts, engine = [], default_engine(robot=problem.robot)
     for gait in sorted(gaits, key=_rank):
-        verdicts.append(verify(gait, problem.robot, engine=engine) if gait.status.ok else gait)
+        verdicts.append(verify(gait.with_robot(problem.robot), engine=engine) if gait.status.ok else gait)
         if verdicts[-1].status.ok:
             return verdicts[-1]
     return verdicts[0]

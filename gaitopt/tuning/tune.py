@@ -8,8 +8,6 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
-from gaitopt.model.robot import Robot
-from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.gait import Gait
 from gaitopt.progress import TuningObserver, silent
 from gaitopt.simulation.engine import Engine
@@ -31,7 +29,6 @@ def tune_feedback(
     frictions: Sequence[float] = (),
     search: GainSearchOptions | None = None,
     test: PushTest | None = None,
-    robot: Robot | None = None,
     engine: Engine | None = None,
     observer: TuningObserver = silent,
 ) -> Tuning:
@@ -48,8 +45,6 @@ def tune_feedback(
     search : Search, optional
     test : PushTest, optional
         The verification: walks from seeded random states.
-    robot : Robot, optional
-        Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
     observer : callable, optional
         Receives a :class:`gaitopt.progress.TuningStep` per evaluation, then a
@@ -77,23 +72,23 @@ def tune_feedback(
     True
     """
     gait.require()
-    robot, search = robot_named(gait.robot, robot), search or GainSearchOptions()
+    robot, search = gait.robot, search or GainSearchOptions()
     objective, began = objective or SpectralRadius(), time.perf_counter()
     task = GainSearch(gait, robot, design, objective, tuple(frictions), engine, observer)
     best = task.search(search)
     seconds = time.perf_counter() - began
-    law, cycle = _closed_loop_gait(gait, design, best, robot, engine)
+    law, cycle = _closed_loop_gait(gait, design, best, engine)
     return Tuning(
         law=law,
         design=design.name,
         gains=best.gains,
         settings=design.settings,
         objective=objective.name,
-        radius_before=_open_loop(gait, robot, engine),
+        radius_before=_open_loop(gait, engine),
         radius_after=math.inf if cycle is None else cycle.radius,
         cycle=cycle,
         fixed_point_shift=math.nan if cycle is None else fixed_point_shift(gait, cycle),
-        verified=_verify_tuning(gait, law, cycle, test or PushTest(), robot, engine, observer),
+        verified=_verify_tuning(gait, law, cycle, test or PushTest(), engine, observer),
         trials=tuple(task.trials),
         evaluations=len(task.trials),
         seconds=seconds,
@@ -106,15 +101,15 @@ def fixed_point_shift(gait: Gait, cycle: Cycle) -> float:
     return float(np.max(np.abs(cycle.section.embed(cycle.z) - np.concatenate([first.q[:, 0], first.v[:, 0]]))[2:]))
 
 
-def _open_loop(gait: Gait, robot: Robot, engine: Engine | None) -> float:
+def _open_loop(gait: Gait, engine: Engine | None) -> float:
     try:
-        return assess_stability(gait, robot=robot, engine=engine).radius
+        return assess_stability(gait, engine=engine).radius
     except InputError:
         return math.inf
 
 
 def _closed_loop_gait(
-    gait: Gait, design: ControllerFamily, best: Trial, robot: Robot, engine: Engine | None
+    gait: Gait, design: ControllerFamily, best: Trial, engine: Engine | None
 ) -> tuple[Law | None, Cycle | None]:
     """Return the law of the best gains and its periodic gait, where there are any."""
     try:
@@ -122,7 +117,7 @@ def _closed_loop_gait(
     except InputError:
         return None, None
     try:
-        return law, assess_stability(gait, law, robot=robot, engine=engine)
+        return law, assess_stability(gait, law, engine=engine)
     except InputError:
         return law, None
 
@@ -132,11 +127,10 @@ def _verify_tuning(
     law: Law | None,
     cycle: Cycle | None,
     test: PushTest,
-    robot: Robot,
     engine: Engine | None,
     observer: TuningObserver,
 ) -> Recovery:
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
-    walker = make_walker(robot, law, cycle.parameters, period=gait.period, engine=engine)
+    walker = make_walker(gait.robot, law, cycle.parameters, period=gait.period, engine=engine)
     return largest_recovery(walker, cycle, test, observer)

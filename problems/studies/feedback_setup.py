@@ -52,7 +52,7 @@ def plan(name):
     if name == IMITATED:
         model = imitate(robot, gait("C", FRICTION), {"slope": 0.0}).gait(samples=100)
         law = computed_torque(robot, model.motion, stiffness=100, damping=20, torque_limit=PLAN_LIMIT)
-        return controlled_gait(robot, model, law)
+        return controlled_gait(model, law)
     problem = GaitProblem(
         robot=robot,
         sequence=name,

@@ -5,8 +5,6 @@ from pathlib import Path
 import h5py
 import pytest
 
-from gaitopt import load, save
-
 
 def test_show_prints_the_facts(command, slip_file):
     run = command("show", slip_file)
@@ -52,13 +50,12 @@ def test_a_robot_from_a_script(command, script, slip_file, root):
     assert command("verify", slip_file, "--problem", root / "problems/compass_slip.py").status == 0
 
 
-def test_a_gait_of_an_unknown_robot_needs_its_script(command, folder, slip_file):
-    import dataclasses
-
-    save(dataclasses.replace(load(slip_file), robot="my_robot"), folder / "gait.h5")
+def test_an_old_file_of_an_unknown_robot_needs_its_script(command, folder, write_old_file):
+    write_old_file(folder / "gait.h5", "my_robot")
     run = command("verify", "gait.h5")
     assert run.status == 2
     assert "my_robot" in run.err
+    assert "--problem SCRIPT.py" in run.err
 
 
 @pytest.mark.parametrize("verb", ["verify", "stability", "simulate", "tune", "push", "export"])
@@ -66,7 +63,7 @@ def test_a_script_with_another_robot_is_refused(command, root, slip_file, verb):
     more = ("-o", "controller.c") if verb == "export" else ()
     run = command(verb, slip_file, "--problem", root / "problems/five_link.py", *more)
     assert run.status == 2
-    assert "The gait belongs to robot 'compass_biped', not to 'five_link'." in run.err
+    assert "The robot 'five_link' is not the robot 'compass_biped' of the gait. It differs in:" in run.err
 
 
 def test_problems_lists_scripts_with_descriptions_and_parameters(command, root):

@@ -1,6 +1,5 @@
 """The commands on many gaits."""
 
-import dataclasses
 import signal
 import subprocess
 import sys
@@ -164,15 +163,15 @@ def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
     assert "named twice" in command("compare", slip_file, slip_file).err
 
 
-def test_compare_takes_the_robot_of_a_script(command, slip_file, folder, root):
-    save(dataclasses.replace(load(slip_file), robot="mine"), folder / "gait.h5")
+def test_compare_takes_the_robot_of_a_script(command, write_old_file, folder, root):
+    write_old_file(folder / "gait.h5", "mine")
     own = "import dataclasses\nfrom compass_slip import problem as usual\n\n\ndef problem():\n    given = usual()\n"
     (folder / "own.py").write_text(
         f"import sys\nsys.path.insert(0, {str(root / 'problems')!r})\n{own}"
         "    return given.replace(robot=dataclasses.replace(given.robot, name='mine'))\n"
     )
     refused = command("compare", "gait.h5", "--multipliers")
-    assert "There is no robot 'mine' in the catalogue" in refused.err
+    assert "only names its robot, 'mine', which is not in the catalogue" in refused.err
     ran = command("compare", "gait.h5", "--multipliers", "--problem", "own.py")
     assert ran.status == 0, ran.err
     assert "largest multiplier" in ran.out

@@ -46,7 +46,7 @@ def test_on_the_plan_it_asks_for_the_planned_torque(gait, part, k):
 
 def test_reference_meets_the_motion_between_its_samples(gait):
     robot = compass_biped()
-    walk = replay(gait, robot, engine=ScipyEngine()).motion
+    walk = replay(gait, engine=ScipyEngine()).motion
     plan, law = reference(robot, gait.motion), joint_pd(robot, gait.motion, stiffness=1, damping=1)
     assert plan.duration == gait.period
     for segment in walk.segments:

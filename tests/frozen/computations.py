@@ -97,7 +97,7 @@ def solve_statement(statement, guess=None):
     problem = make_problem(statement, guess)
     solver = _make(SOLVERS, statement["solver"]) if "solver" in statement else None
     gait = solve(problem, starts=statement.get("starts", 1), solver=solver)
-    return verify(gait, robot=problem.robot) if gait.status.ok else gait
+    return verify(gait) if gait.status.ok else gait
 
 
 def _make(kinds, statement):
@@ -224,7 +224,7 @@ def assess_laws(statement, laws):
     gait = solve_statement(statement)
     robot, found = make_robot(statement["robot"]), []
     for law in laws:
-        cycle = assess_stability(gait, make_law(law, robot, gait.motion), robot=robot)
+        cycle = assess_stability(gait, make_law(law, robot, gait.motion))
         found.append(
             {"sequence": cycle.sequence, "state": cycle.z.tolist(), "multipliers": as_pairs(cycle.multipliers)}
             | {"stable": cycle.stable, "one_sided": len(cycle.one_sided)}

@@ -174,7 +174,7 @@ def test_a_failure_in_the_middle_leaves_the_old_file_and_nothing_else(slip_gait,
         raise error
 
     monkeypatch.setattr(archive, "write_motion", fail)
-    other = dataclasses.replace(slip_gait, robot="another")
+    other = dataclasses.replace(slip_gait, robot=dataclasses.replace(slip_gait.robot, name="another"))
     with pytest.raises(ArchiveError if isinstance(error, OSError) else type(error)) as caught:
         save(other, path)
     assert path.read_bytes() == before
@@ -187,8 +187,8 @@ def test_a_file_is_replaced_as_a_whole(slip_gait, path):
     with h5py.File(path, "a") as file:
         file["left over"] = 1.0
     shutil.copy(path, path.with_name("copy.h5"))
-    save(dataclasses.replace(slip_gait, robot="another"), path)
+    save(dataclasses.replace(slip_gait, robot=dataclasses.replace(slip_gait.robot, name="another")), path)
     with h5py.File(path, "r") as file:
         assert "left over" not in file
-    assert load(path).robot == "another"
+    assert load(path).robot_name == "another"
     assert sorted(entry.name for entry in path.parent.iterdir()) == ["copy.h5", "gait.h5"]

@@ -61,7 +61,7 @@ def early(problem):
 
 def test_an_early_touchdown_is_where_the_simulator_finds_it(problem, early):
     (warning,) = early.solver.warnings
-    ended = replay(early, ROBOT).motion.period
+    ended = replay(early).motion.period
     assert ended < 0.5 * early.period
     node = int(20 * ended / early.period)
     assert f"touches down before its end, after phase 1 (stick), node {node}, and its replay" in warning
@@ -93,20 +93,20 @@ def test_where_no_other_plan_is_found_the_early_one_is_kept(problem, early, monk
 def test_a_remedy_that_runs_out_of_iterations_on_a_finer_grid_is_none(problem, early, monkeypatch):
     """Nor is its status that of the plan there was before, which is solved."""
     own = SingleStart(problem, LinearGuess(), Ipopt(), silent)
-    step = mesh_refinement.refined(own, mesh_refinement.approached(own))
+    step = mesh_refinement.refine_mesh(own, mesh_refinement.approach_through_coarse_grids(own))
     ran_out = replace(step, outcome=replace(step.outcome, status=Status.ITERATION_LIMIT), kept=True)
     monkeypatch.setattr(mesh_refinement, "refine_mesh", lambda own, step: ran_out)
-    kept = mesh_refinement.landed(own, step)
+    kept = mesh_refinement.repair_early_touchdown(own, step)
     assert kept.outcome.status is Status.SOLVED
     assert kept.outcome.objective == pytest.approx(early.solver.objective, rel=1e-6)
 
 
 def test_the_touchdown_is_armed_at_the_cheapest_node(problem, gait):
     own = SingleStart(problem, LinearGuess(), Ipopt(), silent)
-    step = mesh_refinement.refined(own, mesh_refinement.approached(own))
-    worse = mesh_refinement._held_to(own, step, replace(GuardSchedule(**gait.problem["landing"]), unarmed=0.4))
+    step = mesh_refinement.refine_mesh(own, mesh_refinement.approach_through_coarse_grids(own))
+    worse = mesh_refinement._solve_with_guard(own, step, replace(GuardSchedule(**gait.problem["landing"]), unarmed=0.4))
     assert worse.outcome.objective > 1.02 * gait.solver.objective
-    better = mesh_refinement._armed_in_time(own, worse)
+    better = mesh_refinement._improve_arming_node(own, worse)
     assert better.transcription.structure.landing.unarmed == gait.problem["landing"]["unarmed"]
     assert better.outcome.objective == pytest.approx(gait.solver.objective, rel=1e-6)
 
@@ -121,7 +121,7 @@ def test_a_landing_is_shifted_by_a_node_and_not_beyond_the_lowest_guard():
 
 
 def test_the_guard_falls_only_unarmed_along_the_replayed_motion(gait):
-    segment = replay(gait, ROBOT).motion.segments[0]
+    segment = replay(gait).motion.segments[0]
     th1, th2 = segment.q[2:, :-1]
     falls = np.flatnonzero((th2 - th1)[:-1] * (th2 - th1 < 0)[1:] > 0)
     assert falls.size == 1

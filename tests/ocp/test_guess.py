@@ -187,11 +187,11 @@ def test_a_step_beyond_reach_has_no_touchdown_pose():
 
 def test_a_gait_for_a_motion_and_a_motion_for_a_gait_are_told_apart(solved):
     gait = solved(sequence="slip+ stick | slip+")
-    with pytest.raises(InputError, match=r"Previous needs a Motion, got Gait\. Use WarmStart\(gait\)"):
+    with pytest.raises(InputError, match=r"FromMotion needs a Motion, got Gait\. Use WarmStart\(gait\)"):
         FromMotion(gait)
-    with pytest.raises(InputError, match=r"WarmStart needs a Gait, got Motion\. Use Previous\(motion\)"):
+    with pytest.raises(InputError, match=r"WarmStart needs a Gait, got Motion\. Use FromMotion\(motion\)"):
         WarmStart(gait.motion)
-    with pytest.raises(InputError, match="Previous needs a Motion, got str"):
+    with pytest.raises(InputError, match="FromMotion needs a Motion, got str"):
         FromMotion("gait.h5")
 
 

@@ -69,7 +69,7 @@ QUICK = {"five_link": ["sequence=stick | stick", "intervals=40"]}
 @functools.cache
 def solved(path, method="collocation"):
     problem = build_problem(path, [*QUICK.get(path.stem, []), f"transcription={method}"])
-    return problem, verify(solve(problem), problem.robot)
+    return problem, verify(solve(problem))
 
 
 SLOW = ("five_link", "multiple_shooting")
@@ -114,7 +114,7 @@ def test_the_five_link_walker_keeps_its_knees_from_bending_backwards():
 
 def test_the_five_link_walker_lifts_its_feet_in_replay_too():
     problem, gait = solved(SCRIPTS[0].parent / "five_link.py")
-    walked, clearance = replay(gait, problem.robot).motion, problem.limits.clearance
+    walked, clearance = replay(gait).motion, problem.limits.clearance
     assert clearance == 0.02
     ahead, height = np.hstack([_swing_foot(segment, walked.points) for segment in walked.segments])
     assert np.all(height >= clearance * (1 - (ahead / ahead[-1]) ** 2) ** 2 - 1e-5)

@@ -14,6 +14,7 @@ from gaitopt import (
     compare,
     compass_biped,
     find_cycles,
+    load,
     plot_gait,
     simulate,
     write_report,
@@ -177,12 +178,15 @@ def test_without_friction_limit_the_cone_is_everything_above_ground(tmp_path, st
     assert 'class="cone"' in write_report({"a": gait}, tmp_path / "free.html").read_text(encoding="utf-8")
 
 
-def test_the_multipliers_of_a_robot_of_ones_own(tmp_path, slipping, compass):
-    own = replace(slipping, robot="my_robot")
+def test_the_multipliers_of_a_custom_robot(tmp_path, slipping, compass, write_old_file):
+    own = load(write_old_file(tmp_path / "old.h5", "my_robot"))
     unknown = write_report({"a": own}, tmp_path / "unknown.html").read_text(encoding="utf-8")
-    assert "Not assessed. There is no robot 'my_robot' in the catalogue." in unknown.replace("&#x27;", "'")
+    assert (
+        "Not assessed. The file of this gait is of an older version and only names its robot, 'my_robot'"
+        in unknown.replace("&#x27;", "'")
+    )
     named = replace(compass, name="my_robot")
-    both = write_report({"a": own, "b": slipping}, tmp_path / "own.html", robot=named).read_text(encoding="utf-8")
+    both = write_report({"a": own.with_robot(named), "b": slipping}, tmp_path / "own.html").read_text(encoding="utf-8")
     alone = write_report({"b": slipping}, tmp_path / "alone.html").read_text(encoding="utf-8")
     assert both.count("largest modulus") == 2 * alone.count("largest modulus") > 0
     assert "Not assessed" not in both

@@ -38,7 +38,7 @@ def test_complete_slip_changes_kinetic_energy_by_what_is_left(wheel_walk):
 
 
 def test_actuated_gait_that_slips(slip_gait, compass):
-    walk = replay(slip_gait, compass)
+    walk = replay(slip_gait)
     energies = ledger(walk.motion)
     assert energies.relative_residual < BOUND
     assert energies.gravity == pytest.approx(0.0, abs=1e-6)  # level ground, and the next step begins as this one
@@ -69,7 +69,7 @@ def test_walks_that_stop(compass_walk, wheel_walk):
 
 def test_work_is_the_integral_of_power_and_friction_loss_that_of_force_times_slide(slip_gait, compass):
     """Torque, rates, force and slide speed are recorded next to the works the integrator carried along."""
-    walk = replay(slip_gait, compass, engine=ScipyEngine(samples=16))
+    walk = replay(slip_gait, engine=ScipyEngine(samples=16))
     for segment in walk.motion.segments:
         power = segment.torque * np.array([segment.v[2], segment.v[2] + segment.v[3]])
         np.testing.assert_allclose(segment.power, power, atol=1e-13)
@@ -82,7 +82,7 @@ def test_work_is_the_integral_of_power_and_friction_loss_that_of_force_times_sli
 
 
 def test_absolute_work_of_a_replay_does_not_depend_on_the_sampling(slip_gait, compass):
-    coarse, fine = (replay(slip_gait, compass, engine=ScipyEngine(samples=n)).motion for n in (4, 40))
+    coarse, fine = (replay(slip_gait, engine=ScipyEngine(samples=n)).motion for n in (4, 40))
     assert absolute_work(coarse) == pytest.approx(absolute_work(fine), rel=1e-8)
     assert positive_work(fine) == pytest.approx((absolute_work(fine) + ledger(fine).actuator) / 2, rel=1e-12)
     assert absolute_work(fine) > ledger(fine).actuator

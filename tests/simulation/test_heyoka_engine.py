@@ -447,7 +447,7 @@ def test_engines_by_name():
 
 def test_simulate_takes_the_fastest_engine_and_replay_the_reference(slip_gait):
     assert simulate(COMPASS, GAIT_A[:4], GAIT_A[4:], DOWNHILL).engine == "heyoka"
-    assert replay(slip_gait, COMPASS).engine == "scipy"
+    assert replay(slip_gait).engine == "scipy"
 
 
 def test_a_law_that_heyoka_cannot_follow_is_left_to_the_reference_engine():

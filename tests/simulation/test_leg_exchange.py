@@ -41,19 +41,19 @@ def test_the_gait_of_a_wrong_robot_is_refused_and_not_verified(robot, reason):
         solve(posed)
     gait = solve_from_start(posed, LinearGuess(), Newton(), silent)
     assert gait.status is Status.SOLVED
-    verified = verify(gait, robot)
+    verified = verify(gait)
     assert verified.status is Status.NOT_VERIFIED
     assert any(re.search(reason, told) for told in verified.verification.reasons)
 
 
 def test_a_guard_written_as_the_foots_height_gives_the_same_gait():
     height = torso_biped(touchdown=lambda a, b: ca.cos(a) - ca.cos(b), armed=lambda a, b: ca.sin(a) + ca.sin(b) - 0.1)
-    right, other = (verify(solve(problem(robot)), robot) for robot in (torso_biped(), height))
+    right, other = (verify(solve(problem(robot))) for robot in (torso_biped(), height))
     assert other.verification.passed
     assert other.solver.objective == pytest.approx(right.solver.objective, rel=1e-9)
 
 
 def test_a_gait_on_round_feet_is_verified():
     robot = round_compass(0.3)
-    gait = verify(solve(problem(robot)), robot)
+    gait = verify(solve(problem(robot)))
     assert gait.verification.passed, gait.verification.reasons

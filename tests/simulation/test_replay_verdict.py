@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Status, replay, verify
+from gaitopt import InputError, Status, load, replay, verify
 from gaitopt.motion import Verification
 from gaitopt.simulation import Tolerances
 
@@ -60,8 +60,8 @@ def test_the_replay_forgets_the_plan(slip_gait, compass):
             for segment in slip_gait.motion.segments
         ),
     )
-    straight = replay(slip_gait, compass)
-    blind = replay(dataclasses.replace(slip_gait, motion=nonsense), compass)
+    straight = replay(slip_gait)
+    blind = replay(dataclasses.replace(slip_gait, motion=nonsense))
     np.testing.assert_array_equal(blind.motion.jumps[0].v_next, straight.motion.jumps[0].v_next)
 
 
@@ -165,20 +165,20 @@ def test_a_gait_found_good_again_is_solved_again(slip_gait):
 
 
 def test_another_robot_is_refused(slip_gait, wheel):
-    with pytest.raises(InputError, match="belongs to robot 'compass_biped', not to 'rimless_wheel'"):
-        verify(slip_gait, wheel)
+    with pytest.raises(InputError, match="'rimless_wheel' is not the robot 'compass_biped' of the gait"):
+        verify(slip_gait.with_robot(wheel))
 
 
-def test_a_robot_outside_the_catalogue_must_be_given(slip_gait, compass):
-    own = dataclasses.replace(slip_gait, robot="mine")
-    with pytest.raises(InputError, match="no robot 'mine'"):
-        verify(own)
-    assert verify(own, dataclasses.replace(compass, name="mine")).verification.passed
+def test_a_robot_outside_the_catalogue_must_be_given_for_an_old_file(tmp_path, write_old_file, compass):
+    custom = load(write_old_file(tmp_path / "old.h5", "mine"))
+    with pytest.raises(InputError, match="only names its robot, 'mine', which is not in the catalogue"):
+        verify(custom)
+    assert verify(custom.with_robot(dataclasses.replace(compass, name="mine"))).verification.passed
 
 
 def test_two_steps_open_loop_repeat_the_step(slip_gait, compass):
     """The clock starts again at touchdown; the gait returns to its own start within the optimiser's accuracy."""
-    walk = replay(slip_gait, compass, steps=2)
+    walk = replay(slip_gait, steps=2)
     one, two = walk.motion.jumps
     assert str(walk.motion.sequence(1)) == "slip+ stick | slip+"
     np.testing.assert_allclose(two.v_next, one.v_next, atol=1e-5)

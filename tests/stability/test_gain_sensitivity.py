@@ -22,9 +22,9 @@ def setting():
 
 def cycle_of(setting, law):
 
-    gait, robot, _, changed = setting
+    gait, _, _, changed = setting
     heavier = dataclasses.replace(gait, motion=dataclasses.replace(gait.motion, parameters=changed))
-    return assess_stability(heavier, law, robot=robot)
+    return assess_stability(heavier, law)
 
 
 def test_it_agrees_with_differences_of_whole_assessments(setting):

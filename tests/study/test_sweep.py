@@ -16,6 +16,7 @@ from gaitopt import ArchiveError, Execution, InputError, Objective, load_sweep, 
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.sweeps.sweep_file import GAITS
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, tasks
+from tests.model.test_physics import biped
 from tests.study.conftest import quick_problem
 
 FRICTION = [0.14, 0.18]
@@ -68,6 +69,21 @@ def test_the_table_is_labelled_and_agrees_with_the_gaits(sequences):
     with h5py.File(path) as file:  # or else opening it takes seconds for every hundred gaits
         assert list(file) == sorted(file)
         assert list(file)[-1] == GAITS
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_sweep_has_its_robot_once(tmp_path, workers):
+    """In the file, and in this process, in which nothing is compiled twice."""
+    path, robot = tmp_path / "sweep.nc", biped(f"mine {workers}")
+    problem, execution = quick_problem(robot=robot), Execution(workers=workers)
+    table = sweep(problem, {"friction": FRICTION}, starts=1, path=path, execution=execution)
+    assert (table.verified == 1).all()
+    with h5py.File(path) as file:
+        groups = [gait["robot"] for gait in file[GAITS].values()]
+        assert len(groups) == len(FRICTION)
+        assert groups[0] == groups[1]
+    for friction in FRICTION:
+        assert load_sweep_gait(path, "stick | stick", friction=friction).robot is robot
 
 
 def test_two_workers_find_the_same(whole):
@@ -227,10 +243,12 @@ def test_two_coarse_gaits_may_change_places_on_the_fine_grid(slip_gait, monkeypa
         tried.append(start)
         return finer[start]
 
-    monkeypatch.setattr(module, "attempt", attempt)
-    assert module.leading(quick_problem(), [first, second, far]) is second
+    monkeypatch.setattr(module, "solve_start", attempt)
+    assert module.select_leading(quick_problem(), [first, second, far]) is second
     assert tried == [first, second]
-    assert module.leading(quick_problem(), [first, far]) is first  # alone near the best: not solved finely for this
+    assert (
+        module.select_leading(quick_problem(), [first, far]) is first
+    )  # alone near the best: not solved finely for this
     assert len(tried) == 2
 
 
@@ -245,8 +263,8 @@ def test_an_objective_of_a_notebook_is_sent_to_workers():
         per_weight_and_travel = False
         smooth = True
 
-        def integrand(self, torque, positive, negative):
-            return weight * ca.sumsqr(torque) ** (self.exponent / 2)
+        def integrand(self, point):
+            return weight * ca.sumsqr(point.torque) ** (self.exponent / 2)
 
     weight = 2.0
     problem, axes = quick_problem(objective=Effort()), {"friction": [0.14, 0.18]}

@@ -3,33 +3,72 @@
 from collections.abc import Callable
 
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.contacts.contact_model_record import is_described_by
+from gaitopt.model.physics import find_differences
+from gaitopt.model.physics_samples import PhysicsSamples
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_record import RobotRecord, describe_parameter
 from gaitopt.model.robots.compass import compass_biped
 from gaitopt.model.robots.rimless import rimless_wheel
 
 CATALOGUE: dict[str, Callable[[], Robot]] = {"compass_biped": compass_biped, "rimless_wheel": rimless_wheel}
 
 
-def robot_named(name: str, given: Robot | None = None) -> Robot:
-    """Return the robot a gait names: the one given, or else that of the catalogue.
+def robot_named(name: str) -> Robot:
+    """Return a robot of the catalogue.
 
     Raises
     ------
     InputError
-        If the robot given has another name, or there is no such robot; the message then names the nearest.
+        If there is no such robot; the message then names the nearest.
 
     Examples
     --------
     >>> robot_named("compass_biped").n_q
     4
     """
-    if given is not None:
-        if given.name != name:
-            raise InputError(f"The gait belongs to robot {name!r}, not to {given.name!r}.")
-        return given
     if name not in CATALOGUE:
-        raise InputError(
-            f"There is no robot {name!r} in the catalogue. {suggest(name, CATALOGUE)} A robot of your own is passed as "
-            f"robot=..., or on the command line as --problem SCRIPT.py."
-        )
+        raise InputError(f"There is no robot {name!r} in the catalogue. {suggest(name, CATALOGUE)}")
     return CATALOGUE[name]()
+
+
+def restore_robot(record: RobotRecord, physics: PhysicsSamples) -> Robot:
+    """Return the robot of a record: that of the catalogue if it is the same, otherwise the one in the record.
+
+    Parameters
+    ----------
+    record : RobotRecord
+    physics : PhysicsSamples
+        Of the robot in the record.
+
+    Raises
+    ------
+    ArchiveError
+        If the record is damaged, or the installed CasADi cannot read it.
+
+    Examples
+    --------
+    >>> from gaitopt.model.physics import physics_of
+    >>> wheel = rimless_wheel()
+    >>> restore_robot(wheel.record, physics_of(wheel)) is wheel
+    True
+    """
+    if record.name in CATALOGUE and not Robot.is_restored(record):
+        robot = CATALOGUE[record.name]()
+        if _is_same(robot, record, physics):
+            return robot.share(record)
+    return Robot.from_record(record)
+
+
+def _is_same(robot: Robot, record: RobotRecord, physics: PhysicsSamples) -> bool:
+    """Return whether a robot has the names, parameters and physics of a record."""
+    content = record.content()
+    named = all(content[name] == [*getattr(robot, name)] for name in ("angles", "actuators", "points")) and content[
+        "links"
+    ] == [list(link) for link in robot.links]
+    return (
+        named
+        and content["parameters"] == [describe_parameter(parameter) for parameter in robot.parameters]
+        and is_described_by(robot.contact_model, content["contact_model"])
+        and not find_differences(physics, robot)
+    )

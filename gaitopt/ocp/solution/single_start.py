@@ -30,7 +30,7 @@ def solve_from_start(problem: GaitProblem, guess: Guess, solver: NlpSolver, obse
     unmet = violations(transcription, step.limits, outcome.x, outcome.g)
     # Without a tolerance nothing has been looked at between the nodes; that can wait until somebody asks.
     return Gait(
-        robot=problem.robot.name,
+        robot=problem.robot,
         sequence=problem.sequence,
         status=outcome.status,
         motion=Deferred(lambda: step.motion),

@@ -14,6 +14,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
 from gaitopt.parameters import Parameter
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 KIND, VERSION = "sweep", 1
 
-GAITS = "sequence_gaits"
+GAITS = "word_gaits"
 """Group of the gaits.  It sorts behind the table's axes: the HDF5 library looks for the name of an axis by walking
 through the file in the order of names, and would pass all gaits on the way, every time."""
 
@@ -124,11 +125,12 @@ def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
         write_table(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
+        robots: SharedGroups = {}
         with h5py.File(temporary, "a") as file:
             for point in findings.grid.points():
                 gait = findings.gait(point)
                 if gait is not None:
-                    write_gait(file.create_group(f"{GAITS}/{point.name}"), gait)
+                    write_gait(file.create_group(f"{GAITS}/{point.name}"), gait, robots)
     return table
 
 

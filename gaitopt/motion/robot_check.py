@@ -1,0 +1,109 @@
+"""Whether a robot is the one of a gait: by its physics, not by its name."""
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.model.contacts.contact_model_record import describe_contact_model, is_described_by
+from gaitopt.model.physics import AGREEMENT, FLOOR, find_differences, physics_of
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.stored_robot import StoredRobot
+
+LISTED = 3
+"""Differences that a message lists."""
+
+
+def require_same_physics(held: Robot | StoredRobot, motion: Motion, robot: Robot) -> None:
+    """Raise InputError, which states what differs, unless a robot has the physics of the robot of a gait.
+
+    Parameters
+    ----------
+    held : Robot or StoredRobot
+        The robot of the gait.
+    motion : Motion
+        The planned step; of a robot that is only named, its energies and its touchdown must be those of `robot`.
+    robot : Robot
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, load, rimless_wheel
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> require_same_physics(compass_biped(), gait.motion, compass_biped())
+    >>> require_same_physics(compass_biped(), gait.motion, rimless_wheel())
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: angles and actuators (theta instead of th1, th2, ankle, hip). Give the robot the gait was made with, or solve the problem again with this one.
+    """  # noqa: E501
+    if held is robot:
+        return
+    _require_names(robot, motion, held.name)
+    if isinstance(held, StoredRobot) and held.record is None:
+        require_motion_of(robot, motion, held.name)
+        return
+    if held.record is not None and held.record.digest == robot.record.digest:
+        return
+    physics = physics_of(held) if isinstance(held, Robot) else held.physics
+    if physics is None:
+        raise TypeError("a stored robot has a record without physics")
+    _refuse(robot, held.name, (*find_differences(physics, robot), *_other_contact_model(held, robot)))
+
+
+def require_motion_of(robot: Robot, motion: Motion, name: str) -> None:
+    """Raise InputError unless mass, energies and touchdowns of a motion are those of a robot.
+
+    Parameters
+    ----------
+    robot : Robot
+    motion : Motion
+    name : str
+        Name of the robot in the gait.
+    """
+    _require_names(robot, motion, name)
+    p = robot.vector(motion.parameters)
+    compared: list[tuple[str, Array, Array]] = [
+        ("total mass", np.array([motion.total_mass]), np.array([float(robot.mass(p))]))
+    ]
+    for segment in motion.segments:
+        for k in (0, segment.time.size // 2, -1):
+            energies = [float(energy) for energy in robot.energy(segment.q[:, k], segment.v[:, k], p)]
+            compared.append(("kinetic energy", segment.kinetic[[k]], np.array(energies[:1])))
+            compared.append(("potential energy", segment.potential[[k]], np.array(energies[1:])))
+    for jump in motion.jumps:
+        after = [np.asarray(part, dtype=float).ravel() for part in robot.swap(jump.q, jump.v_plus, p)]
+        compared.append(("leg exchange", np.concatenate([jump.q_next, jump.v_next]), np.concatenate(after)))
+    differing = [label for label, there, here in compared if not _agree(there, here)]
+    _refuse(robot, name, tuple(dict.fromkeys(differing)))
+
+
+def _require_names(robot: Robot, motion: Motion, name: str) -> None:
+    """Raise InputError unless the angles and actuators of a robot are those of a motion, which laws rely on."""
+    if (robot.angles, robot.actuators) != (motion.angles, motion.actuators):
+        here, there = (*robot.angles, *robot.actuators), (*motion.angles, *motion.actuators)
+        _refuse(robot, name, (f"angles and actuators ({', '.join(here)} instead of {', '.join(there)})",))
+
+
+def _agree(there: Array, here: Array) -> bool:
+    """Return whether numbers agree; those of a failed optimisation may be nan and then say nothing."""
+    size = max(float(np.max(np.abs(there))), FLOOR)
+    return bool(np.all((np.abs(there - here) <= AGREEMENT * size) | ~np.isfinite(there)))
+
+
+def _other_contact_model(held: Robot | StoredRobot, robot: Robot) -> tuple[str, ...]:
+    if isinstance(held, Robot):
+        described = describe_contact_model(held.contact_model)
+    else:
+        assert held.record is not None
+        described = held.record.content()["contact_model"]
+    return () if is_described_by(robot.contact_model, described) else ("impact law or contact transitions",)
+
+
+def _refuse(robot: Robot, name: str, differences: tuple[str, ...]) -> None:
+    """Raise InputError if there are differences."""
+    if not differences:
+        return
+    more = f" and {len(differences) - LISTED} more" if len(differences) > LISTED else ""
+    raise InputError(
+        f"The robot {robot.name!r} is not the robot {name!r} of the gait. It differs in: "
+        f"{', '.join(differences[:LISTED])}{more}. Give the robot the gait was made with, or solve the problem again "
+        "with this one."
+    )

@@ -1,0 +1,69 @@
+"""The robot of a gait that was read from a file, restored when it is first used."""
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gaitopt.errors import InputError
+from gaitopt.lazy import Deferred
+from gaitopt.model.physics_samples import PhysicsSamples
+from gaitopt.model.robot_record import RobotRecord
+from gaitopt.motion.motion import Motion
+
+if TYPE_CHECKING:
+    from gaitopt.model.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class StoredRobot(Deferred["Robot"]):
+    """A robot that is restored when it is first used.
+
+    Attributes
+    ----------
+    name : str
+    record : RobotRecord or None
+        None in files of versions 1 and 2, which only name their robot.
+    physics : PhysicsSamples or None
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> gait.robot_name, gait.robot is compass_biped()
+    ('compass_biped', True)
+    """
+
+    name: str = ""
+    record: RobotRecord | None = None
+    physics: PhysicsSamples | None = None
+
+    @staticmethod
+    def recorded(record: RobotRecord, physics: PhysicsSamples) -> "StoredRobot":
+        """Return a robot that a file contains."""
+        return StoredRobot(functools.partial(_restore, record, physics), True, record.name, record, physics)
+
+    @staticmethod
+    def named(name: str, motion: Motion) -> "StoredRobot":
+        """Return a robot that a file only names; the one of the catalogue is used if it has this motion."""
+        return StoredRobot(functools.partial(_find, name, motion), True, name)
+
+
+def _restore(record: RobotRecord, physics: PhysicsSamples) -> "Robot":
+    from gaitopt.model.robots.catalogue import restore_robot
+
+    return restore_robot(record, physics)
+
+
+def _find(name: str, motion: Motion) -> "Robot":
+    from gaitopt.model.robots.catalogue import CATALOGUE
+    from gaitopt.motion.robot_check import require_motion_of
+
+    if name not in CATALOGUE:
+        raise InputError(
+            f"The file of this gait is of an older version and only names its robot, {name!r}, which is not in the "
+            f"catalogue ({', '.join(CATALOGUE)}). Give the robot: gait.with_robot(robot), or --problem SCRIPT.py on "
+            "the command line."
+        )
+    robot = CATALOGUE[name]()
+    require_motion_of(robot, motion, name)
+    return robot
