@@ -57,7 +57,7 @@ def test_the_simulator_solves_impacts_by_the_law(friction):
 
 @pytest.fixture(scope="module")
 def gait():
-    return verify(solve(problem("slip+ stick | slip+")), ROBOT)
+    return verify(solve(problem("slip+ stick | slip+")))
 
 
 def test_a_gait_with_the_law_is_optimal_and_survives_its_replay(gait):

@@ -94,10 +94,10 @@ def test_one_script_adds_it(folder, command, solve, extension):
     assert shown.status == 0
     assert json.loads(shown.out)["problem"]["robot"] == "rod_biped"
     for verb in ("verify", "stability"):
-        done = command(verb, "walker.h5", "--problem", "walker.py")
+        done = command(verb, "walker.h5")
         assert done.status == 0, done.err
     assert command("plot", "walker.h5", "-o", "walker.png").status == 0
-    assert command("report", "walker.h5", "--problem", "walker.py", "-o", "walker.html").status == 0
+    assert command("report", "walker.h5", "-o", "walker.html").status == 0
 
 
 def test_round_feet_and_a_hip_spring_cost_less(solve):
