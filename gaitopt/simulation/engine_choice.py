@@ -1,4 +1,4 @@
-"""The choice of the engine."""
+"""Selection of the simulation engine."""
 
 from importlib.util import find_spec
 
@@ -13,12 +13,12 @@ NAMES = ("auto", "heyoka", "scipy")
 
 
 def default_engine(law: Law | None = None) -> Engine:
-    """Return the fastest engine that can follow a law: heyoka if it is installed, otherwise scipy.
+    """Return the fastest engine that supports a law: heyoka if it is installed, otherwise scipy.
 
     Parameters
     ----------
     law : Law, optional
-        Passive by default.  heyoka cannot follow torques or guards that are not smooth, such as ``fabs`` or
+        Passive by default.  heyoka does not support torques or guards that are not smooth, such as ``fabs`` or
         ``if_else``.
 
     Examples
@@ -32,7 +32,7 @@ def default_engine(law: Law | None = None) -> Engine:
 
 
 def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
-    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest one that can follow a law.
+    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest one that supports a law.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def engine_named(name: str = "auto", law: Law | None = None) -> Engine:
 
 
 def faster_walks(engine: Engine) -> str | None:
-    """Return advice for faster walks than with an engine, or None if no installation makes them faster.
+    """Return advice on a faster engine, or None if no installation makes walks faster.
 
     Examples
     --------

@@ -70,7 +70,7 @@ class Linearisation:
         impact : Mode, optional
             Another outcome of the impact than the one taken, for one-sided derivatives on the edge between two.
         """
-        return self._propagate(stride, self.walker.memory.slope_at_begin(state), impact)
+        return self._propagate(stride, self.walker.memory.slope_at_start(state), impact)
 
     def effect_of_latched(self, state: Array, stride: Stride) -> Array:
         """Return d (state after the step) / d (values latched at its start), shape (2 n_q, n_l)."""
@@ -108,7 +108,7 @@ class Linearisation:
         clock, state = float(arc.time[-1]), arc.states[:, -1]
         if event.kind is EventKind.LAW_EVENT:
             reset, drift = self.walker.memory.slopes(event.number, clock, state)
-            next_state = self.walker.memory.after(event.number, clock, state)
+            next_state = self.walker.memory.apply_event(event.number, clock, state)
         else:
             reset, drift = self.walker.robot.contact_model.at(mode, event).reset(n, state.size), np.zeros(state.size)
             next_state = reset @ state
