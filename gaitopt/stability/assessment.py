@@ -23,7 +23,7 @@ def assess_stability(
     ----------
     gait : Gait
     law : Law, optional
-        By default the gait's torques played back with a clock reset at touchdown (open loop).
+        By default the gait's torques in open loop, with a clock reset at touchdown.
     robot : Robot, optional
         Needed for a robot that is not in gaitopt's catalogue.
     engine : Engine, optional
@@ -36,7 +36,7 @@ def assess_stability(
     Raises
     ------
     InputError
-        If the gait is not a solution, the robot is another one, or no periodic gait is found near it.
+        If the gait is not a solution, the robot is not that of the gait, or no periodic gait is found near it.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The friction a sticking gait needs."""
+"""Critical friction of gaits that do not slip."""
 
 import functools
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ class CriticalFriction:
     Attributes
     ----------
     friction : float
-        Largest abs(f_t) / f_n over the steps: with less friction the foot slips.
+        Largest abs(f_t) / f_n over the steps: with lower friction the foot slips.
     time : float [s]
-        When in its step.
+        Time of the maximum in its step.
     state : (2 n_q,) array
-        (q, v) there.
+        State (q, v) at the maximum.
     impact : float
-        Largest abs(L_t) / L_n of the touchdowns: with less friction the impact slips.
+        Largest abs(L_t) / L_n of the touchdowns: with lower friction the impact slips.
 
     Examples
     --------
@@ -43,9 +43,9 @@ class CriticalFriction:
 
 
 def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) -> CriticalFriction:
-    """Return the friction a gait that never slips needs.
+    """Return the critical friction of a gait that never slips.
 
-    The maximum is found among samples of each step and refined by integrating to the instants a bounded search tries.
+    The maximum is located among samples of each step and refined by a bounded scalar minimisation.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) ->
     passage : Passage
         Steps that stick throughout.
     samples : int
-        Instants per step among which the maximum is looked for.
+        Number of samples per step.
     """
     best: tuple[float, float, Array] = (-1.0, 0.0, passage.states[0])
     for stride in passage.strides:
@@ -75,10 +75,12 @@ def critical_friction(walker: Walker, passage: Passage, *, samples: int = 60) ->
 
 
 def _force_ratio(walker: Walker, stride: Stride, t: float) -> tuple[float, Array]:
-    """Return the force ratio abs(f_t) / f_n at a time of a step that sticks, and the state (q, v) there."""
+    """Return the force ratio abs(f_t) / f_n and the state (q, v) at a time of a step that sticks."""
     n = walker.robot.n_q
-    begun = [arc for _, arc in stride.arcs if arc.time[0] < t] or [stride.arcs[0][1]]  # the law's events divide a step
-    clock, y = begun[-1].time.item(0), begun[-1].states[:, 0]
+    started = [arc for _, arc in stride.arcs if arc.time[0] < t] or [
+        stride.arcs[0][1]
+    ]  # events of the law divide a step into arcs
+    clock, y = started[-1].time.item(0), started[-1].states[:, 0]
     if t > clock:
         y = walker.engine.flow(walker.loop, Mode.STICK, clock, y, until=t).states[:, -1]
     force = walker.robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], walker.torque(Mode.STICK, t, y), walker.p)[1]

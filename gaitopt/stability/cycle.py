@@ -1,4 +1,4 @@
-"""Periodic gaits of a walker: state, contact sequence, multipliers, cost in energy and friction."""
+"""Periodic gaits of a walker: state, contact sequence, multipliers, energy and critical friction."""
 
 import textwrap
 from dataclasses import dataclass
@@ -30,31 +30,32 @@ class Cycle:
     parameters : dict of str to float
         SI units, slope and friction included.
     sequences : tuple of ContactSequence
-        Of each step of the period.
+        Contact sequence of each step of the period.
     section : Section
     z : (n_z,) array
-        The gait's point on the section.
+        Point of the gait on the section.
     points : tuple of (n_z,) arrays
-        The start of each step of the period, `z` first.
+        Start of each step of the period, `z` first.
     period : float [s]
     travel : float [m]
         Forward travel over the period, foot slide included.
     derivative : (n_z, n_z) array
-        Of the return map over the period.
+        Derivative of the return map over the period.
     multipliers : (n_z,) complex array
         Eigenvalues of `derivative`, largest modulus first.
     one_sided : tuple of (m, m) arrays
-        Where the impact rests on the edge of its friction cone: the derivatives on its sticking and slipping side.
+        Derivatives on the sticking and on the slipping side if the impulse lies on the boundary of the friction cone;
+        otherwise empty.
     residual : float
         Largest entry of P(z) - z.
     drift : float [m/s]
         Change of the foot speed over the period: 0 unless the gait slips throughout (relative periodicity).
     critical_friction : CriticalFriction or None
-        None for a gait that slips.
+        None if the gait slips.
     impact_ratio : float
         Impulse ratio of the last touchdown.
     energy : Ledger
-        Of the period [J].
+        Energy ledger of the period [J].
     engine : str
 
     Examples
@@ -102,12 +103,12 @@ class Cycle:
 
     @property
     def one_sided_multipliers(self) -> tuple[NDArray[np.complex128], ...]:
-        """Multipliers on the sticking and on the slipping side of an impact's edge; empty away from it."""
+        """Multipliers on the sticking and on the slipping side of the cone's boundary; empty in its interior."""
         return tuple(_eigenvalues(matrix) for matrix in self.one_sided)
 
     @property
     def radius(self) -> float:
-        """Spectral radius: the largest modulus of a multiplier, on the worse side if one-sided."""
+        """Spectral radius: the largest modulus of a multiplier, on both sides if one-sided."""
         sides = (self.multipliers, *self.one_sided_multipliers)
         return worst(0.0, *(np.abs(values) for values in sides))
 
@@ -130,9 +131,9 @@ def _eigenvalues(matrix: Array) -> NDArray[np.complex128]:
 
 
 def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle:
-    """Return the gait of a fixed point with everything that follows from it.
+    """Return the periodic gait of a fixed point with its derived quantities.
 
-    A gait whose impacts stick is described on the section without foot speed, one that slips throughout too.
+    A gait whose impacts stick, or that slips throughout, is described on the section without foot speed.
     """
     last = point.passage.strides[-1]
     assert last.impact is not None
