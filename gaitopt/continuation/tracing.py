@@ -16,7 +16,7 @@ from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
@@ -140,7 +140,7 @@ class _Family:
 
     def find_gait(self, value: float, last: _Point, before: _Point | None = None) -> _Point | None:
         """Return the gait at a value, predicted from one or two previous gaits, or None if the iteration fails."""
-        cycle = cycle_from(self.make_walker(value), _predict(before, last, value), len(last.cycle.sequences))
+        cycle = find_cycle(self.make_walker(value), _predict(before, last, value), len(last.cycle.sequences))
         return None if cycle is None or not _are_close(cycle, last.cycle) else _Point(value, cycle)
 
     def locate_changes(self, one: _Point, other: _Point) -> Iterator[_Point | SpecialPoint]:

@@ -20,7 +20,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import Parameter
 
-ROUNDING = 1e-13
+COLLINEARITY_TOLERANCE = 1e-13
 """Distance from a straight line, relative to the largest torque, below which a sample lies on it."""
 
 
@@ -228,7 +228,9 @@ def _corners(time: Array, torque: Array) -> Array:
     before, after = np.diff(time)[:-1], np.diff(time)[1:]
     share = before / np.maximum(before + after, np.finfo(float).tiny)
     off = np.abs(torque[:, :-2] + share * (torque[:, 2:] - torque[:, :-2]) - torque[:, 1:-1])
-    straight = np.all(off <= ROUNDING * np.max(np.abs(torque), initial=0.0), axis=0) & (before > 0) & (after > 0)
+    straight = (
+        np.all(off <= COLLINEARITY_TOLERANCE * np.max(np.abs(torque), initial=0.0), axis=0) & (before > 0) & (after > 0)
+    )
     return np.concatenate([[True], ~straight, [True]])
 
 

@@ -50,12 +50,12 @@ def limit_torque(law: Law, limits: Array) -> Law:
     Raises
     ------
     InputError
-        If the law has limits already.
+        If the law already has limits.
     """
     if not limits.size:
         return law
     if law.limited:
-        raise InputError(f"The law {law.name!r} has torque limits already.")
+        raise InputError(f"The law {law.name!r} already has torque limits.")
     inputs = inputs_of(law.control, data=limits.size)
     table = np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)])
     return _rewrite_law(law, inputs, inputs.data[: law.table.shape[0]], table, limited=True)

@@ -14,13 +14,13 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 
-NEVER = 1e3
+ANGLE_BOUND = 1e3
 """Bound [rad] of the first and of the last piece, which no angle reaches."""
 ACCURACY = 1e-9
 """Accuracy of the planned time as a function of the angle [s]; also the shortest piece."""
 MAX_BISECTIONS = 12
 """Maximum number of bisections of the pieces; an angle that needs more is nearly at rest."""
-ROWS = 9
+LEADING_ROWS = 9
 """Number of rows before those of the law: bounds of the piece, its start, and six coefficients of the time."""
 
 
@@ -67,32 +67,32 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
     begins, coefficients = _planned_times(plan, index, times)
     ends = np.zeros((6, 2))
     ends[0] = times[[0, -1]]
-    bounds = np.concatenate([[-NEVER], begins, [NEVER]])
+    bounds = np.concatenate([[-ANGLE_BOUND], begins, [ANGLE_BOUND]])
     front = np.vstack(
         [bounds[:-1], bounds[1:], np.append(begins[0], begins), np.hstack([ends[:, :1], coefficients, ends[:, 1:]])]
     )
     columns = [law.piece(time) for time in np.append(times[0], times)]
-    control, latched = _replace_clock(law.control, law.memory, 2 + index)
+    control, memory = _replace_clock(law.control, law.memory, 2 + index)
     return replace(
         law,
         name=f"{law.name} by {name}",
         control=control,
         breakpoints=bounds[:-1],
         table=np.vstack([front, law.table[:, columns]]),
-        gains={gain: ROWS + row for gain, row in law.gains.items()},
-        memory=latched,
+        gains={gain: LEADING_ROWS + row for gain, row in law.gains.items()},
+        memory=memory,
         index=2 + index,
-        gain_matrices=tuple(matrix.shift_rows(ROWS) for matrix in law.gain_matrices),
+        gain_matrices=tuple(matrix.shift_rows(LEADING_ROWS) for matrix in law.gain_matrices),
     )
 
 
 @functools.lru_cache(maxsize=64)
 def _replace_clock(control: ca.Function, known: Memory, entry: int) -> tuple[ca.Function, Memory]:
     """Return a law's Function and memory with its clock replaced by a polynomial of an entry of q."""
-    inputs = inputs_of(control, data=ROWS)
-    front, inner = inputs.data[:ROWS], inputs.data[ROWS:]
+    inputs = inputs_of(control, data=LEADING_ROWS)
+    front, inner = inputs.data[:LEADING_ROWS], inputs.data[LEADING_ROWS:]
     since, time = inputs.q[entry] - front[2], ca.SX(0)
-    for k in reversed(range(3, ROWS)):
+    for k in reversed(range(3, LEADING_ROWS)):
         time = time * since + front[k]
     inner_inputs = inputs._replace(clock=time, data=inner)
     torque, _, guards = control(*inner_inputs)

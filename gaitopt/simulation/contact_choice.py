@@ -14,7 +14,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop, torque_of
 
-REST = 1e-12
+REST_SPEED = 1e-12
 """Foot speeds below this value [m/s] count as rest; impacts and located events produce exact zeros."""
 
 
@@ -56,7 +56,7 @@ class ContactChoice:
         current = self._current
         current[0], current[1:] = clock, y
         speed = current.item(self._speed)
-        if abs(speed) > REST:
+        if abs(speed) > REST_SPEED:
             if math.isinf(self.friction):
                 raise InputError(
                     "A foot with infinite friction cannot slide: its velocity (v[0], or foot_speed on the section) "

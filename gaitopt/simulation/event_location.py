@@ -16,7 +16,7 @@ from gaitopt.simulation.closed_loop import ModeEquations
 PROBE_FRACTION = 1e-4
 """Fraction of a span after which the sign of a guard that starts at zero is checked."""
 
-ROUNDING = 1e-9
+GUARD_TOLERANCE = 1e-9
 """Guards that start below zero by less than this (N, m/s, rad) count as zero."""
 
 
@@ -61,7 +61,7 @@ class EventWatch:
                     # It starts at zero by definition (both feet on the ground) and is an event only while armed.
                     continue
                 begin += PROBE_FRACTION * (span[1] - span[0])
-                if previous[i] < -ROUNDING or (values[i] < 0 and guard(begin) <= 0):
+                if previous[i] < -GUARD_TOLERANCE or (values[i] < 0 and guard(begin) <= 0):
                     located.append((span[0], i, event))
                     continue
                 end = span[1] if values[i] < 0 else None

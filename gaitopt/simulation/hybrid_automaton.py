@@ -14,7 +14,7 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop, torque_of
-from gaitopt.simulation.contact_choice import REST, ContactChoice
+from gaitopt.simulation.contact_choice import REST_SPEED, ContactChoice
 from gaitopt.simulation.engine import Arc, Engine, join_arcs
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.law_memory import LawMemory
@@ -131,7 +131,7 @@ class Walker:
         """
         n, clock, choose, flow = self.robot.n_q, 0.0, self.contact.choose, flow or self._flow
         state = self.begin(state)
-        if abs(state[n]) <= REST:
+        if abs(state[n]) <= REST_SPEED:
             state[n] = 0.0
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []

@@ -17,7 +17,7 @@ from gaitopt.motion.motion import Array
 
 MAX_EVENTS = 20
 """Maximum number of events of a law at one instant."""
-ROUNDING = 1e-9
+GUARD_TOLERANCE = 1e-9
 """A guard below zero by less than this counts as zero."""
 
 
@@ -77,7 +77,7 @@ class LawMemory:
         matrix, drift = np.eye(y.size), np.zeros(y.size)
         for _ in range(MAX_EVENTS):
             values = self._guards(clock, y, self._law.data(clock, y))[0]
-            below = np.flatnonzero(values < -ROUNDING)
+            below = np.flatnonzero(values < -GUARD_TOLERANCE)
             if not below.size:
                 return y, matrix, drift
             event = int(below[0])
@@ -86,7 +86,7 @@ class LawMemory:
             y = self._reset_latched(event, clock, y)
         raise InputError(
             f"The law {self._law.name!r} has more than {MAX_EVENTS} events at one instant, {clock:g} s after the "
-            f"touchdown: {', '.join(self._events)} follow each other without end."
+            f"touchdown; its events trigger each other: {', '.join(self._events)}."
         )
 
     def _slopes(self, event: int, clock: float, y: Array) -> tuple[Array, Array]:

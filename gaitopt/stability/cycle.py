@@ -130,7 +130,7 @@ def _eigenvalues(matrix: Array) -> NDArray[np.complex128]:
     return np.linalg.eigvals(matrix).astype(complex)
 
 
-def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle:
+def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycle:
     """Return the periodic gait of a fixed point with its derived quantities.
 
     A gait whose impacts stick, or that slips throughout, is described on the section without foot speed.
@@ -138,12 +138,12 @@ def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle
     last = point.passage.strides[-1]
     assert last.impact is not None
     assert last.following is not None
-    section, z, derivative = returning.section, point.z, point.derivative
+    section, z, derivative = return_map.section, point.z, point.derivative
     n = walker.robot.n_q
     if section.sliding and last.impact.mode is Mode.STICK:
         section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
-    motion = record_walk(walker, point.passage.states[0], returning.steps).motion
-    sequences = tuple(sequence for step in range(returning.steps) if (sequence := motion.sequence(step)) is not None)
+    motion = record_walk(walker, point.passage.states[0], return_map.steps).motion
+    sequences = tuple(sequence for step in range(return_map.steps) if (sequence := motion.sequence(step)) is not None)
     eigenvalues = _eigenvalues(derivative)
     sticks = all(mode is Mode.STICK for stride in point.passage.strides for mode in stride.modes)
     return Cycle(
@@ -157,7 +157,7 @@ def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle
         travel=motion.travel,
         derivative=derivative,
         multipliers=eigenvalues[np.argsort(-np.abs(eigenvalues))],
-        one_sided=one_sided_derivatives(walker, point.passage.states[0], last) if returning.steps == 1 else (),
+        one_sided=one_sided_derivatives(walker, point.passage.states[0], last) if return_map.steps == 1 else (),
         residual=point.residual,
         drift=0.0
         if not slips_throughout(last.modes, last.impact.mode)

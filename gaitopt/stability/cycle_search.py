@@ -105,13 +105,13 @@ def search_cycles(
     known: list[Cycle] = []
     for z in random_starts(walker, starts, seed):
         with defer_interrupt():
-            cycle = cycle_from(walker, z, steps)
+            cycle = find_cycle(walker, z, steps)
         if cycle is not None and not any(same_gait(cycle, other) for other in known):
             known.append(cycle)
             yield cycle
 
 
-def cycle_from(walker: Walker, z: Array, steps: int = 1, newton: FixedPointOptions | None = None) -> Cycle | None:
+def find_cycle(walker: Walker, z: Array, steps: int = 1, options: FixedPointOptions | None = None) -> Cycle | None:
     """Return the periodic gait to which Newton's method converges from a point of the section, or None.
 
     Parameters
@@ -121,25 +121,25 @@ def cycle_from(walker: Walker, z: Array, steps: int = 1, newton: FixedPointOptio
         Coordinates of ``Section(robot, p, sliding=True)``.
     steps : int
         Period of the gait in steps.
-    newton : FixedPointOptions, optional
+    options : FixedPointOptions, optional
     """
     section = Section(walker.robot, walker.p, sliding=True)
-    returning = ReturnMap(walker, section, steps)
-    passage = returning(z)
+    return_map = ReturnMap(walker, section, steps)
+    passage = return_map(z)
     if passage.end is None:
         return None
     if all(slips_throughout(s.modes, _outcome(s)) for s in passage.strides):
         # The foot speed drifts: search a gait that is periodic in all other coordinates.
         section, z = Section(walker.robot, walker.p, sliding=False, foot_speed=float(z[-1])), z[:-1]
-        returning = ReturnMap(walker, section, steps)
-    point = find_fixed_point(returning, z, newton)
+        return_map = ReturnMap(walker, section, steps)
+    point = find_fixed_point(return_map, z, options)
     if point is None:
         return None
     if not section.sliding and not all(slips_throughout(s.modes, _outcome(s)) for s in point.passage.strides):
         return None
     if _is_standing(walker, point.passage.states[0]):
         return None
-    return make_cycle(walker, returning, point)
+    return make_cycle(walker, return_map, point)
 
 
 def _is_standing(walker: Walker, state: Array) -> bool:

@@ -8,7 +8,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 from gaitopt.stability.return_map import Passage, ReturnMap
 
-ROUNDING = 1e-15
+RESIDUAL_FLOOR = 1e-15
 """Residual below which the iteration ends."""
 
 
@@ -54,35 +54,35 @@ class FixedPoint:
     iterations: int
 
 
-def find_fixed_point(returning: ReturnMap, z: Array, newton: FixedPointOptions | None = None) -> FixedPoint | None:
+def find_fixed_point(return_map: ReturnMap, z: Array, options: FixedPointOptions | None = None) -> FixedPoint | None:
     """Return the fixed point to which Newton's method converges from a start, or None if it does not converge.
 
     Parameters
     ----------
-    returning : ReturnMap
+    return_map : ReturnMap
     z : (n_z,) array
         Start.
-    newton : FixedPointOptions, optional
+    options : FixedPointOptions, optional
     """
-    newton = newton or FixedPointOptions()
+    options = options or FixedPointOptions()
     z = np.array(z, dtype=float)
-    passage = returning(z)
+    passage = return_map(z)
     if passage.end is None:
         return None
     gap, identity = passage.end - z, np.eye(z.size)
-    for iteration in range(newton.max_iterations + 1):
-        matrix, error = returning.derivative(z, passage), worst(np.abs(gap))
+    for iteration in range(options.max_iterations + 1):
+        matrix, error = return_map.derivative(z, passage), worst(np.abs(gap))
         if not np.all(np.isfinite(matrix)):
             return None
-        last = iteration == newton.max_iterations or error <= ROUNDING
+        last = iteration == options.max_iterations or error <= RESIDUAL_FLOOR
         try:
             direction: Array = np.asarray(np.linalg.solve(identity - matrix, gap), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        improved = None if last else _line_search(returning, z, direction, error, newton)
+        improved = None if last else _line_search(return_map, z, direction, error, options)
         if improved is None:
             converged = (
-                bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= newton.tolerance
+                bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= options.tolerance
             )
             return FixedPoint(z, matrix, error, passage, iteration) if converged else None
         z, passage, gap = improved
@@ -90,19 +90,19 @@ def find_fixed_point(returning: ReturnMap, z: Array, newton: FixedPointOptions |
 
 
 def _line_search(
-    returning: ReturnMap, z: Array, direction: Array, error: float, newton: FixedPointOptions
+    return_map: ReturnMap, z: Array, direction: Array, error: float, options: FixedPointOptions
 ) -> tuple[Array, Passage, Array] | None:
     """Return the first damped step that reduces the residual, or None if no step does."""
     step = 1.0
-    while step >= newton.smallest_step:
+    while step >= options.smallest_step:
         trial = z + step * direction
         if np.all(np.isfinite(trial)) and np.max(np.abs(trial)) < 1e3:
-            passage = returning(trial)
+            passage = return_map(trial)
             if passage.end is not None:
                 gap = passage.end - trial
                 if np.max(np.abs(gap)) < (1 - step / 4) * error:
                     return trial, passage, gap
-        if error <= newton.tolerance:
+        if error <= options.tolerance:
             return None
         step /= 2
     return None

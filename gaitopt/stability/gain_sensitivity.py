@@ -20,7 +20,7 @@ from gaitopt.stability.fixed_point import FixedPoint, find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.return_map import ReturnMap
 
-STEP = 1e-3
+RELATIVE_STEP = 1e-3
 """Change of a gain, relative to max(abs(gain), 1), in differences of the return map's derivative."""
 
 
@@ -105,7 +105,7 @@ def gain_sensitivity(
     columns = []
     for name in names:
         gain = law.gain_values[name]
-        step = STEP * max(abs(gain), 1.0)
+        step = RELATIVE_STEP * max(abs(gain), 1.0)
         sides = [_find_neighbour(cycle, law.with_gains({name: gain + sign * step}), robot, engine) for sign in (1, -1)]
         slope = (sides[0].derivative - sides[1].derivative) / (2 * step)
         columns.append(np.einsum("ij,jk,ki->i", left, slope, vectors))

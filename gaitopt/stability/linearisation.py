@@ -24,7 +24,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 
-BEYOND = 1e-7
+JUMP_THRESHOLD = 1e-7
 """A guard further below zero than this (N, m/s, rad) at its event was crossed by a jump of the law's torque."""
 
 
@@ -137,7 +137,7 @@ class Linearisation:
         values, gradient, drift = slopes.guards(clock, state, data)
         events = loop.equations(mode).events
         which = events.index(event)
-        if values[which] < -BEYOND:
+        if values[which] < -JUMP_THRESHOLD:
             return before, loop.piece_shift(before)
         row = gradient.reshape(state.size, len(events))[:, which]
         return before, -row / (row @ before + drift[which])

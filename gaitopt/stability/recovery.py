@@ -17,7 +17,7 @@ from gaitopt.stability.section import Section
 
 WalkObserver = Callable[[VerificationStep], None]
 
-CONVERGED = 1e-3
+CONVERGED_FRACTION = 1e-3
 """Fraction of the tolerance below which a walk counts as converged to the gait."""
 
 
@@ -219,6 +219,6 @@ def _count_settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushT
         distance = worst(np.abs(section.project(state) - fixed_point))
         if distance > test.tolerance:
             outside = step
-        elif distance <= CONVERGED * test.tolerance:
+        elif distance <= CONVERGED_FRACTION * test.tolerance:
             break
     return None if outside == test.steps else outside + 1

@@ -40,5 +40,5 @@ def choose_start(robot: Robot, p: Array, changes: Mapping[str, float], cycle: Cy
     values = {"foot_speed": 0.0, **({} if cycle is None else cycle.state), **changes}
     missing = [name for name in names if name not in values]
     if missing:
-        raise InputError(f"The start needs a value of {missing[0]}: no periodic gait was found to take it from.")
+        raise InputError(f"The start needs a value of {missing[0]}: no periodic gait was found that provides it.")
     return {name: values[name] for name in names}

@@ -130,17 +130,17 @@ class GainSearch:
     def _on_ground(self, law: Law, k: int) -> float:
         """Return the objective of a law on one ground; Newton's method starts from the previous fixed point there."""
         walker = make_walker(self._robot, law, self._grounds[k], period=self._period, engine=self._engine)
-        returning = ReturnMap(walker, self._sections[k])
+        return_map = ReturnMap(walker, self._sections[k])
         z = self._points[k]
-        passage = returning(z)
+        passage = return_map(z)
         if passage.end is None or not np.max(np.abs(passage.end - z)) <= FIXED_POINT_TOLERANCE:
-            point = find_fixed_point(returning, z)
+            point = find_fixed_point(return_map, z)
             if point is None:
                 return INFEASIBLE_PENALTY
             z, passage = point.z, point.passage
             self._points[k] = z
-        sides = one_sided_derivatives(returning.walker, passage.states[0], passage.strides[0])
-        matrices = sides or (returning.derivative(z, passage),)
+        sides = one_sided_derivatives(return_map.walker, passage.states[0], passage.strides[0])
+        matrices = sides or (return_map.derivative(z, passage),)
         if not all(np.all(np.isfinite(matrix)) for matrix in matrices):
             return INFEASIBLE_PENALTY
         return worst(*(self.objective(matrix, self._scale) for matrix in matrices))

@@ -90,7 +90,7 @@ def lqr(
         _linearise(robot, motion), np.diag(1 / np.square(sizes)), np.eye(robot.n_u) / weights.torque**2
     )
     if solution is None:
-        raise InputError("No linear-quadratic feedback stabilises this gait with these weights.")
+        raise InputError(f"No linear-quadratic feedback stabilises this gait with {weights}.")
     return state_feedback(robot, motion, solution[0], torque_limit=torque_limit, name="lqr")
 
 
@@ -145,7 +145,7 @@ def step_lqr(
     torque_cost = np.eye(windows * robot.n_u) / weights.torque**2
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)
     if gain is None:
-        raise InputError("No step-to-step feedback stabilises this gait with these weights.")
+        raise InputError(f"No step-to-step feedback stabilises this gait with {weights}.")
     return add_feedback(point.z, gain, torque_limit=torque_limit)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 
-CONVERGED = 1e-10
+PERIODICITY_TOLERANCE = 1e-10
 """Relative change of the cost-to-go over a step below which it counts as periodic."""
 MAX_STEPS = 500
 """Maximum number of steps of the backward iteration of the cost-to-go."""
@@ -69,7 +69,7 @@ def periodic_gains(intervals: Sequence[LinearInterval], q: Array, r: Array) -> t
             gains.append([inverse @ interval.b.T @ each for each in (cost, after)])
         if not np.all(np.isfinite(cost)):
             return None
-        if np.max(np.abs(cost - last)) <= CONVERGED * np.max(np.abs(cost)):
+        if np.max(np.abs(cost - last)) <= PERIODICITY_TOLERANCE * np.max(np.abs(cost)):
             return np.array(gains[::-1]), cost
     return None
 
@@ -107,6 +107,6 @@ def discrete_gains(a: Array, b: Array, q: Array, r: Array) -> Array | None:
         cost = (cost + cost.T) / 2
         if not np.all(np.isfinite(cost)):
             return None
-        if np.max(np.abs(cost - last)) <= CONVERGED * np.max(np.abs(cost)):
+        if np.max(np.abs(cost - last)) <= PERIODICITY_TOLERANCE * np.max(np.abs(cost)):
             return gain
     return None

@@ -8,7 +8,7 @@ import pytest
 from gaitopt import GainSearchOptions, SensitivityNorm, SpectralRadius, compass_biped
 from gaitopt.progress import silent
 from gaitopt.tuning import controller_family_named
-from gaitopt.tuning import search as search_module
+from gaitopt.tuning import gain_search as search_module
 from gaitopt.tuning.gain_search import INFEASIBLE_PENALTY, GainSearch
 
 

@@ -22,7 +22,7 @@ def heyoka_module() -> Any:
     try:
         import heyoka
     except ImportError:
-        raise InputError("The heyoka engine needs heyoka: pip install 'gaitopt[fast]'.") from None
+        raise InputError("The heyoka engine requires the package heyoka: pip install 'gaitopt[fast]'.") from None
     heyoka.set_logger_level_error()  # suppresses warnings of failed steps, which the engine reports itself
     return heyoka
 

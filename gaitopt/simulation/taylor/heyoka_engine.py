@@ -50,8 +50,8 @@ class HeyokaEngine:
         current = integrator.current
         current[0], current[1:] = clock, state
         if record:
-            tape = _Tape(integrator, self.tolerance, self.samples)
-            return tape.arc(integrator.walk(until, tape.add))
+            recorder = _Recorder(integrator, self.tolerance, self.samples)
+            return recorder.arc(integrator.walk(until, recorder.add))
         ends = np.empty((2, current.size))
         ends[0] = current
         event = integrator.walk(until)
@@ -80,7 +80,7 @@ class HeyokaEngine:
         return matrix
 
 
-class _Tape:
+class _Recorder:
     """Samples of an arc and its energies, computed for each piece when its end is known."""
 
     def __init__(self, integrator: ModeIntegrator, tolerance: float, samples: int) -> None:

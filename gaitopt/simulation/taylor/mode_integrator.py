@@ -25,17 +25,17 @@ from gaitopt.simulation.closed_loop import ClosedLoop, mode_equations
 from gaitopt.simulation.taylor.compiled_programs import program_with_events
 from gaitopt.simulation.taylor.expression_conversion import heyoka_module
 
-ZERO = 1e-9
+GUARD_TOLERANCE = 1e-9
 """A guard below zero by less than this at the start counts as zero; it is an event if it falls."""
-TOUCHING = 1e-13
+TOUCHDOWN_TOLERANCE = 1e-13
 """If the touchdown guard at the start is below this in absolute value, both feet are on the ground."""
-AT_LIMIT = 1e-7
+LIMIT_TOLERANCE = 1e-7
 """A torque within this distance [N m] of its limit counts as at its limit: it is known to about 1e-9 only, since the
 expressions of the integrator are summed in another order than those of the law."""
 MAX_TAYLOR_STEPS = 10_000
 """Maximum number of Taylor steps between two checks that the integrator makes progress."""
 
-Tape = Callable[[Array, Array, Array, int], None]
+IntervalObserver = Callable[[Array, Array, Array, int], None]
 
 
 class ModeIntegrator:
@@ -69,7 +69,7 @@ class ModeIntegrator:
         self._program = program_with_events(robot, mode, self.control, tolerance, compact_mode, get_ident())
         self._events = self.equations.events
         self._shifts = self._program.numbers[-len(self._events) :]
-        self._near = AT_LIMIT if law.limited else ZERO
+        self._near = LIMIT_TOLERANCE if law.limited else GUARD_TOLERANCE
         self._active = ActivePiece(law, self.current, mode)
         self._ready: dict[tuple[int, tuple[float, ...]], tuple[Array, Array | None]] = {}
         outcomes = heyoka_module().taylor_outcome
@@ -100,24 +100,24 @@ class ModeIntegrator:
         rates = [np.asarray(flow(current[0], current[1:], p, data)).ravel() for data in (old, new)]
         return np.eye(current.size - 1) + np.outer(rates[0] - rates[1], self.loop.piece_shift(rates[0]))
 
-    def walk(self, until: float, tape: Tape | None = None) -> HybridEvent | None:
+    def walk(self, until: float, observer: IntervalObserver | None = None) -> HybridEvent | None:
         """Integrate through the pieces of the law, starting from `current`, and return the final event.
 
         Parameters
         ----------
         until : float [s]
-        tape : callable, optional
+        observer : callable, optional
             Called with (data, `current` before, `current` after, Taylor steps) for each interval of constant data.
         """
         current, active = self.current, self._active
         start_clock = clock = current.item(0)
         active.begin()
         while clock < until:
-            before = current if tape is None else current.copy()
+            before = current if observer is None else current.copy()
             event, steps = self.run(active.end(until), first=clock == start_clock)
             clock = current.item(0)
-            if tape is not None:
-                tape(active.data, before, current, steps)
+            if observer is not None:
+                observer(active.data, before, current, steps)
             event = active.advance(event)
             if event is not None:
                 return event
@@ -171,21 +171,21 @@ class ModeIntegrator:
         """Shift guards that start at zero such that they are no event, or return the event of a negative guard."""
         for i, value in enumerate(values):
             event = self._events[i]
-            if abs(value) < AT_LIMIT and event.kind is EventKind.LAW_SWITCH:
-                self._shifts[i] = AT_LIMIT / 10 - min(value, 0)
+            if abs(value) < LIMIT_TOLERANCE and event.kind is EventKind.LAW_SWITCH:
+                self._shifts[i] = LIMIT_TOLERANCE / 10 - min(value, 0)
                 continue
-            if value > ZERO:
+            if value > GUARD_TOLERANCE:
                 continue
             if event.kind is EventKind.PAINLEVE and value <= 0:
                 return event
             if first and event.kind is EventKind.TOUCHDOWN:
                 # A touchdown is no event at the start: the guard must rise above zero first.
-                if abs(value) < TOUCHING and (value <= 0 or not armed):
+                if abs(value) < TOUCHDOWN_TOLERANCE and (value <= 0 or not armed):
                     self._shifts[i] = -1e-15 - value
-            elif -ZERO <= value <= 0:
+            elif -GUARD_TOLERANCE <= value <= 0:
                 # The guard falls through the shifted zero immediately or rises; a resting foot has exactly zero speed.
                 self._shifts[i] = (1e-16 if event.kind is EventKind.REST else 1e-14 * max(1, *map(abs, values))) - value
-            elif value < -ZERO and event.kind is not EventKind.TOUCHDOWN:
+            elif value < -GUARD_TOLERANCE and event.kind is not EventKind.TOUCHDOWN:
                 return event
         return None
 

@@ -22,7 +22,7 @@ from scipy.linalg import qr
 from gaitopt.model.assembly import contact_functions
 from gaitopt.model.robot import Robot
 
-NOISE = 1e-10
+FIT_TOLERANCE = 1e-10
 """Values below this fraction of the largest one count as rounding."""
 
 
@@ -107,7 +107,7 @@ def _fit_harmonics(robot: Robot) -> ca.Function | None:
 def _agree(matrices: Sequence[ca.DM], others: Sequence[ca.DM]) -> bool:
     """Return whether matrices agree up to rounding."""
     pairs = zip(map(np.asarray, matrices), map(np.asarray, others), strict=True)
-    return all(bool(np.all(np.abs(one - other) <= NOISE * np.abs(other).max())) for one, other in pairs)
+    return all(bool(np.all(np.abs(one - other) <= FIT_TOLERANCE * np.abs(other).max())) for one, other in pairs)
 
 
 def _sum(terms: Terms, q: ca.SX) -> ca.SX:
@@ -125,10 +125,10 @@ def _fit_terms(function: ca.Function, robot: Robot, rng: np.random.Generator) ->
         parameters = _near_defaults(robot, rng)
         values = np.array([np.asarray(function(point, parameters)).ravel() for point in points])
         coefficients = np.linalg.lstsq(table, values, rcond=None)[0]
-        if not np.all(np.abs(table @ coefficients - values) <= NOISE * np.abs(values).max()):
+        if not np.all(np.abs(table @ coefficients - values) <= FIT_TOLERANCE * np.abs(values).max()):
             return None
         present |= np.abs(coefficients) > np.maximum(
-            NOISE * np.abs(coefficients).max(axis=0), 1e-13 * np.abs(values).max()
+            FIT_TOLERANCE * np.abs(coefficients).max(axis=0), 1e-13 * np.abs(values).max()
         )
     terms: list[Terms] = [{}] * present.shape[1]
     for which in {tuple(np.flatnonzero(column)) for column in present.T} - {()}:
