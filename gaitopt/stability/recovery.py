@@ -134,7 +134,7 @@ def largest_recovery(
 ) -> Recovery:
     """Return the recovery from the largest ball from which all starts return; radius 0 if there is none.
 
-    The radius is located by bisection, which assumes that not all starts return from any larger ball.
+    The radius is located by bisection; larger balls from which all starts return again are not searched.
 
     Parameters
     ----------

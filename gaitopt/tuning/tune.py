@@ -116,7 +116,7 @@ def _open_loop(gait: Gait, robot: Robot, engine: Engine | None) -> float:
 def _closed_loop_gait(
     gait: Gait, family: ControllerFamily, best: Trial, robot: Robot, engine: Engine | None
 ) -> tuple[Law | None, Cycle | None]:
-    """Return the law of the best gains and its periodic gait, None for what does not exist."""
+    """Return the law of the best gains and its periodic gait, each None if it does not exist."""
     try:
         law = family.law(best.gains)
     except InputError:

@@ -78,7 +78,7 @@ class ModeIntegrator:
     def intervals(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float, Array | None]]:
         """Yield data, begin, end and jump of each interval between two clock times.
 
-        The jump is that of a deviation at the begin of the interval, (n_y, n_y), if the state decides the pieces of the
+        The jump is that of a deviation at the start of the interval, (n_y, n_y), if the state decides the pieces of the
         law; None if deviations do not jump.
         """
         law = self.loop.law
