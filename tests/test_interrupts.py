@@ -122,13 +122,13 @@ def test_recorded_interrupts_are_raised_all_the_same():
 
 def test_a_search_for_gaits_is_interrupted_between_starts(wheel, monkeypatch):
     """CasADi would lose a Ctrl-C in the middle of a step."""
-    walked, done = [], cycle_search.cycle_from
+    walked, done = [], cycle_search.find_cycle
 
-    def cycle_from(*arguments):
+    def find_cycle(*arguments):
         signal.raise_signal(signal.SIGINT)
         walked.append(done(*arguments))
 
-    monkeypatch.setattr(cycle_search, "cycle_from", cycle_from)
+    monkeypatch.setattr(cycle_search, "find_cycle", find_cycle)
     with pytest.raises(KeyboardInterrupt):
         find_cycles(wheel, {"slope": 0.23}, starts=20)
     assert len(walked) == 1

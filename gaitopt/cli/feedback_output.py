@@ -21,7 +21,7 @@ def tuning_facts(tuned: Tuning) -> dict[str, Any]:
     multipliers = [] if tuned.cycle is None else tuned.cycle.multipliers.tolist()
     return plain(
         {
-            "law": tuned.design,
+            "law": tuned.family,
             "gains": tuned.gains,
             "radius_before": tuned.radius_before,
             "radius_after": tuned.radius_after,
@@ -44,7 +44,7 @@ def print_tuning(tuned: Tuning) -> None:
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     verified = tuned.verified
-    table.add_row("law", tuned.design)
+    table.add_row("law", tuned.family)
     table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
     verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} before, {tuned.radius_after:.4g} after, "
@@ -65,7 +65,7 @@ def print_unstable(tuned: Tuning) -> None:
     reached = "none of the gains has a periodic gait near the plan"
     if tuned.cycle is not None:
         reached = f"the smallest spectral radius is {tuned.radius_after:.4g}"
-    message = f" by {tuned.design} within its torque limits: {reached}"
+    message = f" by {tuned.family} within its torque limits: {reached}"
     err.print(Text.assemble(("not stabilised", "red"), message), soft_wrap=True)
 
 

@@ -64,7 +64,7 @@ def law_title(name: str, stance_angle: bool) -> str:
         from gaitopt.tuning.tuning_file import load_tuning
 
         tuned = load_tuning(name)
-        name, stance_angle = tuned.design, stance_angle or tuned.settings.stance_angle
+        name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     title = "open loop" if name == OPEN_LOOP else name if _of_script(name) else law_name(name)
     return f"{title} by stance angle" if stance_angle else title
 
@@ -88,7 +88,7 @@ def design_for(gait: Gait, robot: Robot, name: str, torque_limit: float | None, 
 
         tuned = load_tuning(name)
         limit = limit_for(gait, torque_limit) if torque_limit is not None else tuned.settings.torque_limit
-        name, stance_angle = tuned.design, stance_angle or tuned.settings.stance_angle
+        name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
     if source := _of_script(name):
@@ -113,7 +113,7 @@ def custom_design(
         If the script raises anything else.
     """
     made = run_function(script, function, robot, motion, limit)
-    design = ControllerFamily.of(made) if isinstance(made, Law) else made
+    design = ControllerFamily.from_law(made) if isinstance(made, Law) else made
     if not isinstance(design, ControllerFamily):
         raise InputError(
             f"{function}(robot, motion, torque_limit) of {script} must return a Law or a ControllerFamily, it returned "

@@ -10,7 +10,7 @@ import typer
 from gaitopt.cli.output import err, out
 from gaitopt.errors import InputError
 from gaitopt.motion.versions import versions
-from gaitopt.tuning.controller_family import DESIGNS
+from gaitopt.tuning.controller_family import FAMILIES
 
 
 def _set_quiet(context: typer.Context, quiet: bool) -> bool:
@@ -128,7 +128,7 @@ LawName = Annotated[
     typer.Option(
         "--law",
         metavar="NAME|FILE",
-        help=f"Feedback law: {', '.join(DESIGNS)}; SCRIPT.py:FUNCTION for a custom law; a file of tuned gains "
+        help=f"Feedback law: {', '.join(FAMILIES)}; SCRIPT.py:FUNCTION for a custom law; a file of tuned gains "
         "(tune -o); or feedforward.",
     ),
 ]

@@ -1,4 +1,4 @@
-"""Branches of periodic gaits over a parameter, and the points at which something changes along them."""
+"""Branches of periodic gaits over a parameter and their special points."""
 
 from dataclasses import dataclass
 
@@ -8,20 +8,20 @@ from gaitopt.stability.cycle import Cycle
 
 @dataclass(frozen=True)
 class SpecialPoint:
-    """Where something changes along a branch.
+    """A change of contact sequence or stability along a branch, or its end.
 
     Attributes
     ----------
     kind : str
         ``"sequence"``, ``"stability"`` or ``"end"``.
     value : float
-        Of the parameter there, in the middle of what is known.
+        Value of the parameter, in the middle of the interval to which the point is located.
     width : float
-        Of the interval known to hold it.
+        Width of this interval.
     before : str
-        ContactSequence of the gait before, and ``stable`` or ``unstable`` where that is what changes.
+        Contact sequence of the gait before the point, with ``stable`` or ``unstable`` if the stability changes.
     after : str
-        The same behind it; at an end, what becomes of a step beyond it: the key of a :class:`gaitopt.Stop`, or
+        The same after the point; at an end, the outcome of a step beyond it: the key of a :class:`gaitopt.Stop`, or
         ``"no gait"``.
 
     Examples
@@ -48,10 +48,10 @@ class Branch:
     ----------
     parameter : str
     values : (K,) array
-        Parameter of each gait, in the order they were found.
+        Parameter of each gait, in order along the branch.
     cycles : tuple of K Cycle
     ended : str
-        Why the branch was not followed further.
+        Reason for which the branch ends.
     special : tuple of SpecialPoint
         Changes of sequence and of stability, and the end of the branch, in order; the gaits on either side of each are
         among `cycles`.

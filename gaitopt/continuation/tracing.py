@@ -1,4 +1,4 @@
-"""trace_branch: periodic gaits followed over a parameter by natural-parameter stepping, special points located."""
+"""trace_branch: natural-parameter continuation of periodic gaits with location of special points."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
@@ -35,9 +35,8 @@ def trace_branch(
 ) -> Branch:
     """Follow a periodic gait over increasing or decreasing values of a parameter.
 
-    Each gait starts Newton's method from the line through the two before it.  Where that fails, the step is halved
-    until the end of the branch is located; changes of the gait's sequence and of its stability are located by
-    bisection.
+    Newton's method starts from the secant through the last two gaits.  If it fails, the step is halved until the end of
+    the branch is located; changes of contact sequence and of stability are located by bisection.
 
     Parameters
     ----------
@@ -48,9 +47,9 @@ def trace_branch(
     parameter : str
         Name of a parameter of robot or ground.
     values : sequence of float
-        Where gaits are wanted, in order.
-    same_word : bool
-        Whether to end the branch where the contact sequence of the gait changes.
+        Values of the parameter in order.
+    same_sequence : bool
+        Whether to end the branch at a change of the contact sequence.
     tolerance : float
         Width to which special points are located, in the unit of the parameter.
     law : Law, optional
@@ -69,9 +68,9 @@ def trace_branch(
     --------
     >>> import math
     >>> from gaitopt import find_cycles, rimless_wheel, trace_branch
-    >>> given = {"slope": math.radians(13), "friction": 1.0}
-    >>> gait = find_cycles(rimless_wheel(), given, starts=20)[0]
-    >>> branch = trace_branch(rimless_wheel(), given, gait, "friction", [1.0, 0.9], tolerance=1e-4)
+    >>> ground = {"slope": math.radians(13), "friction": 1.0}
+    >>> gait = find_cycles(rimless_wheel(), ground, starts=20)[0]
+    >>> branch = trace_branch(rimless_wheel(), ground, gait, "friction", [1.0, 0.9], tolerance=1e-4)
     >>> len(branch.cycles), branch.ended
     (4, 'all values reached')
     >>> [(point.kind, round(point.value, 3), point.after) for point in branch.special]
@@ -86,15 +85,15 @@ def trace_branch(
     points: list[_Point] = []
     special: list[SpecialPoint] = []
     ended = "all values reached"
-    for found in family.follow(_Point(float(start.parameters[parameter]), start), values):
-        if isinstance(found, _Point):
-            points.append(found)
+    for result in family.follow(_Point(float(start.parameters[parameter]), start), values):
+        if isinstance(result, _Point):
+            points.append(result)
             continue
-        special.append(found)
-        if found.kind == "end":
-            ended = f"no gait found beyond {parameter} = {found.value:.6g}"
-        elif found.kind == "sequence" and same_sequence:
-            ended = f"the contact sequence changes to '{found.after}'"
+        special.append(result)
+        if result.kind == "end":
+            ended = f"no gait found beyond {parameter} = {result.value:.6g}"
+        elif result.kind == "sequence" and same_sequence:
+            ended = f"the contact sequence changes to '{result.after}'"
             break
     return Branch(parameter, np.array([p.value for p in points]), tuple(p.cycle for p in points), ended, tuple(special))
 
@@ -108,7 +107,7 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """The walkers of a robot that differ in one parameter."""
+    """A family of walkers that differ in one parameter."""
 
     robot: Robot
     parameters: Mapping[str, float]
@@ -126,26 +125,26 @@ class _Family:
                 first = False
                 step = min(step, target - last.value, key=abs)
                 value = target if step == target - last.value else last.value + step
-                point = self.gait(value, last, before)
+                point = self.find_gait(value, last, before)
                 if point is not None:
-                    if last is not start:  # which may be a gait of other walkers
-                        yield from self.between(last, point)
+                    if last is not start:  # the start may be a gait of another walker
+                        yield from self.locate_changes(last, point)
                     yield point
                     before, last = last, point
                 elif abs(step) <= self.tolerance:
-                    beyond = self.fate(value, last, before)
+                    beyond = self.describe_end(value, last, before)
                     yield SpecialPoint("end", last.value + step / 2, abs(step), last.cycle.sequence, beyond)
                     return
                 else:
                     step /= 2
 
-    def gait(self, value: float, last: _Point, before: _Point | None = None) -> _Point | None:
-        """Return the gait at a value that continues one, or the line through two; None if there is none."""
-        cycle = cycle_from(self.walker(value), _predict(before, last, value), len(last.cycle.sequences))
-        return None if cycle is None or not _near(cycle, last.cycle) else _Point(value, cycle)
+    def find_gait(self, value: float, last: _Point, before: _Point | None = None) -> _Point | None:
+        """Return the gait at a value, predicted from one or two previous gaits, or None if the iteration fails."""
+        cycle = find_cycle(self.make_walker(value), _predict(before, last, value), len(last.cycle.sequences))
+        return None if cycle is None or not _are_close(cycle, last.cycle) else _Point(value, cycle)
 
-    def between(self, one: _Point, other: _Point) -> Iterator[_Point | SpecialPoint]:
-        """Yield the changes between two gaits, each with the gaits on its two sides unless they are the given ones."""
+    def locate_changes(self, one: _Point, other: _Point) -> Iterator[_Point | SpecialPoint]:
+        """Yield the changes between two gaits, and the gaits next to each change other than the two."""
         for near, far in self._brackets(one, other):
             if near is not one:
                 yield near
@@ -159,27 +158,27 @@ class _Family:
         middle = None
         if abs(other.value - one.value) > self.tolerance:
             value = (one.value + other.value) / 2
-            middle = self.gait(value, one) or self.gait(value, other)
+            middle = self.find_gait(value, one) or self.find_gait(value, other)
         if middle is None:
             yield one, other
             return
         yield from self._brackets(one, middle)
         yield from self._brackets(middle, other)
 
-    def fate(self, value: float, last: _Point, before: _Point | None) -> str:
-        """Return what becomes of the steps where the gait would be, beyond the end of a branch."""
-        walker = self.walker(value)
+    def describe_end(self, value: float, last: _Point, before: _Point | None) -> str:
+        """Return the outcome of the steps from the predicted gait beyond the end of a branch."""
+        walker = self.make_walker(value)
         section = Section(self.robot, walker.p, sliding=True)
         passage = ReturnMap(walker, section, len(last.cycle.sequences))(_predict(before, last, value))
         return passage.stop.key if passage.stop is not None else "no gait"
 
-    def walker(self, value: float) -> Walker:
+    def make_walker(self, value: float) -> Walker:
         p = self.robot.vector(self.robot.resolve({**self.parameters, self.parameter: value}))
         return Walker(self.robot, self.law, p, self.engine)
 
 
 def _kind(point: _Point) -> tuple[str, bool]:
-    """Return what must not change along a branch without being told of."""
+    """Return contact sequence and stability, the changes of which are special points."""
     return point.cycle.sequence, point.cycle.stable
 
 
@@ -192,19 +191,19 @@ def _change(one: _Point, other: _Point) -> SpecialPoint:
 
 
 def _predict(before: _Point | None, last: _Point, value: float) -> Array:
-    """Return a start on the section with foot speed: on the line through the last two gaits, if they are alike."""
-    wide = _wide(last.cycle)
+    """Return a start on the section with foot speed, on the secant through the last two gaits of the same sequence."""
+    last_state = _state(last.cycle)
     if before is None or before.cycle.sequence != last.cycle.sequence or before.value == last.value:
-        return wide
-    slope = (wide - _wide(before.cycle)) / (last.value - before.value)
-    return wide + slope * (value - last.value)
+        return last_state
+    slope = (last_state - _state(before.cycle)) / (last.value - before.value)
+    return last_state + slope * (value - last.value)
 
 
-def _wide(cycle: Cycle) -> Array:
+def _state(cycle: Cycle) -> Array:
     return cycle.z if cycle.section.sliding else np.append(cycle.z, cycle.section.foot_speed)
 
 
-def _near(cycle: Cycle, other: Cycle) -> bool:
-    """Return whether two gaits may be neighbours on a branch: no entry of the state jumps."""
-    one, two = _wide(cycle)[:-1], _wide(other)[:-1]
+def _are_close(cycle: Cycle, other: Cycle) -> bool:
+    """Return whether two gaits are close enough to be neighbours on a branch."""
+    one, two = _state(cycle)[:-1], _state(other)[:-1]
     return bool(np.max(np.abs(one - two)) < 0.2 * (np.max(np.abs(two)) + 0.1))

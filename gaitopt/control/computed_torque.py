@@ -1,4 +1,4 @@
-"""Computed torque: feedback that gives the angles' errors a linear equation of motion, in stick and in slip."""
+"""Computed torque: feedback that imposes linear error dynamics on the angles, in stick and in slip."""
 
 from collections.abc import Mapping
 
@@ -27,24 +27,25 @@ def computed_torque(
 ) -> Law:
     """Return the law that makes the angles' errors obey e'' + damping e' + stiffness e = 0, within torque limits.
 
-    With T(q, v, a) the torques that give the angles accelerations a in a state (inverse dynamics, with a resting foot
-    in stick and one braked by friction in slip; :func:`gaitopt.control.inverse_dynamics.inverse_dynamics`),
+    T(q, v, a) denotes the torques that produce the angular accelerations a in a state, by inverse dynamics with a
+    resting foot in stick and a foot subject to friction in slip
+    (:func:`gaitopt.control.inverse_dynamics.inverse_dynamics`):
 
-        u = u_ref + T(q, v, a_ref - damping e' - stiffness e) - T(q_ref, v_ref, a_ref),
+        u = u_ref + T(q, v, a_ref - damping e' - stiffness e) - T(q_ref, v_ref, a_ref).
 
-    all references functions of the time since touchdown.  T changes smoothly from stick to slip while the
-    foot accelerates: a torque that jumps at the onset of slip would make the foot stick and slip without end.
-    With zero gains the law equals the open loop on the plan only: away from it, it still cancels the robot's dynamics.
+    All references are functions of the time since touchdown.  T changes smoothly from stick to slip while the foot
+    accelerates; a torque that jumps at the onset of slip would cause chattering between stick and slip.  With zero
+    gains the law equals the open loop only on the plan: away from it, the law still cancels the robot's dynamics.
 
     Parameters
     ----------
     robot : Robot
-        It needs as many actuators as angles.
+        Robot with as many actuators as angles.
     motion : Motion
-        Its first step is the reference; its parameters, friction included, are the law's model.
+        Motion whose first step is the reference; its parameters, friction included, are those of the law's model.
     stiffness : float [1/s^2]
     damping : float [1/s]
-        Gains of all angles; ``Law.with_gains`` sets those of one angle, named for example ``"th2_stiffness"``.
+        Gains of all angles; ``Law.with_gains`` sets the gains of one angle, for example ``"th2_stiffness"``.
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
@@ -65,14 +66,14 @@ def computed_torque(
     gains, p = data[plan.size : plan.size + 2 * n_a], data[plan.size + 2 * n_a :]
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
-        desired = plan.desired(clock, data)
+        desired = plan.evaluate(clock, data)
         slide = v[0] / ca.sqrt(v[0] ** 2 + NEAR_REST**2)
         correction = -gains[:n_a] * (q[2:] - desired.angles) - gains[n_a:] * (v[2:] - desired.rates)
-        now = inverse_dynamics(robot, q, v, p, desired.accelerations + correction, slide)
+        current = inverse_dynamics(robot, q, v, p, desired.accelerations + correction, slide)
         planned_q = ca.vertcat(q[:2], desired.angles)
         planned_v = ca.vertcat(v[:2], desired.rates)
         planned = inverse_dynamics(robot, planned_q, planned_v, p, desired.accelerations, slide)
-        return ca.cse(desired.torque + now - planned)
+        return ca.cse(desired.torque + current - planned)
 
     values = np.concatenate([np.full(n_a, float(stiffness)), np.full(n_a, float(damping)), numbers])
     names = [f"{angle}_{kind}" for kind in ("stiffness", "damping") for angle in robot.angles]

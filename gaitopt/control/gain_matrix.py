@@ -1,4 +1,4 @@
-"""Where a matrix of feedback gains lies in the table of a law."""
+"""Position of a matrix of feedback gains in the table of a law."""
 
 from dataclasses import dataclass
 
@@ -9,18 +9,18 @@ from gaitopt.motion.motion import Array
 
 @dataclass(frozen=True)
 class GainMatrix:
-    """A matrix of feedback gains, column by column in the rows of a law's table.
+    """A matrix of feedback gains, stored column by column in the rows of a law's table.
 
     Attributes
     ----------
     name : str
     rows, columns : tuple of str
-        Torques, and the entries of the state whose deviation they multiply.
+        Names of the torques, and of the entries of the state whose deviations they depend on.
     first : int
-        Row of the table with its first entry.
+        Row of the table with the first entry of the matrix.
     slope : int or None
-        Row of the table with the first entry of its derivative by the clock [1/s]; None where it is constant within
-        each piece.
+        Row of the table with the first entry of its derivative by the clock [1/s]; None if the matrix is constant
+        within each piece.
 
     Examples
     --------
@@ -35,13 +35,13 @@ class GainMatrix:
     first: int
     slope: int | None = None
 
-    def moved(self, rows: int) -> "GainMatrix":
-        """Return the same matrix with so many rows of the table before it."""
+    def shift_rows(self, rows: int) -> "GainMatrix":
+        """Return the same matrix shifted by a number of rows of the table."""
         slope = None if self.slope is None else self.slope + rows
         return GainMatrix(self.name, self.rows, self.columns, self.first + rows, slope)
 
     def values(self, table: Array, first: int) -> Array:
-        """Return the matrix in each piece of a table, shape (K, n_rows, n_columns), its first entry in a given row."""
+        """Return the matrix in each piece of a table, from its first row on, shape (K, n_rows, n_columns)."""
         shape = len(self.columns), len(self.rows)
         entries = np.asarray(table)[first : first + shape[0] * shape[1]]
         return np.array([column.reshape(shape).T for column in entries.T])

@@ -1,4 +1,4 @@
-"""Inverse dynamics: the torques that move the angles as prescribed, whether the foot sticks or slides."""
+"""Inverse dynamics: torques that produce prescribed angles, whether the foot sticks or slides."""
 
 from collections.abc import Mapping
 
@@ -17,14 +17,14 @@ STIFFNESS, DAMPING = 100.0, 20.0
 
 
 def prescribed_angles(robot: Robot, motion: Motion, parameters: Mapping[str, float]) -> Law:
-    """Return the law that gives the angles of a motion's first step on any ground, by inverse dynamics.
+    """Return the law that reproduces the angles of a motion's first step on any ground by inverse dynamics.
 
     Parameters
     ----------
     robot : Robot
-        With as many actuators as angles.
+        Robot with as many actuators as angles.
     motion : Motion
-        Motion with the prescribed angles; its torques and ground do not matter.
+        Motion with the prescribed angles; its torques and its ground are not used.
     parameters : mapping of str to float
         All parameters of the robot and of the ground.
 
@@ -36,7 +36,7 @@ def prescribed_angles(robot: Robot, motion: Motion, parameters: Mapping[str, flo
     plan, numbers = reference(robot, motion), nominal_parameters(robot, parameters)
     inputs = law_inputs(robot, data=plan.size + numbers.size)
     clock, q, v, _, slide, data = inputs
-    desired = plan.desired(clock, data)
+    desired = plan.evaluate(clock, data)
     error, rate = q[2:] - desired.angles, v[2:] - desired.rates
     requested = desired.accelerations - STIFFNESS * error - DAMPING * rate
     torque = ca.cse(inverse_dynamics(robot, q, v, data[plan.size :], requested, slide))
@@ -44,14 +44,14 @@ def prescribed_angles(robot: Robot, motion: Motion, parameters: Mapping[str, flo
 
 
 def inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, p: ca.SX, requested: ca.SX, slide: ca.SX) -> ca.SX:
-    """Return the torques that give the angles the requested accelerations, shape (n_u, 1).
+    """Return the torques that produce the requested angular accelerations, shape (n_u, 1).
 
-    A sticking foot rests, and the torques follow from the angles' rows of the equations of motion.  A sliding foot is
-    not driven: its acceleration a_x follows from those requested of the angles and from friction, s mu f_n against it,
+    If the foot sticks, the torques follow from the angles' rows of the equations of motion.  If the foot slides, its
+    acceleration a_x follows from the requested angular accelerations a_a and from the friction force -s mu f_n,
 
         (M_xx + s mu M_yx) a_x + (M_xa + s mu M_ya) a_a + h_x + s mu h_y = 0,
 
-    and enters the angles' rows, E u = M_ax a_x + M_aa a_a + h_a.
+    and enters the angles' rows E u = M_ax a_x + M_aa a_a + h_a.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, p: ca.SX, requested: ca.S
         s: 1 or -1 while the foot slides, 0 while it sticks, values in between for a smooth transition.
     """
     mass, bias, actuation = robot.dynamics(q, v, p)
-    lean = slide * p[_place_of_friction(robot)]
-    row, load = mass[0, :] + lean * mass[1, :], bias[0] + lean * bias[1]
+    signed_friction = slide * p[_index_of_friction(robot)]
+    row, load = mass[0, :] + signed_friction * mass[1, :], bias[0] + signed_friction * bias[1]
     foot = -(slide**2) * (row[2:] @ requested + load) / row[0]
     return ca.solve(actuation[2:, :], mass[2:, 0] * foot + mass[2:, 2:] @ requested + bias[2:])
 
@@ -71,17 +71,18 @@ def nominal_parameters(robot: Robot, parameters: Mapping[str, float]) -> Array:
     Raises
     ------
     InputError
-        If the robot has fewer actuators than angles, so that the angular accelerations cannot be chosen freely.
+        If the robot has fewer actuators than angles, so that the angular accelerations are not independent.
     """
     if robot.n_u != len(robot.angles):
         raise InputError(
-            f"The law needs an actuator for each angle; {robot!r} has {robot.n_u} for {len(robot.angles)}."
+            f"The law needs an actuator for each angle; {robot!r} has {robot.n_u} actuators and "
+            f"{len(robot.angles)} angles."
         )
     numbers = robot.vector(parameters)
-    if np.isinf(numbers[_place_of_friction(robot)]):
-        numbers[_place_of_friction(robot)] = 0.0  # no foot will slide
+    if np.isinf(numbers[_index_of_friction(robot)]):
+        numbers[_index_of_friction(robot)] = 0.0  # with infinite friction no foot slides
     return numbers
 
 
-def _place_of_friction(robot: Robot) -> int:
+def _index_of_friction(robot: Robot) -> int:
     return robot.index("friction")

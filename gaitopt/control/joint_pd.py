@@ -1,4 +1,4 @@
-"""Joint feedback: the reference's torque, corrected in proportion to the errors of joint angles and rates."""
+"""Joint PD feedback: reference torque plus corrections proportional to the errors of joint angles and rates."""
 
 from collections.abc import Mapping
 
@@ -23,17 +23,18 @@ def joint_pd(
 ) -> Law:
     """Return the law u = u_ref(t) - K (joint angle - its reference) - D (joint rate - its reference), within limits.
 
-    A joint angle is the angle an actuator works on; where it is not a linear function of the robot's angles, its errors
-    are taken to first order at the state.  With zero gains the law is :func:`feedforward`.
+    A joint angle is the angle on which an actuator does work; if it is not a linear function of the robot's angles, its
+    errors are linearised at the state.  With zero gains the law is :func:`feedforward`.
 
     Parameters
     ----------
     robot : Robot
     motion : Motion
-        Its first step is the reference, with a clock reset at touchdown; its parameters are what the law believes.
+        Motion whose first step is the reference, with a clock reset at touchdown; its parameters are those of the
+        law's model.
     stiffness : float [N m/rad]
     damping : float [N m s/rad]
-        Gains of all joints; ``Law.with_gains`` sets those of one joint, named for example ``"hip_stiffness"`` and
+        Gains of all joints; ``Law.with_gains`` sets the gains of one joint, for example ``"hip_stiffness"`` and
         ``"hip_damping"``.
     torque_limit : float or mapping of actuator to float [N m]
 
@@ -55,7 +56,7 @@ def joint_pd(
     gains = data[plan.size :]
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
-        desired = plan.desired(clock, data)
+        desired = plan.evaluate(clock, data)
         joints = actuation(robot, q, p).T
         error, rate = joints @ (q[2:] - desired.angles), joints @ (v[2:] - desired.rates)
         return desired.torque - gains[:n_u] * error - gains[n_u:] * rate
@@ -67,5 +68,5 @@ def joint_pd(
 
 
 def actuation(robot: Robot, q: ca.SX, p: np.ndarray) -> ca.SX:
-    """Return what torques do on the angles in a configuration, shape (n_angles, n_u)."""
+    """Return the map from torques to generalised forces of the angles in a configuration, shape (n_angles, n_u)."""
     return robot.dynamics(q, ca.SX.zeros(robot.n_q), p)[2][2:, :]

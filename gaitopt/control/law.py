@@ -1,8 +1,8 @@
 """Control laws: a symbolic torque with a table of numbers, one column per piece of the step.
 
-A law is a Function of one form (:mod:`gaitopt.control.signature`) and, for each piece of the clock between breakpoints,
-the column of data it uses there.  Simulators, variational equations and exported code all run this one Function.  The
-pieces may also be intervals of an entry of the state instead of the clock.
+A law consists of a Function with a fixed signature (:mod:`gaitopt.control.signature`) and a table with one column of
+data for each piece of the clock between breakpoints.  Simulators, variational equations and exported code all evaluate
+this Function.  The pieces may also be intervals of an entry of the state instead of the clock.
 """
 
 import functools
@@ -14,14 +14,14 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.gain_matrix import GainMatrix
-from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturated, torque_function
+from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturate_control, torque_function
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import Parameter
 
-ROUNDING = 1e-13
-"""A sample this near to a straight line, relative to the largest torque, is on it."""
+COLLINEARITY_TOLERANCE = 1e-13
+"""Distance from a straight line, relative to the largest torque, below which a sample lies on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,30 +32,29 @@ class Law:
     ----------
     name : str
     control : (clock, q, v, latched, slide, data) -> (torque, bounds, guards) Function
-        Torque before its limits [N m]; see :func:`gaitopt.control.control_function`, which builds it.  Laws with the
-        same expressions share one Function, whatever their numbers, so that what is derived or compiled from it is made
-        once.
+        Torque before its limits [N m], built by :func:`gaitopt.control.control_function`.  Laws with the same
+        expressions share one Function whatever their numbers, so derivatives and compiled code are created once.
     breakpoints : (K,) array [s, or rad]
-        Start of each piece, of the clock or of the entry of the state that `index` names; the last piece never ends.
+        Start of each piece, in the clock or in the entry `index` of the state; the last piece has no end.
     table : (n_d, K) array
         Data of each piece.
     gains : mapping of str to int
-        Rows of the table that hold a gain, the same in every piece.
+        Rows of the table that contain a gain, equal in every piece.
     memory : Memory
-        Latched values and events; none by default.
+        Latched values and events; by default there are none.
     limited : bool
-        Whether the torque keeps within limits, which are the last n_u rows of the table.
+        Whether the torque is limited; the limits are the last n_u rows of the table.
     index : int or None
-        Entry of the state (q, v, latched) that decides the piece; None for the clock.  The first two rows of the table
-        are then the bounds of each piece, and the distances to both are the `bounds` of `control`, at which engines
-        stop.
+        Entry of the state (q, v, latched) that decides the piece; None for the clock.  With an entry, the first two
+        rows of the table are the bounds of each piece, and the output `bounds` of `control` is the distance to both, at
+        whose zeros engines stop.
     gain_matrices : tuple of GainMatrix
-        Where in the table the matrices of a linear feedback are.
+        Positions of the matrices of a linear feedback in the table.
 
     Raises
     ------
     InputError
-        If the Function has another form, or its data are not a column of the table.
+        If the Function has another signature, or its data are not a column of the table.
 
     Examples
     --------
@@ -76,11 +75,11 @@ class Law:
     gain_matrices: tuple[GainMatrix, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
-        _check_form(self.name, self.control, self.table.shape[0])
-        object.__setattr__(self, "control", _shared(self.control.serialize()))
+        _check_signature(self.name, self.control, self.table.shape[0])
+        object.__setattr__(self, "control", _deserialise(self.control.serialize()))
         if self.memory is None:
             object.__setattr__(self, "memory", no_memory(self.control.size1_in(1), self.table.shape[0]))
-        latch, reset = (_shared(each.serialize()) for each in (self.memory.latch, self.memory.reset))
+        latch, reset = (_deserialise(each.serialize()) for each in (self.memory.latch, self.memory.reset))
         object.__setattr__(self, "memory", replace(self.memory, latch=latch, reset=reset))
         sizes = len(self.memory.values), len(self.memory.events)
         if sizes != (self.control.size1_in(3), self.control.size1_out(2)):
@@ -91,8 +90,8 @@ class Law:
 
     @property
     def torque(self) -> ca.Function:
-        """The Function of the law with its torque within the limits: the inputs and outputs of `control`."""
-        return saturated(self.control) if self.limited else self.control
+        """The Function of the law with limited torque, with the inputs and outputs of `control`."""
+        return saturate_control(self.control) if self.limited else self.control
 
     def torque_at(self, clock: float, q: Array, v: Array, *, latched: Array = (), slide: int = 0) -> Array:  # type: ignore[assignment]
         """Return the torque at a clock time in a state, shape (n_u,) [N m].
@@ -109,19 +108,19 @@ class Law:
         return np.asarray(self.torque(clock, q, v, latched, slide, data)[0], dtype=float).ravel()
 
     def measure(self, clock: float, y: Array) -> float:
-        """Return what decides the piece in a state y = (q, v, latched): the clock, or an entry of the state."""
+        """Return the quantity that decides the piece in a state y = (q, v, latched): the clock or an entry of y."""
         return clock if self.index is None else float(y[self.index])
 
     def piece(self, measure: float) -> int:
-        """Return the number of the piece that a clock time, or a value of the entry `index`, lies in."""
+        """Return the number of the piece that contains a clock time, or a value of the entry `index`."""
         return max(int(np.searchsorted(self.breakpoints, measure, side="right")) - 1, 0)
 
     def data(self, clock: float, y: Array) -> Array:
-        """Return the column of the table that applies at a clock time in a state y, shape (n_d,)."""
+        """Return the active column of the table at a clock time in a state y, shape (n_d,)."""
         return self.table[:, self.piece(self.measure(clock, y))]
 
     def split(self, points: Array) -> "Law":
-        """Return the same law with pieces that also begin at further points."""
+        """Return the same law with its pieces split at further points."""
         begins = np.union1d(self.breakpoints, points)
         table = self.table[:, [self.piece(begin) for begin in begins]]
         if self.index is not None:
@@ -141,7 +140,7 @@ class Law:
         return {name: float(self.table[row, 0]) for name, row in self.gains.items()}
 
     def with_gains(self, values: Mapping[str, float]) -> "Law":
-        """Return the law with other gains; those not named stay.
+        """Return the law with other gains; gains that are not named keep their values.
 
         Raises
         ------
@@ -164,7 +163,7 @@ class Law:
 
 
 def passive(robot: Robot) -> Law:
-    """Return the law without torque.
+    """Return the law with zero torque.
 
     Examples
     --------
@@ -178,15 +177,15 @@ def passive(robot: Robot) -> Law:
 
 
 def feedforward(robot: Robot, motion: Motion) -> Law:
-    """Return the law that plays back the torques of a motion's first step, with a clock reset at touchdown.
+    """Return the law that replays the torques of a motion's first step, with a clock reset at touchdown.
 
-    Torques are linear between the samples of the motion; after its last sample the last torque stays.
+    Torques are linear between the samples of the motion and constant after its last sample.
 
     Parameters
     ----------
     robot : Robot
     motion : Motion
-        Its torque samples must lie on straight lines between samples, as those of an optimised gait do.
+        Motion with torques that are linear between samples, like those of an optimised gait.
 
     Raises
     ------
@@ -205,7 +204,7 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     torque = np.concatenate([segment.torque for segment in first], axis=1)
     corner = _corners(time, torque)
     time, torque = time[corner], torque[:, corner]
-    begins = np.diff(time) > 0  # a piece begins at the last of equal times, so the torque may jump between segments
+    begins = np.diff(time) > 0  # of equal times the last begins a piece, so torques may jump
     slope = np.hstack([np.diff(torque, axis=1)[:, begins] / np.diff(time)[begins], np.zeros((robot.n_u, 1))])
     keep = np.append(begins, True)
     time, torque = time[keep], torque[:, keep]
@@ -225,27 +224,29 @@ def check_names(robot: Robot, motion: Motion) -> None:
 
 
 def _corners(time: Array, torque: Array) -> Array:
-    """Return which samples do not lie on the straight line between their neighbours, shape (K,) of bool."""
+    """Return whether each sample deviates from the straight line between its neighbours, shape (K,)."""
     before, after = np.diff(time)[:-1], np.diff(time)[1:]
     share = before / np.maximum(before + after, np.finfo(float).tiny)
     off = np.abs(torque[:, :-2] + share * (torque[:, 2:] - torque[:, :-2]) - torque[:, 1:-1])
-    straight = np.all(off <= ROUNDING * np.max(np.abs(torque), initial=0.0), axis=0) & (before > 0) & (after > 0)
+    straight = (
+        np.all(off <= COLLINEARITY_TOLERANCE * np.max(np.abs(torque), initial=0.0), axis=0) & (before > 0) & (after > 0)
+    )
     return np.concatenate([[True], ~straight, [True]])
 
 
-def _check_form(name: str, control: ca.Function, rows: int) -> None:
-    """Raise InputError unless a Function has the one form of a law, for a table of so many rows."""
-    form = control.n_in(), control.n_out()
-    if form != (len(INPUTS), len(OUTPUTS)):
+def _check_signature(name: str, control: ca.Function, rows: int) -> None:
+    """Raise InputError unless a Function has the signature of a law, for a table with a number of rows."""
+    signature = control.n_in(), control.n_out()
+    if signature != (len(INPUTS), len(OUTPUTS)):
         raise InputError(
             f"The law {name!r} needs a Function ({', '.join(INPUTS)}) -> ({', '.join(OUTPUTS)}), got one with "
-            f"{form[0]} inputs and {form[1]} outputs; build it with control_function."
+            f"{signature[0]} inputs and {signature[1]} outputs; build it with control_function."
         )
     if control.size1_in(5) != rows:
         raise InputError(f"The law {name!r} reads {control.size1_in(5)} rows of data, but its table has {rows}.")
 
 
 @functools.lru_cache(maxsize=128)
-def _shared(serialized: str) -> ca.Function:
-    """Return one Function for all that have the same expressions."""
+def _deserialise(serialized: str) -> ca.Function:
+    """Return a Function from its serialised form; equal expressions give the same Function."""
     return ca.Function.deserialize(serialized)

@@ -1,8 +1,8 @@
 """Torque limits of a law.
 
-A torque that meets its limit has a kink, which an integrator should not step over.  So a law with limits can also be
-written with the *side* of each actuator as a number: 0 while it gives the demanded torque, 1 or -1 while it is at a
-limit.
+A torque has a kink where it reaches its limit, which an integrator should not step over.  A law with limits therefore
+has a second form with the *side* of each actuator as a number: 0 while the actuator applies the demanded torque, 1 or
+-1 while it is at a limit.
 """
 
 import functools
@@ -13,14 +13,14 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.signature import LawInputs, control_function, inputs_of, remembered
+from gaitopt.control.signature import LawInputs, control_function, inputs_of, rewrite_memory
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import Parameter
 
 UNLIMITED = 1e9
-"""Limit [N m] of an actuator without one, beside others that have one."""
+"""Limit [N m] of an unlimited actuator of a robot with other, limited actuators."""
 
 
 def torque_limits(robot: Robot, limits: float | Mapping[str, float]) -> Array:
@@ -29,7 +29,7 @@ def torque_limits(robot: Robot, limits: float | Mapping[str, float]) -> Array:
     Raises
     ------
     InputError
-        If a limit is not positive or names no actuator.
+        If a limit is not positive or its name is not that of an actuator.
     """
     by_name = dict(limits) if isinstance(limits, Mapping) else dict.fromkeys(robot.actuators, limits)
     for name in by_name:
@@ -45,38 +45,40 @@ def torque_limits(robot: Robot, limits: float | Mapping[str, float]) -> Array:
 
 
 def limit_torque(law: Law, limits: Array) -> Law:
-    """Return a law whose torque keeps within limits [N m], shape (n_u,); the law itself if `limits` is empty.
+    """Return the law with torque limits [N m], shape (n_u,), or the law itself if `limits` is empty.
 
     Raises
     ------
     InputError
-        If the law has limits already.
+        If the law already has limits.
     """
     if not limits.size:
         return law
     if law.limited:
-        raise InputError(f"The law {law.name!r} has torque limits already.")
+        raise InputError(f"The law {law.name!r} already has torque limits.")
     inputs = inputs_of(law.control, data=limits.size)
     table = np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)])
-    return _rewritten(law, inputs, inputs.data[: law.table.shape[0]], table, limited=True)
+    return _rewrite_law(law, inputs, inputs.data[: law.table.shape[0]], table, limited=True)
 
 
-def unlimited(law: Law) -> tuple[Law, Array]:
-    """Return a law without its limits, and the limits [N m], shape (n_u,); an empty array if there are none."""
+def remove_limits(law: Law) -> tuple[Law, Array]:
+    """Return the law without its limits, and the limits [N m], shape (n_u,), empty for a law without limits."""
     if not law.limited:
         return law, np.zeros(0)
     count = law.control.size1_out(0)
     rows, inputs = law.table.shape[0] - count, inputs_of(law.control, data=-count)
     data = ca.vertcat(inputs.data, ca.SX.zeros(count))
-    return _rewritten(law, inputs, data, law.table[:rows], limited=False), law.table[rows:, 0]
+    return _rewrite_law(law, inputs, data, law.table[:rows], limited=False), law.table[rows:, 0]
 
 
-def _rewritten(law: Law, inputs: LawInputs, data: ca.SX, table: Array, limited: bool) -> Law:
-    """Return a law in other symbols, whose data are an expression of them, with its new table."""
-    seen = inputs._replace(data=data)
-    torque, bounds, guards = law.control(*seen)
+def _rewrite_law(law: Law, inputs: LawInputs, data: ca.SX, table: Array, limited: bool) -> Law:
+    """Return a law in new symbols, with its data as an expression of them and a new table."""
+    inner_inputs = inputs._replace(data=data)
+    torque, bounds, guards = law.control(*inner_inputs)
     control = control_function(inputs, torque, bounds=bounds, guards=guards)
-    return replace(law, control=control, memory=remembered(law.memory, inputs, seen), table=table, limited=limited)
+    return replace(
+        law, control=control, memory=rewrite_memory(law.memory, inputs, inner_inputs), table=table, limited=limited
+    )
 
 
 @functools.lru_cache(maxsize=128)

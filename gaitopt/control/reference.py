@@ -1,4 +1,4 @@
-"""The reference of a feedback law: one step of a motion as piecewise polynomials of the clock."""
+"""Reference of a feedback law: one step of a motion as piecewise polynomials of the clock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,15 +34,15 @@ class Desired:
 class Reference:
     """One step of a motion as polynomials of the clock, a column of coefficients per piece.
 
-    Torques are linear between samples, angles the quintics and foot speeds the cubics that meet values and slopes at
-    both ends of a piece.  After the last sample torque and accelerations stay constant.
+    Between samples torques are linear, angles are quintic and foot speeds cubic Hermite polynomials.  After the last
+    sample torque and accelerations are constant.
 
     Attributes
     ----------
     robot : Robot
     breakpoints : (K,) array [s]
     table : (n_r, K) array
-        Start of the piece, torque, its slope, six coefficients per angle, four of the foot speed.
+        Start of the piece, torque, slope of the torque, six coefficients per angle, four of the foot speed.
     duration : float [s]
     """
 
@@ -57,7 +57,7 @@ class Reference:
         return int(self.table.shape[0])
 
     def law(self, name: str, control: ca.Function, numbers: Array, gains: Sequence[str] = ()) -> Law:
-        """Return a law about this reference, with numbers below its table that are the same in every piece.
+        """Return a law about this reference, with constant numbers appended to every column of the table.
 
         Parameters
         ----------
@@ -66,7 +66,7 @@ class Reference:
             The `control` of a :class:`gaitopt.Law`; its data are those of the reference, followed by the numbers.
         numbers : (n,) array
         gains : sequence of str
-            Names of the first numbers, which are gains.
+            Names of the first numbers if these are gains.
 
         Raises
         ------
@@ -78,8 +78,8 @@ class Reference:
         table = np.vstack([self.table, np.tile(numbers[:, None], self.breakpoints.size)])
         return Law(name, control, self.breakpoints, table, {gain: self.size + i for i, gain in enumerate(gains)})
 
-    def desired(self, clock: ca.SX, data: ca.SX) -> Desired:
-        """Return the desired torque and motion at a clock time, given a column of the table."""
+    def evaluate(self, clock: ca.SX, data: ca.SX) -> Desired:
+        """Return the desired torque and motion at a clock time from a column of the table."""
         n_u, n_a = self.robot.n_u, len(self.robot.angles)
         since = clock - data[0]
         rows = [1, n_u, n_u, *[6] * n_a, 4]
@@ -99,39 +99,39 @@ def reference(robot: Robot, motion: Motion) -> Reference:
     """
     check_names(robot, motion)
     first = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
-    began, p = first[0].time[0], robot.vector(motion.parameters)
-    parts = [_columns(robot, segment, began, p) for segment in first]
-    table = np.hstack([*parts, _afterwards(robot, first[-1], began, p)])
-    end = float(first[-1].time[-1] - began)
+    start_time, p = first[0].time[0], robot.vector(motion.parameters)
+    parts = [_columns(robot, segment, start_time, p) for segment in first]
+    table = np.hstack([*parts, _final_column(robot, first[-1], start_time, p)])
+    end = float(first[-1].time[-1] - start_time)
     return Reference(robot, table[0].copy(), table, end)
 
 
-def _columns(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
-    """Return a column for each stretch between two samples of a segment."""
+def _columns(robot: Robot, segment: Segment, start_time: float, p: Array) -> Array:
+    """Return a column for each interval between two samples of a segment."""
     count = segment.time.size
     a, _ = robot.acceleration[segment.mode].map(count)(
         segment.q, segment.v, segment.torque, np.tile(p[:, None], (1, count))
     )
     a, steps = np.asarray(a), np.diff(segment.time)
     torque = segment.torque
-    rows = [(segment.time[:-1] - began)[None], torque[:, :-1], np.diff(torque, axis=1) / steps]
+    rows = [(segment.time[:-1] - start_time)[None], torque[:, :-1], np.diff(torque, axis=1) / steps]
     for i in range(2, robot.n_q):
         rows.append(quintic(segment.q[i], segment.v[i], a[i], steps))
     rows.append(_cubic(segment.v[0], a[0], steps))
     return np.vstack(rows)[:, steps > 0]
 
 
-def _afterwards(robot: Robot, segment: Segment, began: float, p: Array) -> Array:
-    """Return the column that applies after the last sample."""
+def _final_column(robot: Robot, segment: Segment, start_time: float, p: Array) -> Array:
+    """Return the column for times after the last sample."""
     end = segment.q[:, -1], segment.v[:, -1], segment.torque[:, -1]
     a = np.asarray(robot.acceleration[segment.mode](*end, p)[0]).ravel()
-    rows = [[segment.time[-1] - began], segment.torque[:, -1], np.zeros(robot.n_u)]
+    rows = [[segment.time[-1] - start_time], segment.torque[:, -1], np.zeros(robot.n_u)]
     rows += [[segment.q[i, -1], segment.v[i, -1], a[i] / 2, 0, 0, 0] for i in range(2, robot.n_q)]
     return np.concatenate([*rows, [segment.v[0, -1], a[0], 0, 0]])[:, None]
 
 
 def quintic(q: Array, v: Array, a: Array, h: Array) -> Array:
-    """Return the coefficients of the quintics that meet q, v and a at both ends of steps h, shape (6, K)."""
+    """Return the coefficients of the quintics that match q, v and a at both ends of steps h, shape (6, K)."""
     gap = (q[1:] - q[:-1] - v[:-1] * h - a[:-1] * h**2 / 2) / h**3
     turn = (v[1:] - v[:-1] - a[:-1] * h) / h**2
     bend = (a[1:] - a[:-1]) / h
@@ -142,7 +142,7 @@ def quintic(q: Array, v: Array, a: Array, h: Array) -> Array:
 
 
 def _cubic(v: Array, a: Array, h: Array) -> Array:
-    """Return the coefficients of the cubics that meet v and a at both ends of steps h, shape (4, K)."""
+    """Return the coefficients of the cubics that match v and a at both ends of steps h, shape (4, K)."""
     gap, turn = (v[1:] - v[:-1] - a[:-1] * h) / h**2, (a[1:] - a[:-1]) / h
     return np.array([v[:-1], a[:-1], 3 * gap - turn, (turn - 2 * gap) / h])
 

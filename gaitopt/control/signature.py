@@ -1,8 +1,8 @@
-"""The one form of a control law: what it reads, what it returns, and what it remembers.
+"""Signature of control laws: their inputs, outputs and memory.
 
 Every law is a Function (clock, q, v, latched, slide, data) -> (torque, bounds, guards).  A law without memory ignores
 `latched`, a law that does not depend on the contact mode ignores `slide`, and most laws return neither bounds nor
-guards: the builders of this module fill in the unused inputs and outputs.
+guards; the builders of this module supply the unused inputs and outputs.
 """
 
 import functools
@@ -20,7 +20,7 @@ OUTPUTS = ("torque", "bounds", "guards")
 
 
 class LawInputs(NamedTuple):
-    """The symbols a law is written in.
+    """Symbols of the inputs of a law.
 
     Attributes
     ----------
@@ -28,11 +28,11 @@ class LawInputs(NamedTuple):
         Time since the last touchdown.
     q, v : SX, shape (n_q, 1)
     latched : SX, shape (n_l, 1)
-        Values latched at the touchdown or at an event of the law; they are constant in between.
+        Values latched at the touchdown or at an event of the law, and constant in between.
     slide : SX
         Sign of the stance foot's velocity by the contact mode: 1, -1, or 0 while it sticks.
     data : SX, shape (n_d, 1)
-        Column of the law's table in force.
+        Active column of the law's table.
     """
 
     clock: ca.SX
@@ -75,10 +75,10 @@ def control_function(
     inputs : LawInputs
     torque : SX, shape (n_u, 1) [N m]
     bounds : SX, shape (2, 1), optional
-        Positive within a piece whose extent an entry of the state decides; see ``Law.index``.
+        Positive within a piece if an entry of the state decides the piece; see ``Law.index``.
     guards : SX, shape (n_e, 1), optional
-        Each falls through zero at an event of the law.  They are functions of clock, q, v, latched and data, not of
-        `slide`, and belong to events that :class:`Memory` names.
+        Each guard falls through zero at an event of the law.  Guards are functions of clock, q, v, latched and data,
+        not of `slide`; :class:`Memory` names their events.
 
     Examples
     --------
@@ -107,15 +107,15 @@ def torque_function(robot: Robot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, c
 
 @dataclass(frozen=True)
 class Memory:
-    """The memory of a law: values latched at each touchdown and at the law's own events.
+    """The memory of a law: values latched at each touchdown and at the events of the law.
 
-    The touchdown starts every step with new values.  Discrete states of a law are latched values too, such as 0 while
-    an actuator waits and 1 while it pushes.
+    New values are latched at every touchdown.  Discrete states of a law are latched values too, such as 0 while an
+    actuator waits and 1 while it pushes.
 
     Attributes
     ----------
     latch : (q, v, data) -> latched (n_l) Function
-        Values at the begin of a step, from the state after the touchdown and the first column of the table.
+        Values at the start of a step, from the state after the touchdown and the first column of the table.
     reset : (clock, q, v, latched, data) -> (n_l, n_e) Function
         Values after each event.
     values : tuple of str
@@ -151,18 +151,18 @@ def make_memory(
     ----------
     inputs : LawInputs
     latch : SX, shape (n_l, 1)
-        Of q, v and data only.
+        Latched values as functions of q, v and data only.
     values : sequence of str
         Names of the latched values.
     events : sequence of str
         Names of the law's events.
     reset : SX, shape (n_l, n_e), optional
-        Values after each event, of all inputs but `slide`.
+        Values after each event as functions of all inputs except `slide`.
 
     Raises
     ------
     InputError
-        If a shape does not belong to the names.
+        If a shape does not match the number of names.
 
     Examples
     --------
@@ -192,38 +192,38 @@ def make_memory(
 
 @functools.lru_cache(maxsize=128)
 def no_memory(n_q: int, data: int) -> Memory:
-    """Return the memory of a law that latches nothing."""
+    """Return the memory of a law without latched values."""
     return make_memory(_symbols(n_q, 0, data), ca.SX(0, 1), values=())
 
 
-def remembered(known: Memory, inputs: LawInputs, seen: LawInputs) -> Memory:
-    """Return the memory of a law that reads other quantities.
+def rewrite_memory(memory: Memory, inputs: LawInputs, inner_inputs: LawInputs) -> Memory:
+    """Return the memory of a law in other symbols.
 
     Parameters
     ----------
-    known : Memory
+    memory : Memory
     inputs : LawInputs
         Symbols of the changed law.
-    seen : LawInputs
-        What the law itself reads, as expressions of these symbols.
+    inner_inputs : LawInputs
+        Inputs of the original law as expressions of these symbols.
     """
     return make_memory(
         inputs,
-        known.latch(inputs.q, inputs.v, seen.data),
-        values=known.values,
-        events=known.events,
-        reset=known.reset(*seen[:4], seen.data),
+        memory.latch(inputs.q, inputs.v, inner_inputs.data),
+        values=memory.values,
+        events=memory.events,
+        reset=memory.reset(*inner_inputs[:4], inner_inputs.data),
     )
 
 
 def saturate(torque: ca.SX, limits: ca.SX) -> ca.SX:
-    """Return torques cut off at limits, shape (n_u, 1)."""
+    """Return torques saturated at limits, shape (n_u, 1)."""
     return ca.fmin(ca.fmax(torque, -limits), limits)
 
 
 @functools.lru_cache(maxsize=128)
-def saturated(control: ca.Function) -> ca.Function:
-    """Return the Function of a law whose torque keeps within limits, which are the last rows of its data."""
+def saturate_control(control: ca.Function) -> ca.Function:
+    """Return the Function of a law with its torque limited by the last rows of its data."""
     inputs = inputs_of(control)
     torque, bounds, guards = control(*inputs)
     return control_function(inputs, saturate(torque, inputs.data[-torque.numel() :]), bounds=bounds, guards=guards)
@@ -236,7 +236,7 @@ def control_slope(control: ca.Function, slide: int) -> ca.Function:
 
 
 def torque_in_state(control: ca.Function, slide: int) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    """Return the torque of a law's Function, and the clock, state y = (q, v, latched) and data it is written in."""
+    """Return the torque of a law's Function and its symbols: clock, state y = (q, v, latched) and data."""
     n = control.size1_in(1)
     clock, y = ca.SX.sym("clock"), ca.SX.sym("y", 2 * n + control.size1_in(3))
     data = ca.SX.sym("data", control.size1_in(5))

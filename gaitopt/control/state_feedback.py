@@ -1,4 +1,4 @@
-"""Time-varying feedback of the whole state: angles, foot speed and rates."""
+"""Time-varying feedback of the full state: angles, foot speed and rates."""
 
 from collections.abc import Mapping
 
@@ -29,10 +29,10 @@ def state_feedback(
     ----------
     robot : Robot
     motion : Motion
-        Its first step is the reference, with a clock reset at touchdown.
+        Motion whose first step is the reference, with a clock reset at touchdown.
     gains : (n_pieces, 2, n_u, 2 n_angles + 1) array
-        K at the beginning and the end of each piece between two samples of the motion, linear in between; after the
-        last sample the last value stays.
+        K at the start and the end of each interval between two samples of the motion; it is linear in between and
+        constant after the last sample.
     torque_limit : float or mapping of actuator to float [N m]
     name : str
 
@@ -59,12 +59,12 @@ def state_feedback(
     value, slope = (ca.reshape(part, n_u, n_x) for part in ca.vertsplit(data[plan.size :], count))
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
-        desired = plan.desired(clock, data)
+        desired = plan.evaluate(clock, data)
         error = ca.vertcat(q[2:] - desired.angles, v[0] - desired.foot_speed, v[2:] - desired.rates)
         return desired.torque - (value + slope * (clock - data[0])) @ error
 
     steps = np.diff(plan.breakpoints)[:, None]
-    begin, end = (gains[:, k].transpose(0, 2, 1).reshape(pieces, count) for k in (0, 1))  # by column, as CasADi
+    begin, end = (gains[:, k].transpose(0, 2, 1).reshape(pieces, count) for k in (0, 1))  # column-major, as in CasADi
     rows = np.hstack([np.vstack([begin, end[-1:]]), np.vstack([(end - begin) / steps, np.zeros((1, count))])]).T
     states = (*robot.angles, "foot_speed", *(f"{angle}_rate" for angle in robot.angles))
     matrix = GainMatrix("K", tuple(robot.actuators), states, plan.size, plan.size + count)

@@ -1,4 +1,4 @@
-"""Step-to-step feedback: torques added over a step, latched as a function of the state after the touchdown."""
+"""Step-to-step feedback: additional torques, latched once per step as a function of the state after touchdown."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -26,21 +26,22 @@ def step_to_step(
     duration: float,
     torque_limit: float | Mapping[str, float] = np.inf,
 ) -> Law:
-    """Return a law with added torques that are constant over windows of a step, w = -K (z - z*), within torque limits.
+    """Return a law with added torques w = -K (z - z*), constant over windows of a step, within torque limits.
 
-    z is the state after the touchdown: all angles but the one the touchdown fixes, rates, speed of the stance foot.
+    z is the state after the touchdown: all angles except the one determined by the touchdown condition, the rates, and
+    the speed of the stance foot.
 
     Parameters
     ----------
     robot : Robot
     law : Law
-        Law the torques are added to, by the clock, without limits and without memory.
+        Law by the clock without limits and memory, to which the torques are added.
     state : (n_z,) array
         z*.
     gains : (windows n_u, n_z) array
-        K, actuator by actuator in each window.
+        K; in each window the rows follow the order of the actuators.
     windows : int
-        Number of equal parts of the step; the last one never ends.
+        Number of equal parts of the step; the last part has no end.
     duration : float [s]
         Duration of the step.
     torque_limit : float or mapping of actuator to float [N m]
@@ -61,27 +62,27 @@ def step_to_step(
     n_q, n_u = robot.n_q, robot.n_u
     if law.memory.values or law.limited or law.index is not None:
         raise InputError(
-            f"Step-to-step feedback needs a law by the clock without limits and without memory, not {law.name!r}."
+            f"Step-to-step feedback needs a law by the clock without limits and without memory, got {law.name!r}."
         )
     free = (entry for entry in range(2, n_q) if entry != 2 + dependent_coordinate(robot))
-    places = [*free, *range(n_q + 2, 2 * n_q), n_q]
+    indices = [*free, *range(n_q + 2, 2 * n_q), n_q]
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
-    if state.shape != (len(places),) or gains.shape != (windows * n_u, len(places)):
+    if state.shape != (len(indices),) or gains.shape != (windows * n_u, len(indices)):
         raise InputError(
-            f"Step-to-step feedback needs a state of {len(places)} entries and gains of shape "
-            f"{(windows * n_u, len(places))}, got {state.shape} and {gains.shape}."
+            f"Step-to-step feedback needs a state of {len(indices)} entries and gains of shape "
+            f"{(windows * n_u, len(indices))}, got {state.shape} and {gains.shape}."
         )
     inputs = inputs_of(law.control, data=windows + state.size + gains.size, latched=windows * n_u)
     ends = np.cumsum([0, law.table.shape[0], windows, state.size + gains.size]).tolist()
     inner, window, numbers = ca.vertsplit(inputs.data, ends)
     base, _, _ = law.control(*inputs._replace(latched=ca.SX(0, 1), data=inner))
     torque = base + ca.reshape(inputs.latched, n_u, windows) @ window
-    error = ca.vertcat(inputs.q, inputs.v)[places] - numbers[: state.size]
-    latch = -ca.reshape(numbers[state.size :], windows * n_u, len(places)) @ error
+    error = ca.vertcat(inputs.q, inputs.v)[indices] - numbers[: state.size]
+    latch = -ca.reshape(numbers[state.size :], windows * n_u, len(indices)) @ error
     base_law = law.split(np.arange(windows) * duration / windows)
     table = _table(base_law, windows, duration, np.concatenate([state, gains.T.ravel()]))
     names = [f"{actuator}_{window}" for window in range(windows) for actuator in robot.actuators]
-    matrix = GainMatrix("K", tuple(names), _names(robot, places), law.table.shape[0] + windows + state.size)
+    matrix = GainMatrix("K", tuple(names), _names(robot, indices), law.table.shape[0] + windows + state.size)
     added = replace(
         base_law,
         name="step-to-step",
@@ -94,13 +95,13 @@ def step_to_step(
 
 
 def _table(law: Law, windows: int, duration: float, numbers: Array) -> Array:
-    """Return the table of a law with rows that are 1 in the active window and 0 in the others, then the numbers."""
+    """Return the table of a law with appended rows: 1 in the active window and 0 in the others, then the numbers."""
     active = np.searchsorted(np.arange(windows) * duration / windows, law.breakpoints, side="right") - 1
     rows = (active == np.arange(windows)[:, None]).astype(float)
     return np.vstack([law.table, rows, np.tile(numbers[:, None], law.breakpoints.size)])
 
 
-def _names(robot: Robot, places: list[int]) -> tuple[str, ...]:
+def _names(robot: Robot, indices: list[int]) -> tuple[str, ...]:
     """Return the names of entries of the state (q, v)."""
     names = ["x", "y", *robot.angles, "foot_speed", "foot_height_rate", *(f"{angle}_rate" for angle in robot.angles)]
-    return tuple(names[place] for place in places)
+    return tuple(names[index] for index in indices)

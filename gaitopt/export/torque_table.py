@@ -112,7 +112,7 @@ def _states(law: Law, segments: list[Segment]) -> list[Array]:
         for time, q, v in zip(segment.time - segments[0].time[0], segment.q.T, segment.v.T, strict=True):
             state = np.concatenate((q, v))
             last = states[-1][state.size :] if states else memory.begin(state)[state.size :]
-            states.append(memory.settled(float(time), np.concatenate((state, last))))
+            states.append(memory.apply_events(float(time), np.concatenate((state, last))))
     return states
 
 

@@ -1,4 +1,4 @@
-"""The piece of a law that applies along a motion, and the sides of its actuators."""
+"""The active piece of a law along a motion, and the sides of its actuators."""
 
 from bisect import bisect_right
 from collections.abc import Iterator
@@ -12,51 +12,51 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import torque_of
 
-MOST_SWITCHES = 20
-"""Largest number of changes at one instant: of the piece, or of the sides on which torques meet their limits."""
+MAX_SWITCHES = 20
+"""Maximum number of changes of the piece or of an actuator's side at one instant."""
 
 
 class ActivePiece:
-    """The active piece of a law, followed along a motion.
+    """Tracks the active piece of a law along a motion.
 
     Parameters
     ----------
     law : Law
-    here : (1 + n_y,) array
-        Clock [s] and state, shared with the integrator that moves them.
+    current : (1 + n_y,) array
+        Clock [s] and state, shared with the integrator that advances them.
     sides_in : Mode, optional
-        Contact mode in which the sides of the actuators are followed as well, as in
-        :func:`gaitopt.control.limits.split_at_limits`; by default the torque's limits are left to the law.
+        Contact mode in which the sides of the actuators are tracked as well, as in
+        :func:`gaitopt.control.limits.split_at_limits`; by default the law applies the torque limits.
 
     Attributes
     ----------
     piece : int
     sides : tuple of float
-        Side of each actuator; empty for a law without limits, or if sides are not followed.
+        Side of each actuator; empty for a law without limits, or if sides are not tracked.
     """
 
-    def __init__(self, law: Law, here: Array, sides_in: Mode | None = None) -> None:
-        self._law, self._here = law, here
+    def __init__(self, law: Law, current: Array, sides_in: Mode | None = None) -> None:
+        self._law, self._current = law, current
         self._breaks, self._last = law.breakpoints.tolist(), law.breakpoints.size - 1
         self._measure = 0 if law.index is None else 1 + law.index
-        follow = law.limited and sides_in is not None
-        self._demand = FastCall(torque_of(law.control, sides_in)) if follow else None
+        track = law.limited and sides_in is not None
+        self._demand = FastCall(torque_of(law.control, sides_in)) if track else None
         self._switched, self._repeats = np.nan, 0
         self.piece, self.sides = 0, tuple[float, ...]()
 
     def begin(self) -> None:
-        """Find the piece and the sides that apply at the start of a motion."""
+        """Determine the active piece and the sides at the start of a motion."""
         self._switched, self._repeats = np.nan, 0
-        self._enter(bisect_right(self._breaks, self._here.item(self._measure)) - 1)
+        self._enter(bisect_right(self._breaks, self._current.item(self._measure)) - 1)
 
     @property
     def data(self) -> Array:
-        """Column of the table that applies, followed by the sides of the actuators if they are followed."""
+        """Active column of the table, followed by the sides of the actuators if they are tracked."""
         column = self._law.table[:, self.piece]
         return np.append(column, self.sides) if self.sides else column
 
     def end(self, until: float) -> float:
-        """Return the planned end of the piece, at most `until`; a piece of the state is ended by a guard instead."""
+        """Return the planned end of the piece, at most `until`; if the state decides the piece, a guard ends it."""
         if self.piece >= self._last or self._measure:
             return until
         return min(until, self._breaks[self.piece + 1])
@@ -64,14 +64,14 @@ class ActivePiece:
     def advance(self, event: HybridEvent | None) -> HybridEvent | None:
         """Enter the next piece at the end of this one or at a switch; return any other event.
 
-        Too many changes at one instant end in `SINGULAR`.
+        More than `MAX_SWITCHES` changes at one instant return `SINGULAR`.
         """
         if event is None:
             self._enter(self.piece + 1)
         elif event.kind is EventKind.LAW_SWITCH:
-            self._repeats = self._repeats + 1 if self._here[0] == self._switched else 0
-            self._switched = self._here[0]
-            if self._repeats > MOST_SWITCHES:
+            self._repeats = self._repeats + 1 if self._current[0] == self._switched else 0
+            self._switched = self._current[0]
+            if self._repeats > MAX_SWITCHES:
                 return SINGULAR
             self._switch(event.number)
             return None
@@ -80,7 +80,7 @@ class ActivePiece:
     def _switch(self, number: int) -> None:
         count = len(self.sides)
         if number >= 2 * count:
-            self._enter(self.piece + (1 if number - 2 * count else -1))  # the upper bound, or the lower one
+            self._enter(self.piece + (1 if number - 2 * count else -1))  # upper bound, otherwise lower bound
             return
         sides = list(self.sides)
         actuator, beyond = number % count, number < count
@@ -91,13 +91,13 @@ class ActivePiece:
         self.piece = min(max(piece, 0), self._last)
         if self._demand is not None:
             column = self._law.table[:, self.piece]
-            demand = self._demand(self._here[0], self._here[1:], column)[0]
+            demand = self._demand(self._current[0], self._current[1:], column)[0]
             limits = column[-demand.size :]
             self.sides = tuple(np.where(np.abs(demand) > limits, np.sign(demand), 0.0).tolist())
 
 
 def pieces(law: Law, clock: float, until: float) -> Iterator[tuple[int, float, float]]:
-    """Yield (piece, begin, end) of the intervals of a law by the clock between two clock times."""
+    """Yield (piece, begin, end) of the pieces of a clock-based law between two clock times."""
     while clock < until:
         piece = law.piece(clock)
         end = until if piece + 1 >= law.breakpoints.size else min(until, law.breakpoints[piece + 1])

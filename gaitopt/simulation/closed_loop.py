@@ -1,7 +1,7 @@
-"""A robot under a law, and its equations in one contact mode as numbers in and numbers out.
+"""A robot under a law, and its equations in each contact mode as numerical functions.
 
-The state is y = (q, v, latched values of the law); the Functions that the optimiser uses are composed with the law's
-Function once per robot, mode and form of law.
+The state is y = (q, v, latched values of the law).  The Functions that the optimiser uses are composed with the law's
+Function once per robot, contact mode and form of law.
 """
 
 import functools
@@ -58,18 +58,19 @@ class ClosedLoop:
         return mode_equations(self.robot, mode, self.law.torque)
 
     def data(self, clock: float, y: Array) -> Array:
-        """Return the column of the law's table that applies at a clock time in a state, shape (n_d,)."""
+        """Return the active column of the law's table at a clock time in a state, shape (n_d,)."""
         return self.law.data(clock, y)
 
     def piece_shift(self, rate: Array) -> Array:
         """Return d (instant at which the law changes its piece) / d y, shape (n_y,).
 
-        Zero if the clock decides the piece; otherwise the entry of the state that does so meets the bound earlier.
+        The shift is zero if the clock decides the piece; otherwise it is that of the instant at which the deciding
+        entry of the state reaches the bound of the piece.
 
         Parameters
         ----------
         rate : (n_y,) array
-            dy/dt until then.
+            dy/dt before the change.
         """
         shift, index = np.zeros(rate.size), self.law.index
         if index is not None:
@@ -86,15 +87,16 @@ class ModeEquations:
     mode : Mode
     events : tuple of HybridEvent
         Event of each guard; the mode lasts while every guard is positive.  If several guards fall through zero
-        together, the first counts.
+        simultaneously, the first one counts.
     active : tuple of int
-        Entries of y that move in this mode; the others (a stuck foot, the height of a foot on the ground) rest.
+        Entries of y that change in this mode; the others (a sticking foot, the height of a foot on the ground) are
+        constant.
     size : int
-        Entries of y.
+        Number of entries of y.
     flow : (t, y, p, data) -> dy/dt (size)
     energy : (t, y, p, data) -> rates of the works of :meth:`gaitopt.model.robot.Robot.work_rates` (n_works) [W]
     guards : (t, y, p, data) -> values, armed
-        A touchdown counts only while `armed` is positive.
+        A touchdown is an event only while `armed` is positive.
     """
 
     mode: Mode
@@ -108,7 +110,7 @@ class ModeEquations:
 
 @functools.lru_cache(maxsize=128)
 def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquations:
-    """Return the equations of a robot in a contact mode under the Function of a law; composed once."""
+    """Return the equations of a robot in a contact mode under a law's Function; they are composed once and cached."""
     n, latched = robot.n_q, control.size1_in(3)
     t, y = ca.SX.sym("t"), ca.SX.sym("y", 2 * n + latched)
     p, data = ca.SX.sym("p", len(robot.parameters)), ca.SX.sym("data", control.size1_in(5))

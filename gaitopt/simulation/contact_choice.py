@@ -14,12 +14,12 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop, torque_of
 
-REST = 1e-12
-"""Foot speeds below this [m/s] count as rest; impacts and located events leave exact zeros."""
+REST_SPEED = 1e-12
+"""Foot speeds below this value [m/s] count as rest; impacts and located events produce exact zeros."""
 
 
 class ContactChoice:
-    """The choice of the contact mode in which a foot on the ground continues.
+    """Chooses the contact mode of a foot on the ground after an event.
 
     A moving foot slides.  A foot at rest sticks if the sticking force lies in the static friction
     cone; otherwise it slides against the excess of that force.
@@ -35,10 +35,10 @@ class ContactChoice:
         self._loop, self._speed = loop, 1 + robot.n_q
         self._breaks, self._index = law.breakpoints.tolist(), law.index
         self._forces: dict[int, FastCall] = {}
-        self._here = np.zeros(1 + loop.size)
+        self._current = np.zeros(1 + loop.size)
 
     def choose(self, clock: float, y: Array, *, leaving: Mode | None = None) -> Mode:
-        """Return the mode in which the foot continues.
+        """Return the next contact mode of the foot.
 
         Parameters
         ----------
@@ -46,25 +46,25 @@ class ContactChoice:
         y : (n_y,) array
             y = (q, v, latched values of the law).
         leaving : Mode, optional
-            A slip mode that has just come to rest and so cannot be chosen again.
+            Slip mode that has just ended at rest; it is not chosen again.
 
         Raises
         ------
         InputError
             If the foot moves despite infinite friction.
         """
-        here = self._here
-        here[0], here[1:] = clock, y
-        speed = here.item(self._speed)
-        if abs(speed) > REST:
+        current = self._current
+        current[0], current[1:] = clock, y
+        speed = current.item(self._speed)
+        if abs(speed) > REST_SPEED:
             if math.isinf(self.friction):
                 raise InputError(
                     "A foot with infinite friction cannot slide: its velocity (v[0], or foot_speed on the section) "
                     f"must be 0, got {speed:g} m/s."
                 )
             return Mode.slipping(speed)
-        measure = clock if self._index is None else here.item(1 + self._index)
-        piece = max(bisect_right(self._breaks, measure) - 1, 0)  # as Law.piece, but ten times faster
+        measure = clock if self._index is None else current.item(1 + self._index)
+        piece = max(bisect_right(self._breaks, measure) - 1, 0)  # equivalent to Law.piece, ten times faster
         tangential, normal = (self._forces.get(piece) or self._force(piece)).here().tolist()
         if abs(tangential) <= self.friction * normal or math.isinf(self.friction):
             return Mode.STICK
@@ -72,17 +72,17 @@ class ContactChoice:
         return Mode.STICK if chosen is leaving else chosen
 
     def _force(self, piece: int) -> FastCall:
-        """Return the Function of the force (f_t, f_n) [N] that keeps the foot at rest, in a piece of the law."""
+        """Return the Function of the sticking force (f_t, f_n) [N] in a piece of the law."""
         loop = self._loop
-        force, data = _resting_force(loop.robot, loop.law.torque), loop.law.table[:, piece]
-        self._forces[piece] = FastCall(force, loop.p, data, shared=self._here)
+        force, data = _sticking_force(loop.robot, loop.law.torque), loop.law.table[:, piece]
+        self._forces[piece] = FastCall(force, loop.p, data, shared=self._current)
         return self._forces[piece]
 
 
 @functools.lru_cache(maxsize=128)
-def _resting_force(robot: Robot, control: ca.Function) -> ca.Function:
-    """Return (clock, y, p, data) -> force that keeps a foot at rest under a law."""
+def _sticking_force(robot: Robot, control: ca.Function) -> ca.Function:
+    """Return (clock, y, p, data) -> sticking force of the foot under a law."""
     torque, n, p = torque_of(control, Mode.STICK), robot.n_q, ca.SX.sym("p", len(robot.parameters))
     clock, y, data = torque.sx_in()
     _, force = robot.acceleration[Mode.STICK](y[:n], y[n : 2 * n], torque(clock, y, data), p)
-    return ca.Function("resting_force", [clock, y, p, data], ca.cse([force]))
+    return ca.Function("sticking_force", [clock, y, p, data], ca.cse([force]))

@@ -1,8 +1,8 @@
-"""Walks whose law reads the state with a delay.
+"""Walks under a law that reads the state with a delay.
 
-A sensor takes readings at equal intervals, and each reaches the law after the delay, which uses it until the next one
-arrives: between arrivals the law reads constants, so a walk is an ordinary differential equation from arrival to
-arrival and is integrated as exactly as any other.  A pure delay would have a state of infinite dimension.
+A sensor takes readings at equal intervals, and each reading reaches the law after the delay; the law uses it until the
+next one arrives.  Between arrivals the law reads constants, so a walk obeys an ordinary differential equation from
+arrival to arrival and is integrated with the usual accuracy.  A pure delay would have a state of infinite dimension.
 """
 
 from collections import deque
@@ -21,39 +21,39 @@ from gaitopt.simulation.engine import Arc, Engine, join_arcs
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 
 READINGS = 4
-"""Readings taken within one delay, so that the age of what the law reads is 1 to 1.25 delays."""
+"""Number of readings per delay; the state that the law reads is 1 to 1.25 delays old."""
 SIMULTANEOUS = 1e-12
-"""Times nearer to each other than this are equal [s]."""
+"""Times that differ by less than this are equal [s]."""
 
 
 def delay_readings(law: Law) -> Law:
-    """Return a law that takes its state from its first latched values, which :class:`DelayedWalker` sets.
+    """Return a law that reads its state from its first latched values, which :class:`DelayedWalker` sets.
 
     Parameters
     ----------
     law : Law
-        Its clock, reset at touchdown, is not delayed; nor is the sign of the slide.
+        Its clock, reset at touchdown, and the sign of the slide are not delayed.
     """
     n = law.control.size1_in(1)
     inputs = inputs_of(law.control, latched=2 * n)
     reading, inner = inputs.latched[: 2 * n], inputs.latched[2 * n :]
-    seen = inputs._replace(q=reading[:n], v=reading[n:], latched=inner)
-    torque, bounds, guards = law.control(*seen)
+    delayed = inputs._replace(q=reading[:n], v=reading[n:], latched=inner)
+    torque, bounds, guards = law.control(*delayed)
     events = law.memory.events
-    own = law.memory.reset(*seen[:4], seen.data)
-    kept = make_memory(
+    inner_reset = law.memory.reset(*delayed[:4], delayed.data)
+    memory = make_memory(
         inputs,
         ca.vertcat(inputs.q, inputs.v, law.memory.latch(inputs.q, inputs.v, inputs.data)),
         values=[*(f"reading {i}" for i in range(2 * n)), *law.memory.values],
         events=events,
-        reset=ca.vertcat(ca.repmat(reading, 1, len(events)), own),
+        reset=ca.vertcat(ca.repmat(reading, 1, len(events)), inner_reset),
     )
     control = control_function(inputs, torque, bounds=bounds, guards=guards)
-    return replace(law, control=control, memory=kept, index=None if law.index is None else 2 * n + law.index)
+    return replace(law, control=control, memory=memory, index=None if law.index is None else 2 * n + law.index)
 
 
 class _Reading(NamedTuple):
-    """A state (q, v) that arrives at a time; from a touchdown also the values that the law latches then."""
+    """A state (q, v) and its time of arrival; a reading of a touchdown also carries the values latched by the law."""
 
     arrival: float
     state: Array
@@ -61,11 +61,11 @@ class _Reading(NamedTuple):
 
 
 class DelayedWalker:
-    """A walker whose law reads the state late, for one walk: it remembers the readings under way from step to step.
+    """A walker whose law reads the state with a delay, for one walk; pending readings are kept from step to step.
 
-    At a touchdown the readings under way change their legs as the robot does.  The law latches values of a touchdown
-    when the reading of that touchdown arrives.  The state of such a walk is more than (q, v), so it has no return map
-    and no derivative.
+    At a touchdown the legs are exchanged in the pending readings as in the robot.  The law latches the values of a
+    touchdown when the reading of that touchdown arrives.  The state of such a walk contains more than (q, v), so it has
+    neither a return map nor a derivative.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class DelayedWalker:
     ) -> None:
         self._walker = Walker(robot, delay_readings(law), p, engine, step_time_limit=step_time_limit)
         self.robot, self.law, self.p, self.engine, self.delay = robot, self._walker.law, p, engine, delay
-        self._under_way = deque[_Reading]()
+        self._pending = deque[_Reading]()
         self._reading: Array = np.empty(0)
         self._latched = np.zeros(0)
         self._begin, self._next = True, 0.0
@@ -92,7 +92,7 @@ class DelayedWalker:
         return self._walker.torque(mode, clock, y)
 
     def stride(self, state: Array, *, record: bool = False) -> Stride:
-        """Walk the next step of the walk; see :meth:`gaitopt.simulation.hybrid_automaton.Walker.stride`."""
+        """Simulate the next step of the walk; see :meth:`gaitopt.simulation.hybrid_automaton.Walker.stride`."""
         self._begin = True
         stride = self._walker.stride(state, record=record, flow=self._flow)
         if stride.following is not None:
@@ -106,43 +106,43 @@ class DelayedWalker:
             self._begin_step(y, n)
         arcs: list[Arc] = []
         while event is None and clock < until:
-            self._take(clock, y, n)
-            end = min([until, self._next, *[reading.arrival for reading in self._under_way]])
+            self._update_reading(clock, y, n)
+            end = min([until, self._next, *[reading.arrival for reading in self._pending]])
             arcs.append(self.engine.flow(self._walker.loop, mode, clock, y, until=end, record=record))
             clock, y, event = arcs[-1].time.item(-1), arcs[-1].states[:, -1].copy(), arcs[-1].event
         return join_arcs(arcs)
 
     def _begin_step(self, y: Array, n: int) -> None:
-        """Read the state after a touchdown; the first reading of a walk is known immediately."""
+        """Take the reading after a touchdown; the first reading of a walk is available immediately."""
         self._begin, self._next = False, self.delay / READINGS
-        self._under_way.append(_Reading(self.delay, y[: 2 * n].copy(), y[4 * n :].copy()))
+        self._pending.append(_Reading(self.delay, y[: 2 * n].copy(), y[4 * n :].copy()))
         if not self._reading.size:
             self._reading = y[2 * n : 4 * n].copy()
         else:
             y[4 * n :] = self._latched
 
-    def _take(self, clock: float, y: Array, n: int) -> None:
-        """Use the readings that have arrived, and take the one that is due."""
+    def _update_reading(self, clock: float, y: Array, n: int) -> None:
+        """Apply the readings that have arrived, and take a new reading if one is due."""
         if self._next <= clock + SIMULTANEOUS:
-            self._under_way.append(_Reading(clock + self.delay, y[: 2 * n].copy(), None))
+            self._pending.append(_Reading(clock + self.delay, y[: 2 * n].copy(), None))
             self._next = clock + self.delay / READINGS
-        while self._under_way and self._under_way[0].arrival <= clock + SIMULTANEOUS:
-            reading = self._under_way.popleft()
+        while self._pending and self._pending[0].arrival <= clock + SIMULTANEOUS:
+            reading = self._pending.popleft()
             self._reading = reading.state
             if reading.latched is not None:
                 y[4 * n :] = reading.latched
         y[2 * n : 4 * n] = self._reading
 
     def _touch_down(self, stride: Stride) -> None:
-        """Change the legs of the readings under way and of the last one, and count time from the touchdown."""
-        self._reading = _swapped(self.robot, self._reading, self.p)
+        """Exchange the legs in the pending readings and in the last one, and restart the clock at the touchdown."""
+        self._reading = _swap_legs(self.robot, self._reading, self.p)
         self._latched = stride.arcs[-1][1].states[4 * self.robot.n_q :, -1].copy()
-        self._under_way = deque(
-            _Reading(reading.arrival - stride.duration, _swapped(self.robot, reading.state, self.p), reading.latched)
-            for reading in self._under_way
+        self._pending = deque(
+            _Reading(reading.arrival - stride.duration, _swap_legs(self.robot, reading.state, self.p), reading.latched)
+            for reading in self._pending
         )
 
 
-def _swapped(robot: Robot, state: Array, p: Array) -> Array:
+def _swap_legs(robot: Robot, state: Array, p: Array) -> Array:
     n = robot.n_q
     return np.concatenate([np.asarray(part).ravel() for part in robot.swap(state[:n], state[n:], p)])

@@ -21,10 +21,10 @@ class Arc(NamedTuple):
     states : (n_y, K) array
         y = (q, v, latched values of the law).
     event : HybridEvent or None
-        Event that ended it, `SINGULAR` if the integrator could not continue; None at the time limit.
+        Event that ended the arc, `SINGULAR` if the integrator could not continue; None at the time limit.
     energy : (n_works, K) array or None [J]
-        Work of each actuator, friction loss and, of a robot with dampers, damping loss since the arc began; None
-        unless recorded.
+        Work of each actuator, friction loss and, of a robot with dampers, damping loss since the beginning of the arc;
+        None unless recorded.
     """
 
     time: Array
@@ -46,7 +46,7 @@ class Engine(Protocol):
     ) -> Arc:
         """Integrate one contact mode until a guard falls through zero, or the clock reaches `until`.
 
-        The pieces of the law are followed inside; an event of the law ends the arc, and whoever walks on resets the
+        The engine switches between the pieces of the law; an event of the law ends the arc, and the caller resets the
         latched values.
 
         Parameters
@@ -59,12 +59,12 @@ class Engine(Protocol):
             y = (q, v, latched values of the law).
         until : float [s]
         record : bool
-            Whether to sample the motion and integrate its energies, for plots and ledgers.
+            Whether to sample the motion and integrate its energies, for plots and energy ledgers.
         """
         ...
 
     def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
-        """Return d y(until) / d y(clock) at fixed times, shape (n_y, n_y), without watching guards.
+        """Return d y(until) / d y(clock) at fixed times, shape (n_y, n_y), without event detection.
 
         Entries are nan if the integrator cannot continue to `until`.
         """
@@ -72,7 +72,7 @@ class Engine(Protocol):
 
 
 def join_arcs(arcs: Sequence[Arc]) -> Arc:
-    """Return arcs that follow each other as one, their energies added up."""
+    """Return consecutive arcs as one arc, with cumulative energies."""
     if len(arcs) == 1:
         return arcs[0]
     time = np.concatenate([arc.time if k == 0 else arc.time[1:] for k, arc in enumerate(arcs)])

@@ -1,4 +1,4 @@
-"""The choice of the engine."""
+"""Selection of the simulation engine."""
 
 import functools
 from importlib.util import find_spec
@@ -15,12 +15,12 @@ NAMES = ("auto", "heyoka", "scipy")
 
 
 def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine:
-    """Return the fastest engine that can follow a law and a robot: heyoka if it is installed, otherwise scipy.
+    """Return the fastest engine that supports a law and a robot: heyoka if it is installed, otherwise scipy.
 
     Parameters
     ----------
     law : Law, optional
-        Passive by default.  heyoka cannot follow torques or guards that are not smooth, such as ``fabs`` or
+        Passive by default.  heyoka does not support torques or guards that are not smooth, such as ``fabs`` or
         ``if_else``.
     robot : Robot, optional
         By default one whose forces are smooth; a potential such as that of a stop at a knee may not be.
@@ -37,12 +37,12 @@ def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine
 
 @functools.lru_cache(maxsize=64)
 def _is_smooth(robot: Robot) -> bool:
-    """Return whether heyoka can follow the equations of motion of a robot."""
+    """Return whether heyoka supports the equations of motion of a robot."""
     return can_follow(robot.dynamics)
 
 
 def engine_named(name: str = "auto", law: Law | None = None, robot: Robot | None = None) -> Engine:
-    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest one that can follow a law.
+    """Return an engine by name: ``"heyoka"``, ``"scipy"``, or ``"auto"`` for the fastest one that supports a law.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def engine_named(name: str = "auto", law: Law | None = None, robot: Robot | None
 
 
 def faster_walks(engine: Engine) -> str | None:
-    """Return advice for faster walks than with an engine, or None if no installation makes them faster.
+    """Return advice on a faster engine, or None if no installation makes walks faster.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Events located on the dense output of an integrator: the first guard that falls through zero."""
+"""Event location on the dense output of an integrator: the first guard that falls through zero."""
 
 import functools
 import itertools
@@ -13,15 +13,15 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ModeEquations
 
-SIMULTANEOUS = 1e-4
-"""Part of a span after which the sign of a guard that starts at zero is looked at."""
+PROBE_FRACTION = 1e-4
+"""Fraction of a span after which the sign of a guard that starts at zero is checked."""
 
-ROUNDING = 1e-9
-"""Guards that start below zero by less than this (N, m/s, rad) are on the edge, not beyond it."""
+GUARD_TOLERANCE = 1e-9
+"""Guards that start below zero by less than this (N, m/s, rad) count as zero."""
 
 
 class EventWatch:
-    """The guards of a contact mode with parameters and data, watched along a motion.
+    """Detects and locates zero crossings of the guards of a contact mode along a motion.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ class EventWatch:
     data : (n_d,) array
     clock : float [s]
     y : (n_y,) array
-        Where the motion begins.
+        State at the start of the motion.
     law_only : bool
-        Whether only those guards count at which the law changes its piece.
+        Whether to monitor only the guards at which the law changes its piece.
     """
 
     def __init__(
@@ -41,32 +41,33 @@ class EventWatch:
         self._guards, self._size = FastCall(equations.guards, p, data), equations.size
         events = enumerate(equations.events)
         self._watched = [(i, event) for i, event in events if not law_only or event.kind is EventKind.LAW_SWITCH]
-        self._before = self._guards(clock, y[: equations.size])[0].copy()
+        self._previous = self._guards(clock, y[: equations.size])[0].copy()
 
     def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[HybridEvent | None, float]:
-        """Return the first guard that falls through zero in a time span that goes on from the last, and when.
+        """Return the first event in the time span that follows the previous one, and its time.
 
-        A guard that starts at zero (a slide from rest, a force released exactly on the cone) is no event there unless
-        it falls at once: then the mode was left at once.  One that starts below zero is an event at the start.
+        A guard that starts at zero (a slide from rest, a force exactly on the cone) is an event at the start only if it
+        falls immediately.  A guard that starts below zero is an event at the start.
         """
-        before, self._before = self._before, self._values(dense, span[1]).copy()
-        now, middle = self._before, self._values(dense, (span[0] + span[1]) / 2).copy()
+        previous, self._previous = self._previous, self._values(dense, span[1]).copy()
+        values, middle = self._previous, self._values(dense, (span[0] + span[1]) / 2).copy()
         located: list[tuple[float, int, HybridEvent]] = []
         for i, event in self._watched:
             guard = functools.partial(self._value, dense, i)
-            begin, end = span[0], span[1] if now[i] <= 0 else _dip(guard, span, (before[i], middle[i], now[i]))
-            if before[i] <= 0:
+            samples = previous[i], middle[i], values[i]
+            begin, end = span[0], span[1] if values[i] <= 0 else _find_dip(guard, span, samples)
+            if previous[i] <= 0:
                 if event.kind is EventKind.TOUCHDOWN:
-                    # It starts at zero by definition (both feet on the ground) and counts only once armed.
+                    # It starts at zero by definition (both feet on the ground) and is an event only while armed.
                     continue
-                begin += SIMULTANEOUS * (span[1] - span[0])
-                if before[i] < -ROUNDING or (now[i] < 0 and guard(begin) <= 0):
+                begin += PROBE_FRACTION * (span[1] - span[0])
+                if previous[i] < -GUARD_TOLERANCE or (values[i] < 0 and guard(begin) <= 0):
                     located.append((span[0], i, event))
                     continue
-                end = span[1] if now[i] < 0 else None
+                end = span[1] if values[i] < 0 else None
             if end is None:
                 continue
-            at = _root(guard, (begin, end))
+            at = _find_root(guard, (begin, end))
             if event.kind is EventKind.TOUCHDOWN and self._guards(at, dense(at)[: self._size])[1][0] <= 0:
                 continue
             located.append((at, i, event))
@@ -76,7 +77,7 @@ class EventWatch:
         return first, at
 
     def first_in_step(self, dense: DenseOutput, spans: int) -> tuple[HybridEvent | None, float]:
-        """Return the same for a whole step of the integrator, divided into spans."""
+        """Return the first event in a whole step of the integrator, divided into spans, and its time."""
         if not self._watched:
             return None, dense.t
         for span in spans_of(dense, spans):
@@ -93,27 +94,27 @@ class EventWatch:
 
 
 def spans_of(dense: DenseOutput, count: int) -> list[tuple[float, float]]:
-    """Return the short spans of equal length that a step of the integrator is divided into."""
+    """Return the spans of equal length into which a step of the integrator is divided."""
     return list(itertools.pairwise(np.linspace(dense.t_old, dense.t, count + 1).tolist()))
 
 
-def _dip(
+def _find_dip(
     guard: Callable[[float], float], span: tuple[float, float], values: tuple[float, float, float]
 ) -> float | None:
     """Return a time in a span at which a guard that is positive at both ends is negative, or None.
 
-    The minimum is looked for only where the parabola through the ends and the middle comes near to zero inside.
+    The minimum is searched only if the parabola through the ends and the middle comes close to zero inside.
     """
     left, middle, right = values
     bend, lean = 2 * (left - 2 * middle + right), right - left
     if bend <= abs(lean) or middle - lean**2 / (4 * bend) > 0.1 * max(left, right):
         return None
-    found = minimize_scalar(guard, bounds=span, method="bounded", options={"xatol": 1e-9 * (span[1] - span[0])})
-    return float(found.x) if found.fun < 0 else None
+    minimum = minimize_scalar(guard, bounds=span, method="bounded", options={"xatol": 1e-9 * (span[1] - span[0])})
+    return float(minimum.x) if minimum.fun < 0 else None
 
 
-def _root(guard: Callable[[float], float], span: tuple[float, float]) -> float:
-    """Return where a guard falls through zero in a span; an end where rounding hides the change of sign is a root."""
+def _find_root(guard: Callable[[float], float], span: tuple[float, float]) -> float:
+    """Return the time at which a guard falls through zero in a span; if rounding hides the sign change, an end."""
     if guard(span[0]) <= 0:
         return span[0]
     if guard(span[1]) >= 0:

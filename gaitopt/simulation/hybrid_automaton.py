@@ -14,7 +14,7 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop, torque_of
-from gaitopt.simulation.contact_choice import REST, ContactChoice
+from gaitopt.simulation.contact_choice import REST_SPEED, ContactChoice
 from gaitopt.simulation.engine import Arc, Engine, join_arcs
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.law_memory import LawMemory
@@ -26,20 +26,20 @@ STOPS = {
     EventKind.PAINLEVE: Stop.PAINLEVE,
     EventKind.SINGULAR: Stop.SINGULAR,
 }
-"""Events that end a walk, and the reason."""
+"""Events that end a walk, and the reason reported."""
 Flow = Callable[[Mode, float, Array, float, bool], Arc]
 """(mode, clock, y, until, record) -> arc, as :meth:`Engine.flow` for one closed loop."""
 
 
 class Stride(NamedTuple):
-    """One step: its arcs, and the touchdown that ended it or the reason why none did.
+    """One step: its arcs, and the touchdown that ended it or the reason why no touchdown occurred.
 
     Attributes
     ----------
     arcs : tuple of (Mode, Arc)
-        An event of the law ends an arc too, so two that follow each other may have the same mode.
+        An event of the law also ends an arc, so consecutive arcs may have the same mode.
     stop : Stop or None
-        None when the step ended in a touchdown.
+        None if the step ended with a touchdown.
     impact : Impact or None
     following : (2 n_q,) array or None
         State after the leg swap, (q, v).
@@ -57,12 +57,12 @@ class Stride(NamedTuple):
 
     @property
     def phases(self) -> tuple[tuple[Mode, Arc], ...]:
-        """Arcs between changes of the contact mode: those on both sides of an event of the law are one."""
-        if not any(_by_the_law(arc) for _, arc in self.arcs[:-1]):
+        """Arcs between changes of the contact mode; arcs on both sides of an event of the law are joined."""
+        if not any(_ends_by_law_event(arc) for _, arc in self.arcs[:-1]):
             return self.arcs
         numbers = [0]
         for (mode, arc), (following, _) in itertools.pairwise(self.arcs):
-            numbers.append(numbers[-1] + (following is not mode or not _by_the_law(arc)))
+            numbers.append(numbers[-1] + (following is not mode or not _ends_by_law_event(arc)))
         groups = itertools.groupby(zip(numbers, self.arcs, strict=True), key=lambda pair: pair[0])
         parts = [[arc for _, arc in group] for _, group in groups]
         return tuple((part[0][0], join_arcs([arc for _, arc in part])) for part in parts)
@@ -73,12 +73,12 @@ class Stride(NamedTuple):
         return tuple(mode for mode, _ in self.phases)
 
 
-def _by_the_law(arc: Arc) -> bool:
+def _ends_by_law_event(arc: Arc) -> bool:
     return arc.event is not None and arc.event.kind is EventKind.LAW_EVENT
 
 
 class Walker:
-    """A robot under a law with given parameters, ready to take steps.
+    """A robot with given parameters under a law, which takes steps.
 
     Parameters
     ----------
@@ -87,15 +87,15 @@ class Walker:
     p : (n_p,) array
     engine : Engine
     step_time_limit : float [s]
-    most_events : int
-        Contact events allowed in one step.
+    max_events : int
+        Maximum number of contact events in one step.
     """
 
     def __init__(
-        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_time_limit: float = 10.0, most_events: int = 50
+        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_time_limit: float = 10.0, max_events: int = 50
     ) -> None:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
-        self.step_time_limit, self.most_events = step_time_limit, most_events
+        self.step_time_limit, self.max_events = step_time_limit, max_events
         self.loop = ClosedLoop(robot, law, p)
         self.contact, self.memory = ContactChoice(self.loop), LawMemory(law)
         self._torque: dict[Mode, FastCall] = {
@@ -113,29 +113,29 @@ class Walker:
         return self.memory.begin(state)
 
     def stride(self, state: Array, *, record: bool = False, flow: Flow | None = None) -> Stride:
-        """Walk one step.
+        """Simulate one step.
 
         Parameters
         ----------
         state : (2 n_q,) array
             (q, v) after a touchdown and leg swap.
         record : bool
-            Whether arcs are sampled for plots and ledgers.
+            Whether arcs are sampled for plots and energy ledgers.
         flow : callable, optional
-            Integrates instead of the engine, such as one for late sensor readings.
+            Integrates a contact mode instead of the engine, for example with delayed sensor readings.
 
         Raises
         ------
         InputError
-            If the foot slides despite infinite friction, or the law has events without end.
+            If the foot slides despite infinite friction, or the law has too many events at one instant.
         """
         n, clock, choose, flow = self.robot.n_q, 0.0, self.contact.choose, flow or self._flow
         state = self.begin(state)
-        if abs(state[n]) <= REST:
+        if abs(state[n]) <= REST_SPEED:
             state[n] = 0.0
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
-        for _ in range(self.most_events):
+        for _ in range(self.max_events):
             arc = flow(mode, clock, state, self.step_time_limit, record)
             arcs.append((mode, arc))
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
@@ -149,7 +149,7 @@ class Walker:
                     arcs.pop()  # the mode has no duration
                 return Stride(tuple(arcs), STOPS[event.kind], None, None)
             if event.kind is EventKind.LAW_EVENT:
-                state = self.memory.after(event.number, clock, state)
+                state = self.memory.apply_event(event.number, clock, state)
                 mode = choose(clock, state)
                 continue
             next_mode, reset = self._transition(mode, event, state.size)
@@ -159,7 +159,7 @@ class Walker:
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
 
     def _transition(self, mode: Mode, event: HybridEvent, size: int) -> tuple[Mode | None, Array | None]:
-        """Return the mode after a transition, None if friction decides, and its reset, None for the identity."""
+        """Return the mode after a transition (None if friction decides) and its reset (None for the identity)."""
         if (mode, event) not in self._transitions:
             transition = self.robot.contact_model.at(mode, event)
             reset = transition.reset(self.robot.n_q, size)
@@ -179,7 +179,7 @@ def make_walker(
     period: float | None = None,
     engine: Engine | None = None,
 ) -> Walker:
-    """Return the walker of a robot under a law, with the fastest engine that can run the law.
+    """Return the walker of a robot under a law, with the fastest engine that supports the law.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def make_walker(
     parameters : mapping of str to float
         All parameters of the robot and of the ground, such as those of a motion or of a cycle.
     period : float, optional [s]
-        Of the gait near which it walks: a step of three periods without a touchdown ends the walk.
+        Period of the gait near which the robot walks: a step without a touchdown after three periods ends the walk.
     engine : Engine, optional
 
     Examples

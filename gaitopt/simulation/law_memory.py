@@ -1,8 +1,8 @@
-"""The memory of a law along a walk: values latched at the touchdown and at the law's own events.
+"""The memory of a law along a walk: values latched at the touchdown and at the law's events.
 
-Several events may happen at one instant: a guard of the new discrete state may be negative from its beginning.  Then
-the resets follow each other until no guard is negative, so that every event of a walk moves with the state that caused
-it.
+Several events may occur at one instant, because a guard of the new discrete state may be negative from its beginning.
+Resets are then applied until no guard is negative, so that every event time of a walk is differentiable by the state
+that causes the event.
 """
 
 import functools
@@ -15,14 +15,14 @@ from gaitopt.errors import InputError
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 
-MOST_EVENTS = 20
-"""Largest number of events of a law at one instant."""
-ROUNDING = 1e-9
-"""A guard below zero by less than this has just fallen through it, or is about to."""
+MAX_EVENTS = 20
+"""Maximum number of events of a law at one instant."""
+GUARD_TOLERANCE = 1e-9
+"""A guard below zero by less than this counts as zero."""
 
 
 class LawMemory:
-    """The latched values of a law at the touchdown and at its events.
+    """Computes the latched values of a law at the touchdown and at its events.
 
     Parameters
     ----------
@@ -40,53 +40,53 @@ class LawMemory:
             return np.array(state, dtype=float)
         n = self._n
         y = np.concatenate((state, self._latch(state[:n], state[n:])[0]))
-        return self.settled(0.0, y)
+        return self.apply_events(0.0, y)
 
-    def after(self, event: int, clock: float, y: Array) -> Array:
+    def apply_event(self, event: int, clock: float, y: Array) -> Array:
         """Return the state after an event of the law and those that follow at the same instant, shape (n_y,)."""
-        return self._settled(clock, self._after(event, clock, y))[0]
+        return self._apply_events(clock, self._reset_latched(event, clock, y))[0]
 
-    def settled(self, clock: float, y: Array) -> Array:
-        """Return a state after all events that happen in it, shape (n_y,): those with a negative guard."""
-        return self._settled(clock, y)[0] if self._events else y
+    def apply_events(self, clock: float, y: Array) -> Array:
+        """Return the state after all events with a negative guard, shape (n_y,)."""
+        return self._apply_events(clock, y)[0] if self._events else y
 
-    def slope_at_begin(self, state: Array) -> Array:
+    def slope_at_start(self, state: Array) -> Array:
         """Return d y / d (q, v) at the start of a step, shape (n_y, 2 n_q)."""
         n, law = self._n, self._law
         if self._latch is None:
             return np.eye(2 * n)
         slope = np.asarray(_latch_slope(law.memory.latch)(state[:n], state[n:], law.table[:, 0]))
         y = np.concatenate((state, self._latch(state[:n], state[n:])[0]))
-        matrix: Array = self._settled(0.0, y)[1] @ np.vstack([np.eye(2 * n), slope])
+        matrix: Array = self._apply_events(0.0, y)[1] @ np.vstack([np.eye(2 * n), slope])
         return matrix
 
     def slopes(self, event: int, clock: float, y: Array) -> tuple[Array, Array]:
         """Return d y+ / d y, (n_y, n_y), and d y+ / d clock, (n_y,), of the state y+ after an event."""
         matrix, drift = self._slopes(event, clock, y)
-        _, further, rate = self._settled(clock, self._after(event, clock, y))
+        _, further, rate = self._apply_events(clock, self._reset_latched(event, clock, y))
         return further @ matrix, further @ drift + rate
 
-    def _after(self, event: int, clock: float, y: Array) -> Array:
+    def _reset_latched(self, event: int, clock: float, y: Array) -> Array:
         n, data = self._n, self._law.data(clock, y)
         values = self._reset(clock, y[:n], y[n : 2 * n], y[2 * n :], data)[0]
         count = y.size - 2 * n
         return np.concatenate((y[: 2 * n], values[count * event : count * (event + 1)]))
 
-    def _settled(self, clock: float, y: Array) -> tuple[Array, Array, Array]:
-        """Return a state after all events that happen in it, its derivative, and that by the clock."""
+    def _apply_events(self, clock: float, y: Array) -> tuple[Array, Array, Array]:
+        """Return the state after all events with a negative guard, and its derivatives by the state and the clock."""
         matrix, drift = np.eye(y.size), np.zeros(y.size)
-        for _ in range(MOST_EVENTS):
+        for _ in range(MAX_EVENTS):
             values = self._guards(clock, y, self._law.data(clock, y))[0]
-            below = np.flatnonzero(values < -ROUNDING)
+            below = np.flatnonzero(values < -GUARD_TOLERANCE)
             if not below.size:
                 return y, matrix, drift
             event = int(below[0])
             slope, rate = self._slopes(event, clock, y)
             matrix, drift = slope @ matrix, slope @ drift + rate
-            y = self._after(event, clock, y)
+            y = self._reset_latched(event, clock, y)
         raise InputError(
-            f"The law {self._law.name!r} has more than {MOST_EVENTS} events at one instant, {clock:g} s after the "
-            f"touchdown: {', '.join(self._events)} follow each other without end."
+            f"The law {self._law.name!r} has more than {MAX_EVENTS} events at one instant, {clock:g} s after the "
+            f"touchdown; its events trigger each other: {', '.join(self._events)}."
         )
 
     def _slopes(self, event: int, clock: float, y: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""The reference engine: scipy's DOP853 with guards located on its dense output."""
+"""The reference engine: scipy's DOP853 with event location on its dense output."""
 
 import functools
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from gaitopt.simulation.event_location import EventWatch, spans_of
 
 @frozen(kw_only=True)
 class ScipyEngine:
-    """Event-driven integration by DOP853 (order 8), guards watched inside every integrator step.
+    """Event-driven integration by DOP853 (order 8), with guards monitored inside every integrator step.
 
     Attributes
     ----------
@@ -48,8 +48,8 @@ class ScipyEngine:
         equations, p = loop.equations(mode), loop.p
         n_y, event = loop.size, None
         start = np.concatenate([state, np.zeros(loop.robot.n_works)]) if record else np.array(state, dtype=float)
-        times, states, here = [clock], [start], np.concatenate(([clock], start[:n_y]))
-        active = ActivePiece(loop.law, here)
+        times, states, current = [clock], [start], np.concatenate(([clock], start[:n_y]))
+        active = ActivePiece(loop.law, current)
         active.begin()
         functions = (equations.flow, equations.energy) if record else (equations.flow,)
         while times[-1] < until and event is None:
@@ -64,7 +64,7 @@ class ScipyEngine:
                     break
             if event is None and times[-1] < end:
                 event = SINGULAR  # the integrator cannot continue
-            here[0], here[1:] = times[-1], states[-1][:n_y]
+            current[0], current[1:] = times[-1], states[-1][:n_y]
             event = active.advance(event)
         time, path = np.array(times), np.array(states).T
         if not record:
@@ -72,15 +72,15 @@ class ScipyEngine:
         return Arc(time, path[:n_y], event, path[n_y:])
 
     def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
-        """Integrate the variational equations along the very path that :meth:`flow` follows.
+        """Integrate the variational equations along exactly the path that :meth:`flow` follows.
 
-        Near Painleve's paradox the derivative grows so large that a path with other steps, within the tolerance of
-        this one, would not do.  See :class:`gaitopt.simulation.engine.Engine`.
+        Near the Painleve paradox the derivative is so large that a path with other steps, within the tolerance of this
+        one, would be too inaccurate.  See :class:`gaitopt.simulation.engine.Engine`.
         """
         equations, p, n_y = loop.equations(mode), loop.p, loop.size
         y, matrix = np.array(state, dtype=float), np.eye(n_y)
-        here, before, event, reached = np.concatenate(([clock], y)), None, None, clock
-        active = ActivePiece(loop.law, here)
+        current, before, event, reached = np.concatenate(([clock], y)), None, None, clock
+        active = ActivePiece(loop.law, current)
         active.begin()
         while reached < until and event is None:
             end, data = active.end(until), active.data
@@ -90,18 +90,18 @@ class ScipyEngine:
             watch = EventWatch(equations, p, data, reached, y, law_only=True)
             for dense in self._steps([flow], n_y, reached, end, y):
                 event, reached = watch.first_in_step(dense, self.samples)
-                matrix, y = self._varied(slope, dense, reached, matrix), dense(reached)
+                matrix, y = self._integrate_variations(slope, dense, reached, matrix), dense(reached)
                 if event is not None or not np.all(np.isfinite(matrix)):
                     break
             if event is None and (reached < end or not np.all(np.isfinite(matrix))):
                 return np.full((n_y, n_y), np.nan)
             before = flow(reached, y)[0].copy()
-            here[0], here[1:] = reached, y
+            current[0], current[1:] = reached, y
             event = active.advance(event)
         return matrix
 
-    def _varied(self, slope: FastCall, dense: DenseOutput, end: float, matrix: Array) -> Array:
-        """Return a solution of the variational equations at a time in a step of the path; nan if there is none."""
+    def _integrate_variations(self, slope: FastCall, dense: DenseOutput, end: float, matrix: Array) -> Array:
+        """Return the solution of the variational equations at a time in a step of the path; nan if it diverges."""
         shape, begin = matrix.shape, dense.t_old
         if end <= begin:
             return matrix
@@ -118,13 +118,13 @@ class ScipyEngine:
     def _spans(
         self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array
     ) -> Iterator[tuple[DenseOutput, tuple[float, float]]]:
-        """Yield the dense output of the integrator with each of the short spans its steps are divided into."""
+        """Yield the dense output of the integrator with each of the spans into which its steps are divided."""
         for dense in self._steps(rates, n_y, begin, end, start):
             for span in spans_of(dense, self.samples):
                 yield dense, span
 
     def _steps(self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array) -> Iterator[DenseOutput]:
-        """Yield the dense output of each step of the integrator; it ends early if the integrator cannot continue."""
+        """Yield the dense output of each step of the integrator, until the end or until the integrator fails."""
 
         def rate(t: float, y: Array) -> Array:
             return np.concatenate([function(t, y[:n_y])[0] for function in rates])

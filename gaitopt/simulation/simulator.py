@@ -1,4 +1,4 @@
-"""simulate: event-driven walking, with the contact mode chosen by the exact rules after every event."""
+"""simulate: event-driven walking, with the contact mode determined exactly after every event."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,16 +28,16 @@ class Event:
     Attributes
     ----------
     time : float [s]
-        Since the start of the simulation.
+        Time since the start of the simulation.
     step : int
     name : str
         ``slip+``, ``slip-``, ``at rest``, ``touchdown``, an event of the law, or the reason of a stop.
     before, after : str
-        Contact modes; `after` is ``"-"`` where the simulation ended.
+        Contact modes; `after` is ``"-"`` if the simulation ends.
     impulse : (float, float) or None [N s]
         (L_t, L_n) of a touchdown.
     energy_lost : float [J]
-        At a touchdown.
+        Energy lost at a touchdown.
 
     Examples
     --------
@@ -62,10 +62,10 @@ class Rollout:
     ----------
     motion : Motion
     stop : Stop
-        Why it ended.
+        Reason for which the simulation ended.
     events : tuple of Event
     engine : str
-        Which engine ran.
+        Name of the engine used.
 
     Examples
     --------
@@ -90,7 +90,7 @@ def simulate(
     law: Law | None = None,
     steps: int = 1,
     step_time_limit: float = 10.0,
-    most_events: int = 50,
+    max_events: int = 50,
     engine: Engine | None = None,
 ) -> Rollout:
     """Simulate a walk with stick-slip contact.
@@ -107,10 +107,10 @@ def simulate(
     steps : int
     step_time_limit : float [s]
         A step without touchdown ends the simulation after this time.
-    most_events : int
-        Contact events allowed in one step, so that chattering ends with a named stop.
+    max_events : int
+        Maximum number of contact events in one step, so that chattering ends with a named stop.
     engine : Engine, optional
-        By default the fastest one installed that can follow the law; `Rollout.engine` tells which ran.
+        By default the fastest installed engine that supports the law; `Rollout.engine` names it.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def simulate(
     """
     Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
     Parameter("step_time_limit", 1.0, "s", "", lower=0, lower_open=True).check(step_time_limit)
-    Parameter("most_events", 50, "1", "", lower=1, whole=True).check(most_events)
+    Parameter("max_events", 50, "1", "", lower=1, whole=True).check(max_events)
     law = law or passive(robot)
     engine = engine or default_engine(law, robot)
     p = robot.vector(robot.resolve(parameters))
@@ -142,25 +142,25 @@ def simulate(
         raise InputError(
             f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
         )
-    walker = Walker(robot, law, p, engine, step_time_limit=step_time_limit, most_events=most_events)
+    walker = Walker(robot, law, p, engine, step_time_limit=step_time_limit, max_events=max_events)
     return record_walk(walker, np.concatenate([q, v]), steps)
 
 
 def record_walk(walker: Walker | DelayedWalker, state: Array, steps: int) -> Rollout:
-    """Walk from a state (q, v), shape (2 n_q,), and record everything."""
+    """Simulate a walk from a state (q, v), shape (2 n_q,), and record motion and events."""
     segments: list[Segment] = []
     jumps: list[Jump] = []
     events: list[Event] = []
-    began, stop = 0.0, Stop.STEPS_DONE
+    start_time, stop = 0.0, Stop.STEPS_DONE
     for step in range(steps):
         stride = walker.stride(state, record=True)
-        segments += [_segment(walker, step, began, mode, arc) for mode, arc in stride.phases]
-        events += _events(walker.law, stride, step, began)
-        began += stride.duration
+        segments += [_segment(walker, step, start_time, mode, arc) for mode, arc in stride.phases]
+        events += _events(walker.law, stride, step, start_time)
+        start_time += stride.duration
         if stride.stop is not None or stride.impact is None or stride.following is None:
             stop = stride.stop or stop
             break
-        jumps.append(_jump(walker, step, began, stride.arcs[-1][1].states[:, -1], stride.impact, stride.following))
+        jumps.append(_jump(walker, step, start_time, stride.arcs[-1][1].states[:, -1], stride.impact, stride.following))
         state = stride.following
     names = [parameter.name for parameter in walker.robot.parameters]
     values = dict(zip(names, walker.p.tolist(), strict=True))
@@ -182,7 +182,7 @@ def _check_state(robot: Robot, name: str, value: Array) -> Array:
     return array
 
 
-def _segment(walker: Walker | DelayedWalker, step: int, began: float, mode: Mode, arc: Arc) -> Segment:
+def _segment(walker: Walker | DelayedWalker, step: int, start_time: float, mode: Mode, arc: Arc) -> Segment:
     robot, n = walker.robot, walker.robot.n_q
     torque = [walker.torque(mode, t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
     energy = np.zeros((robot.n_works, arc.time.size)) if arc.energy is None else arc.energy
@@ -191,7 +191,7 @@ def _segment(walker: Walker | DelayedWalker, step: int, began: float, mode: Mode
         walker.p,
         mode=mode,
         step=step,
-        time=began + arc.time,
+        time=start_time + arc.time,
         q=arc.states[:n],
         v=arc.states[n : 2 * n],
         torque=np.array(torque).reshape(arc.time.size, robot.n_u).T,
@@ -222,18 +222,18 @@ def _jump(
     )
 
 
-def _events(law: Law, stride: Stride, step: int, began: float) -> list[Event]:
+def _events(law: Law, stride: Stride, step: int, start_time: float) -> list[Event]:
     """Return the log of a step: every change of mode, events of the law, the touchdown, or the reason of the stop."""
     log = []
     following = [mode.value for mode, _ in stride.arcs[1:]]
     for (mode, arc), after in zip(stride.arcs, following, strict=False):
         if arc.event is None:
             continue
-        of_law = arc.event.kind is EventKind.LAW_EVENT
-        name = law.memory.events[arc.event.number] if of_law else arc.event.label
-        log.append(Event(began + float(arc.time[-1]), step, name, mode.value, after))
+        by_law = arc.event.kind is EventKind.LAW_EVENT
+        name = law.memory.events[arc.event.number] if by_law else arc.event.label
+        log.append(Event(start_time + float(arc.time[-1]), step, name, mode.value, after))
     last = stride.modes[-1].value if stride.arcs else "-"
-    end = began + stride.duration
+    end = start_time + stride.duration
     if stride.stop is None and stride.impact is not None and stride.impact.mode is not None:
         impact = stride.impact
         after = impact.mode.value if impact.mode else "-"

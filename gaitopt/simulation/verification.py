@@ -1,4 +1,4 @@
-"""verify: replay a gait's torques without knowing the plan, and compare."""
+"""verify: replay a gait's torques without access to the plan, and compare the motions."""
 
 import numpy as np
 from attrs import field, frozen
@@ -15,13 +15,13 @@ from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
 from gaitopt.status import Stop
 
-REPEATS = 1e-6
-"""Largest change by a leg exchange: of energy, relative to the kinetic energy, and of the foot's position [m]."""
+EXCHANGE_TOLERANCE = 1e-6
+"""Largest change by the leg exchange of energy, relative to the kinetic energy, and of the foot position [m]."""
 
 
 @frozen(kw_only=True)
 class Tolerances:
-    """How close a replay must come to the plan.
+    """Largest deviations of a replay from the plan.
 
     Attributes
     ----------
@@ -29,9 +29,9 @@ class Tolerances:
         Largest difference of the state after the touchdown (rad, rad/s, m/s).
     period : float [s]
     cost_of_transport : float
-        Relative.
+        Relative difference.
     energy : float
-        Relative closing error of the replayed energy ledger.
+        Relative residual of the energy balance of the replay.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class Tolerances:
 
 
 def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollout:
-    """Play a gait's torques back in the event-driven simulator, open loop, from its first state.
+    """Replay a gait's torques in open loop from its first state in the event-driven simulator.
 
     Parameters
     ----------
@@ -76,11 +76,11 @@ def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollo
 
 
 def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> Gait:
-    """Replay a gait and attach the verdict.
+    """Replay a gait and attach the result of the comparison.
 
-    The simulator is given the first state and the torques as functions of time, nothing else: it chooses contact modes,
-    event times and the impact's outcome itself, with another integrator and adaptive steps.  At touchdown the landing
-    foot must come from above and become the stance foot, and the leg exchange must keep kinetic and potential energy.
+    The simulator receives only the first state and the torques as functions of time: it determines contact modes, event
+    times and the outcome of the impact with another integrator and adaptive steps.  At touchdown the landing foot must
+    come from above and become the stance foot, and the leg exchange must conserve kinetic and potential energy.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine |
     Returns
     -------
     Gait
-        With `verification`; its status is ``NOT_VERIFIED`` if it did not pass.
+        The gait with its `verification`; its status is ``NOT_VERIFIED`` if the verification fails.
 
     Raises
     ------
@@ -113,11 +113,13 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
     walked, planned = rollout.motion, gait.motion
     reasons = []
     sequence = walked.sequence()
-    spelled = str(sequence) if sequence is not None else " ".join(segment.mode.value for segment in walked.segments)
+    replayed_sequence = (
+        str(sequence) if sequence is not None else " ".join(segment.mode.value for segment in walked.segments)
+    )
     if rollout.stop is not Stop.STEPS_DONE:
         reasons.append(f"the replay stopped: {rollout.stop.hint}")
-    if walked.segments and spelled != str(gait.sequence):
-        reasons.append(f"the replay walked '{spelled}' instead of '{gait.sequence}'")
+    if walked.segments and replayed_sequence != str(gait.sequence):
+        reasons.append(f"the replay walked '{replayed_sequence}' instead of '{gait.sequence}'")
     state_error = _state_error(planned, walked)
     period_error, cost, residual = abs(walked.period - planned.period), float("nan"), ledger(walked).relative_residual
     if walked.jumps:
@@ -139,7 +141,7 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
     reasons += faults
     return Verification(
         passed=not reasons,
-        sequence=spelled,
+        sequence=replayed_sequence,
         stop=rollout.stop.key,
         state_error=state_error,
         period_error=period_error,
@@ -151,31 +153,31 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
 
 
 def _check_exchange(robot: Robot, walked: Motion) -> list[str]:
-    """Return why a touchdown of a motion is not one after which a step can repeat, a sentence for each violation.
+    """Return the violations of a repeatable touchdown in a motion, one sentence each.
 
-    The foot must come down from above, and the leg exchange, which only renames coordinates, must keep kinetic and
-    potential energy and make the landing foot the stance foot.
+    The landing foot must come from above and become the stance foot, and the leg exchange, which only renames
+    coordinates, must conserve kinetic and potential energy.
     """
     p, faults = robot.vector(walked.parameters), []
     for jump in walked.jumps:
         place, velocity, _ = (np.asarray(part).ravel() for part in robot.landing(jump.q, jump.v_minus, p))
         if not velocity[1] < 0:
             faults.append(f"the landing foot does not come from above: its normal velocity is {velocity[1]:.3g} m/s")
-        apart = float(np.linalg.norm(jump.q_next[:2] - place))
-        if not apart <= REPEATS:
-            faults.append(f"the landing foot does not become the stance foot: they are {apart:.3g} m apart")
+        distance = float(np.linalg.norm(jump.q_next[:2] - place))
+        if not distance <= EXCHANGE_TOLERANCE:
+            faults.append(f"the landing foot does not become the stance foot: they are {distance:.3g} m apart")
         before, after = (
             [float(part) for part in robot.energy(*state, p)]
             for state in ((jump.q, jump.v_plus), (jump.q_next, jump.v_next))
         )
         for name, old, new in zip(("kinetic", "potential"), before, after, strict=True):
-            if not abs(new - old) <= REPEATS * before[0]:
+            if not abs(new - old) <= EXCHANGE_TOLERANCE * before[0]:
                 faults.append(f"the leg exchange changes the {name} energy by {new - old:.3g} J")
     return faults
 
 
 def _state_error(planned: Motion, walked: Motion) -> float:
-    """Return the largest difference of the states after the touchdown, angles and rates and foot speed."""
+    """Return the largest difference of the states after the touchdown: angles, rates and foot speed."""
     if not walked.jumps:
         return float("inf")
     plan, real = planned.jumps[0], walked.jumps[0]

@@ -8,7 +8,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.section import Section
 
 
@@ -19,7 +19,7 @@ def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | Non
     ----------
     gait : Gait
     law : Law, optional
-        By default the gait's torques played back with a clock reset at touchdown (open loop).
+        By default the gait's torques in open loop, with a clock reset at touchdown.
     engine : Engine, optional
 
     Returns
@@ -45,7 +45,7 @@ def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | Non
     walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=engine)
     first = gait.motion.segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
-    cycle = cycle_from(walker, Section(robot, walker.p, sliding=True).project(state))
+    cycle = find_cycle(walker, Section(robot, walker.p, sliding=True).project(state))
     if cycle is None:
         raise InputError(
             f"No periodic gait of the walker under the law {walker.law.name!r} was found near the planned one; "

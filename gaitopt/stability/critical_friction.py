@@ -1,4 +1,4 @@
-"""The friction a sticking gait needs."""
+"""Critical friction of gaits that do not slip."""
 
 import math
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ class CriticalFriction:
     Attributes
     ----------
     friction : float
-        Largest abs(f_t) / f_n over the steps: with less friction the foot slips.
+        Largest abs(f_t) / f_n over the steps: with lower friction the foot slips.
     time : float [s]
-        When in its step.
+        Time of the maximum in its step.
     state : (2 n_q,) array
-        (q, v) there.
+        State (q, v) at the maximum.
     impact : float
-        Largest abs(L_t) / L_n of the touchdowns: with less friction the impact slips.
+        Largest abs(L_t) / L_n of the touchdowns: with lower friction the impact slips.
 
     Examples
     --------

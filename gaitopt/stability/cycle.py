@@ -1,4 +1,4 @@
-"""Periodic gaits of a walker: state, contact sequence, multipliers, cost in energy and friction."""
+"""Periodic gaits of a walker: state, contact sequence, multipliers, energy and critical friction."""
 
 import textwrap
 from dataclasses import dataclass
@@ -31,31 +31,32 @@ class Cycle:
     parameters : dict of str to float
         SI units, slope and friction included.
     sequences : tuple of ContactSequence
-        Of each step of the period.
+        Contact sequence of each step of the period.
     section : Section
     z : (n_z,) array
-        The gait's point on the section.
+        Point of the gait on the section.
     points : tuple of (n_z,) arrays
-        The start of each step of the period, `z` first.
+        Start of each step of the period, `z` first.
     period : float [s]
     travel : float [m]
         Forward travel over the period, foot slide included.
     derivative : (n_z, n_z) array
-        Of the return map over the period.
+        Derivative of the return map over the period.
     multipliers : (n_z,) complex array
         Eigenvalues of `derivative`, largest modulus first.
     one_sided : tuple of (m, m) arrays
-        Where the impact rests on the edge of its friction cone: the derivatives on its sticking and slipping side.
+        Derivatives on the sticking and on the slipping side if the impulse lies on the boundary of the friction cone;
+        otherwise empty.
     residual : float
         Largest entry of P(z) - z.
     drift : float [m/s]
         Change of the foot speed over the period: 0 unless the gait slips throughout (relative periodicity).
     critical_friction : CriticalFriction or None
-        None for a gait that slips.
+        None if the gait slips.
     impact_ratio : float
         Impulse ratio of the last touchdown.
     energy : Ledger
-        Of the period [J].
+        Energy ledger of the period [J].
     engine : str
 
     Examples
@@ -103,12 +104,12 @@ class Cycle:
 
     @property
     def one_sided_multipliers(self) -> tuple[NDArray[np.complex128], ...]:
-        """Multipliers on the sticking and on the slipping side of an impact's edge; empty away from it."""
+        """Multipliers on the sticking and on the slipping side of the cone's boundary; empty in its interior."""
         return tuple(_eigenvalues(matrix) for matrix in self.one_sided)
 
     @property
     def radius(self) -> float:
-        """Spectral radius: the largest modulus of a multiplier, on the worse side if one-sided."""
+        """Spectral radius: the largest modulus of a multiplier, on both sides if one-sided."""
         sides = (self.multipliers, *self.one_sided_multipliers)
         return worst(0.0, *(np.abs(values) for values in sides))
 
@@ -130,20 +131,20 @@ def _eigenvalues(matrix: Array) -> NDArray[np.complex128]:
     return np.linalg.eigvals(matrix).astype(complex)
 
 
-def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle:
-    """Return the gait of a fixed point with everything that follows from it.
+def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycle:
+    """Return the periodic gait of a fixed point with its derived quantities.
 
-    A gait whose impacts stick is described on the section without foot speed, one that slips throughout too.
+    A gait whose impacts stick, or that slips throughout, is described on the section without foot speed.
     """
     last = point.passage.strides[-1]
     if last.impact is None or last.following is None:
         raise InputError("A gait needs steps that end in touchdowns; the last step of these has none.")
-    section, z, derivative = returning.section, point.z, point.derivative
+    section, z, derivative = return_map.section, point.z, point.derivative
     n = walker.robot.n_q
     if section.sliding and last.impact.mode is Mode.STICK:
         section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
-    motion = record_walk(walker, point.passage.states[0], returning.steps).motion
-    sequences = tuple(sequence for step in range(returning.steps) if (sequence := motion.sequence(step)) is not None)
+    motion = record_walk(walker, point.passage.states[0], return_map.steps).motion
+    sequences = tuple(sequence for step in range(return_map.steps) if (sequence := motion.sequence(step)) is not None)
     eigenvalues = _eigenvalues(derivative)
     sticks = all(mode is Mode.STICK for stride in point.passage.strides for mode in stride.modes)
     return Cycle(
@@ -157,7 +158,7 @@ def make_cycle(walker: Walker, returning: ReturnMap, point: FixedPoint) -> Cycle
         travel=motion.travel,
         derivative=derivative,
         multipliers=eigenvalues[np.argsort(-np.abs(eigenvalues))],
-        one_sided=one_sided_derivatives(walker, point.passage.states[0], last) if returning.steps == 1 else (),
+        one_sided=one_sided_derivatives(walker, point.passage.states[0], last) if return_map.steps == 1 else (),
         residual=point.residual,
         drift=0.0
         if not slips_throughout(last.modes, last.impact.mode)

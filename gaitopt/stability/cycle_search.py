@@ -1,4 +1,4 @@
-"""Search for periodic gaits from many starts."""
+"""Multistart search for periodic gaits."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -19,8 +19,8 @@ from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
-STILL = 1e-6
-"""Rates below this part of the natural one are no gait."""
+STANDING = 1e-6
+"""If all rates are below this fraction of the natural rate, the walker stands."""
 
 
 def find_cycles(
@@ -46,9 +46,9 @@ def find_cycles(
     sequence : ContactSequence or str, optional
         Keep only gaits all of whose steps have this contact sequence.
     steps : int
-        Period of the gaits in steps (gaits whose period divides it are found too).
+        Period of the gaits in steps; gaits whose period divides it are included.
     starts : int
-        Random starts on the section.
+        Number of random starts on the section.
     seed : int
     engine : Engine, optional
 
@@ -60,7 +60,7 @@ def find_cycles(
     Raises
     ------
     InputError
-        If a parameter, a number or the contact sequence cannot be.
+        If a parameter, a number or the contact sequence is invalid.
 
     Examples
     --------
@@ -70,14 +70,14 @@ def find_cycles(
     >>> [(gait.sequence, round(gait.radius, 6)) for gait in gaits]
     [('stick | stick', 0.734042)]
     """
-    wanted = (
+    requested = (
         None
         if sequence is None
         else str(ContactSequence.parse(sequence).require_closed("A search for cycles").check_periodic())
     )
-    found = search_cycles(robot, parameters, law=law, steps=steps, starts=starts, seed=seed, engine=engine)
+    cycles = search_cycles(robot, parameters, law=law, steps=steps, starts=starts, seed=seed, engine=engine)
     return sort_cycles(
-        cycle for cycle in found if wanted is None or {str(each) for each in cycle.sequences} == {wanted}
+        cycle for cycle in cycles if requested is None or {str(each) for each in cycle.sequences} == {requested}
     )
 
 
@@ -105,14 +105,14 @@ def search_cycles(
     known: list[Cycle] = []
     for z in random_starts(walker, starts, seed):
         with defer_interrupt():
-            cycle = cycle_from(walker, z, steps)
+            cycle = find_cycle(walker, z, steps)
         if cycle is not None and not any(same_gait(cycle, other) for other in known):
             known.append(cycle)
             yield cycle
 
 
-def cycle_from(walker: Walker, z: Array, steps: int = 1, newton: FixedPointOptions | None = None) -> Cycle | None:
-    """Return the periodic gait Newton's method reaches from a point of the section with foot speed, or None.
+def find_cycle(walker: Walker, z: Array, steps: int = 1, options: FixedPointOptions | None = None) -> Cycle | None:
+    """Return the periodic gait to which Newton's method converges from a point of the section, or None.
 
     Parameters
     ----------
@@ -120,36 +120,38 @@ def cycle_from(walker: Walker, z: Array, steps: int = 1, newton: FixedPointOptio
     z : (n_z,) array
         Coordinates of ``Section(robot, p, sliding=True)``.
     steps : int
+        Period of the gait in steps.
+    options : FixedPointOptions, optional
     """
     section = Section(walker.robot, walker.p, sliding=True)
-    returning = ReturnMap(walker, section, steps)
-    passage = returning(z)
+    return_map = ReturnMap(walker, section, steps)
+    passage = return_map(z)
     if passage.end is None:
         return None
     if all(slips_throughout(s.modes, _outcome(s)) for s in passage.strides):
-        # The foot speed drifts: look for a gait that repeats in everything else.
+        # The foot speed drifts: search a gait that is periodic in all other coordinates.
         section, z = Section(walker.robot, walker.p, sliding=False, foot_speed=float(z[-1])), z[:-1]
-        returning = ReturnMap(walker, section, steps)
-    point = find_fixed_point(returning, z, newton)
+        return_map = ReturnMap(walker, section, steps)
+    point = find_fixed_point(return_map, z, options)
     if point is None:
         return None
     if not section.sliding and not all(slips_throughout(s.modes, _outcome(s)) for s in point.passage.strides):
         return None
     if _is_standing(walker, point.passage.states[0]):
         return None
-    return make_cycle(walker, returning, point)
+    return make_cycle(walker, return_map, point)
 
 
 def _is_standing(walker: Walker, state: Array) -> bool:
-    """Return whether a walker stands still, legs together: ever smaller steps of a robot on a slope tend to that."""
+    """Return whether a walker stands with its legs together, the limit of ever smaller steps on a slope."""
     rates = state[walker.robot.n_q + 2 : 2 * walker.robot.n_q]
-    return bool(np.max(np.abs(rates)) < STILL * _natural_rate(walker.robot, walker.p)[0])
+    return bool(np.max(np.abs(rates)) < STANDING * _natural_rate(walker.robot, walker.p)[0])
 
 
 def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:
-    """Return whether two cycles are one gait: the point of one is a point of the other, whichever step comes first.
+    """Return whether two cycles are the same gait, whichever of its steps comes first.
 
-    In complete slip the foot speed is no mark of difference.
+    The foot speed of complete slip is not compared.
     """
     if len(one.sequences) != len(other.sequences) or one.z.shape != other.z.shape:
         return False
@@ -157,11 +159,11 @@ def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:
 
 
 def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:
-    """Yield points of the section with foot speed from which at least one step can be taken.
+    """Yield random points of the section with foot speed from which the walker completes at least one step.
 
-    Small steps are slow steps: rates are drawn up to three times the angle that the touchdown fixes over the natural
-    time sqrt(l / g), so that pendulum-like motions of every size are met alike.  Every other start has its foot at
-    rest.
+    Small steps are slow: rates are drawn up to three times the angle determined by the touchdown condition over the
+    natural time sqrt(l / g), so that pendulum-like motions of every size are sampled equally.  The foot of every other
+    start is at rest.
     """
     robot, rng = walker.robot, np.random.default_rng(seed)
     section, n = Section(robot, walker.p, sliding=True), len(robot.angles)
@@ -169,12 +171,12 @@ def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:
     for i in range(count):
         angles = -rng.uniform(0.02, 0.5, n - 1)
         z = np.concatenate([angles, np.zeros(n + 1)])
-        size = 3 * natural * abs(section.embed(z)[section.closing])
+        size = 3 * natural * abs(section.embed(z)[section.dependent_entry])
         z[n - 1 :] = rng.uniform(-1, 1, n + 1) * size
         z[-1] = z[-1] * height if i % 2 and np.isfinite(walker.contact.friction) else 0.0
         with defer_interrupt():
-            walks = walker.stride(section.embed(z)).following is not None
-        if walks:
+            completes_step = walker.stride(section.embed(z)).following is not None
+        if completes_step:
             yield z
 
 

@@ -8,8 +8,8 @@ from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 from gaitopt.stability.return_map import Passage, ReturnMap
 
-ROUNDING = 1e-15
-"""A residual this small is not improved further."""
+RESIDUAL_FLOOR = 1e-15
+"""Residual below which the iteration ends."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,8 +19,8 @@ class FixedPointOptions:
     Attributes
     ----------
     tolerance : float
-        Largest entry of P(z) - z accepted, or of the error of z it stands for, which is smaller where the map magnifies
-        (and with it its rounding); the iteration goes on while it still improves.
+        Largest entry of P(z) - z, or of the corresponding error of z, that is accepted; the iteration continues while
+        it improves.  The error of z is smaller if the map amplifies deviations, and with them rounding errors.
     max_iterations : int
     smallest_step : float
         Smallest damping s tried.
@@ -39,7 +39,7 @@ class FixedPoint:
     ----------
     z : (n_z,) array
     derivative : (n_z, n_z) array
-        Of the return map.
+        Derivative of the return map.
     residual : float
         Largest entry of P(z) - z.
     passage : Passage
@@ -54,53 +54,55 @@ class FixedPoint:
     iterations: int
 
 
-def find_fixed_point(returning: ReturnMap, z: Array, newton: FixedPointOptions | None = None) -> FixedPoint | None:
-    """Return the fixed point Newton's method reaches from a start, or None if it reaches none.
+def find_fixed_point(return_map: ReturnMap, z: Array, options: FixedPointOptions | None = None) -> FixedPoint | None:
+    """Return the fixed point to which Newton's method converges from a start, or None if it does not converge.
 
     Parameters
     ----------
-    returning : ReturnMap
+    return_map : ReturnMap
     z : (n_z,) array
-        Where to start.
-    newton : Newton, optional
+        Start.
+    options : FixedPointOptions, optional
     """
-    newton = newton or FixedPointOptions()
+    options = options or FixedPointOptions()
     z = np.array(z, dtype=float)
-    passage = returning(z)
+    passage = return_map(z)
     if passage.end is None:
         return None
     gap, identity = passage.end - z, np.eye(z.size)
-    for iteration in range(newton.max_iterations + 1):
-        matrix, error = returning.derivative(z, passage), worst(np.abs(gap))
+    for iteration in range(options.max_iterations + 1):
+        matrix, error = return_map.derivative(z, passage), worst(np.abs(gap))
         if not np.all(np.isfinite(matrix)):
             return None
-        last = iteration == newton.max_iterations or error <= ROUNDING
+        last = iteration == options.max_iterations or error <= RESIDUAL_FLOOR
         try:
             direction: Array = np.asarray(np.linalg.solve(identity - matrix, gap), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        found = None if last else _line_search(returning, z, direction, error, newton)
-        if found is None:
-            met = bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= newton.tolerance
-            return FixedPoint(z, matrix, error, passage, iteration) if met else None
-        z, passage, gap = found
+        improved = None if last else _line_search(return_map, z, direction, error, options)
+        if improved is None:
+            converged = (
+                bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= options.tolerance
+            )
+            return FixedPoint(z, matrix, error, passage, iteration) if converged else None
+        z, passage, gap = improved
     return None
 
 
 def _line_search(
-    returning: ReturnMap, z: Array, direction: Array, error: float, newton: FixedPointOptions
+    return_map: ReturnMap, z: Array, direction: Array, error: float, options: FixedPointOptions
 ) -> tuple[Array, Passage, Array] | None:
-    """Return the first damped step that reduces the residual, or None when none does."""
+    """Return the first damped step that reduces the residual, or None if no step does."""
     step = 1.0
-    while step >= newton.smallest_step:
+    while step >= options.smallest_step:
         trial = z + step * direction
         if np.all(np.isfinite(trial)) and np.max(np.abs(trial)) < 1e3:
-            passage = returning(trial)
+            passage = return_map(trial)
             if passage.end is not None:
                 gap = passage.end - trial
                 if np.max(np.abs(gap)) < (1 - step / 4) * error:
                     return trial, passage, gap
-        if error <= newton.tolerance:
+        if error <= options.tolerance:
             return None
         step /= 2
     return None

@@ -1,4 +1,4 @@
-"""How the gains of a law move its periodic gait and its multipliers."""
+"""Sensitivity of a periodic gait and its multipliers to the gains of its law."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,26 +19,26 @@ from gaitopt.stability.fixed_point import FixedPoint, find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.return_map import ReturnMap
 
-STEP = 1e-3
-"""Change of a gain, relative to it or to one, for differences of the return map's derivative."""
+RELATIVE_STEP = 1e-3
+"""Change of a gain, relative to max(abs(gain), 1), in differences of the return map's derivative."""
 
 
 @dataclass(frozen=True, eq=False)
 class GainSensitivity:
-    """Derivatives of a periodic gait by the gains of its law.
+    """Derivatives of a periodic gait with respect to the gains of its law.
 
     Attributes
     ----------
     gains : tuple of str
     return_map : (n_z, n_gains) array
-        Of the return map at the gait, exact: gains are varied along with the state.
+        Exact derivatives of the return map at the gait, from variational equations that include the gains.
     state : (n_z, n_gains) array
-        Of the gait's state, exact.
+        Exact derivatives of the gait's state.
     multipliers : (n_z, n_gains) complex array
-        Of the multipliers in the order of ``Cycle.multipliers``, which must differ from each other; by central
+        Derivatives of the multipliers, which must be distinct, in the order of ``Cycle.multipliers``, by central
         differences of the return map's exact derivative at the periodic gaits of neighbouring gains.
     radius : (n_gains,) array
-        Of the spectral radius.
+        Derivatives of the spectral radius.
 
     Examples
     --------
@@ -60,38 +60,38 @@ def gain_sensitivity(
     gains: Sequence[str] | None = None,
     engine: Engine | None = None,
 ) -> GainSensitivity:
-    """Return how the gains of a law move its periodic gait of one step and its multipliers.
+    """Return the sensitivity of a periodic gait of one step and its multipliers to the gains of its law.
 
     Parameters
     ----------
     cycle : Cycle
-        As ``assess_stability(gait, law)`` returns it.
+        Result of ``assess_stability(gait, law)``.
     law : Law
     gains : sequence of str, optional
-        All of the law's by default.
+        All gains of the law by default.
     engine : Engine, optional
 
     Raises
     ------
     InputError
-        If the law has no such gain, or no periodic gait is found for a neighbouring one.
+        If the law has no such gain, or no periodic gait is found for a neighbouring gain.
 
     Examples
     --------
     >>> from gaitopt import assess_stability, compass_biped, gain_sensitivity, joint_pd, load
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> law = joint_pd(compass_biped(), gait.motion, stiffness=20, damping=2)
-    >>> found = gain_sensitivity(assess_stability(gait, law), law, gains=["hip_damping"])
-    >>> found.multipliers.shape, bool(abs(found.state).max() < 1e-6)  # the plan stays the gait whatever the gains
+    >>> sensitivity = gain_sensitivity(assess_stability(gait, law), law, gains=["hip_damping"])
+    >>> sensitivity.multipliers.shape, bool(abs(sensitivity.state).max() < 1e-6)  # the gait does not depend on the gain
     ((4, 1), True)
     """
     robot, names = cycle.section.robot, tuple(gains if gains is not None else law.gains)
     for name in names:
-        law.with_gains({name: law.gain_values.get(name, 0.0)})  # raises, naming the gains of the law
-    _, point = _at(cycle, law, robot, engine)
-    lifted = return_map_with(cycle, as_latched(law, names), robot, engine)
-    passage = lifted(point.z)
-    effect = Linearisation(lifted.walker).effect_of_latched(passage.states[0], passage.strides[0])
+        law.with_gains({name: law.gain_values.get(name, 0.0)})  # raises InputError with the gains of the law
+    point = _find_neighbour(cycle, law, robot, engine)
+    extended = return_map_with(cycle, latch_gains(law, names), robot, engine)
+    passage = extended(point.z)
+    effect = Linearisation(extended.walker).effect_of_latched(passage.states[0], passage.strides[0])
     by_gain = effect[cycle.section.places][:, -len(names) :]
     state: Array = np.asarray(np.linalg.solve(np.eye(point.z.size) - point.derivative, by_gain), dtype=float)
     values, vectors = np.linalg.eig(point.derivative.astype(complex))
@@ -101,29 +101,29 @@ def gain_sensitivity(
     columns = []
     for name in names:
         gain = law.gain_values[name]
-        step = STEP * max(abs(gain), 1.0)
-        sides = [_at(cycle, law.with_gains({name: gain + sign * step}), robot, engine)[1] for sign in (1, -1)]
+        step = RELATIVE_STEP * max(abs(gain), 1.0)
+        sides = [_find_neighbour(cycle, law.with_gains({name: gain + sign * step}), robot, engine) for sign in (1, -1)]
         slope = (sides[0].derivative - sides[1].derivative) / (2 * step)
         columns.append(np.einsum("ij,jk,ki->i", left, slope, vectors))
-    moved = np.array(columns).T
+    multiplier_slopes = np.array(columns).T
     largest = values[0]
-    radius = (np.conj(largest) * moved[0]).real / max(abs(largest), 1e-300)
-    return GainSensitivity(names, by_gain, state, moved, radius)
+    radius = (np.conj(largest) * multiplier_slopes[0]).real / max(abs(largest), 1e-300)
+    return GainSensitivity(names, by_gain, state, multiplier_slopes, radius)
 
 
-def as_latched(law: Law, names: Sequence[str]) -> Law:
-    """Return the same law with some gains among its latched values, last, so that they can be varied."""
+def latch_gains(law: Law, names: Sequence[str]) -> Law:
+    """Return the same law with some gains as its last latched values, so that derivatives by them are computed."""
     rows, known = [law.gains[name] for name in names], law.memory
     inputs, count = inputs_of(law.control, latched=len(rows)), len(known.values)
     entries, varied = ca.vertsplit(inputs.data), inputs.latched[count:]
     for k, row in enumerate(rows):
         entries[row] = varied[k]
-    seen = inputs._replace(latched=inputs.latched[:count], data=ca.vertcat(*entries))
-    torque, bounds, guards = law.control(*seen)
+    inner_inputs = inputs._replace(latched=inputs.latched[:count], data=ca.vertcat(*entries))
+    torque, bounds, guards = law.control(*inner_inputs)
     latch = ca.vertcat(known.latch(inputs.q, inputs.v, inputs.data), inputs.data[rows])
-    reset = ca.vertcat(known.reset(*seen[:4], seen.data), ca.repmat(varied, 1, len(known.events)))
-    changed = make_memory(inputs, latch, values=[*known.values, *names], events=known.events, reset=reset)
-    return replace(law, control=control_function(inputs, torque, bounds=bounds, guards=guards), memory=changed)
+    reset = ca.vertcat(known.reset(*inner_inputs[:4], inner_inputs.data), ca.repmat(varied, 1, len(known.events)))
+    memory = make_memory(inputs, latch, values=[*known.values, *names], events=known.events, reset=reset)
+    return replace(law, control=control_function(inputs, torque, bounds=bounds, guards=guards), memory=memory)
 
 
 def return_map_with(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> ReturnMap:
@@ -131,9 +131,12 @@ def return_map_with(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None)
     return ReturnMap(make_walker(robot, law, cycle.parameters, period=cycle.period, engine=engine), cycle.section)
 
 
-def _at(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> tuple[ReturnMap, FixedPoint]:
-    returning = return_map_with(cycle, law, robot, engine)
-    point = find_fixed_point(returning, cycle.z)
+def _find_neighbour(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None) -> FixedPoint:
+    """Return the fixed point of a cycle's return map under another law."""
+    point = find_fixed_point(return_map_with(cycle, law, robot, engine), cycle.z)
     if point is None:
-        raise InputError("No periodic gait was found for gains next to these.")
-    return returning, point
+        raise InputError(
+            f"No periodic gait was found under the law {law.name!r} with gains near {law.gain_values}; the sensitivity "
+            "needs one for neighbouring gains."
+        )
+    return point

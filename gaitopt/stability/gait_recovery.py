@@ -9,14 +9,14 @@ from gaitopt.stability.recovery import PushTest, Recovery, recovery
 
 
 def recovery_of(gait: Gait, law: Law, radius: float, test: PushTest | None = None) -> Recovery | None:
-    """Return how many starts in a ball of pushes return to a gait under a law; None if there is no periodic gait.
+    """Return the recovery of a gait from a ball of pushes under a law, or None without a periodic gait.
 
     Parameters
     ----------
     gait : Gait
     law : Law
     radius : float [rad/s]
-        Of the ball.
+        Radius of the ball of pushes.
     test : PushTest, optional
 
     Examples

@@ -1,10 +1,10 @@
-"""The exact derivative of a step: variational flow between events, saltation at every event and at the impact.
+"""Exact derivative of a step: variational flow between events, saltation matrices at events and at the impact.
 
 If a guard g falls through zero at (t, y) and the flow f changes to f' after a reset R(t, y),
 
-    dy+ = DR (dy + f dt) + R_t dt - f' dt,    dt = -(grad g . dy) / (grad g . f + g_t)
+    dy+ = DR (dy + f dt) + R_t dt - f' dt,    dt = -(grad g . dy) / (grad g . f + g_t).
 
-and the step ends on the section, whose clock starts again: dy+ = DR (dy + f dt).
+The step ends on the section, where the clock is reset: dy+ = DR (dy + f dt).
 """
 
 import functools
@@ -24,13 +24,13 @@ from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 
-BEYOND = 1e-7
-"""A located event leaves its guard at rounding (N, m/s, rad); further below zero a jump of the torque ended it."""
+JUMP_THRESHOLD = 1e-7
+"""A guard further below zero than this (N, m/s, rad) at its event was crossed by a jump of the law's torque."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Slopes:
-    """A mode's flow, and gradients of its guards, ready for numbers."""
+    """Flow and guard gradients of a mode as numerical functions."""
 
     flow: FastCall
     guards: FastCall
@@ -46,16 +46,17 @@ class Linearisation:
     Raises
     ------
     InputError
-        If it is another walker, such as one with delayed readings.
+        If the walker is not a Walker, for example one with delayed readings.
     """
 
     def __init__(self, walker: Walker) -> None:
         if not isinstance(walker, Walker):
             raise InputError(
-                f"Steps of a {type(walker).__name__} have no derivative: their state is more than (q, v). Use a Walker."
+                f"Steps of a {type(walker).__name__} have no derivative: their state contains more than (q, v). "
+                "Use a Walker."
             )
         self.walker = walker
-        self._known: dict[Mode, _Slopes] = {}
+        self._cached_slopes: dict[Mode, _Slopes] = {}
         self._resets: dict[Mode, FastCall] = {}
 
     def derivative(self, state: Array, stride: Stride, *, impact: Mode | None = None) -> Array:
@@ -64,13 +65,13 @@ class Linearisation:
         Parameters
         ----------
         state : (2 n_q,) array
-            Where the step began.
+            State at the start of the step.
         stride : Stride
-            The step taken from there, ended by a touchdown.
+            Step from this state, ended by a touchdown.
         impact : Mode, optional
-            Another outcome of the impact than the one taken, for one-sided derivatives on the edge between two.
+            Outcome of the impact instead of the simulated one, for one-sided derivatives on the boundary between two.
         """
-        return self._propagate(stride, self.walker.memory.slope_at_begin(state), impact)
+        return self._propagate(stride, self.walker.memory.slope_at_start(state), impact)
 
     def effect_of_latched(self, state: Array, stride: Stride) -> Array:
         """Return d (state after the step) / d (values latched at its start), shape (2 n_q, n_l)."""
@@ -80,7 +81,7 @@ class Linearisation:
     def saltations(self, stride: Stride, *, impact: Mode | None = None) -> list[Array]:
         """Return the jump of a deviation at each event of a step, (n_y, n_y), and at the touchdown, (2 n_q, n_y).
 
-        Events of the contact and of the law, in the order of ``stride.arcs``.
+        Events of the contact and of the law are in the order of ``stride.arcs``.
         """
         matrices = []
         for (mode, arc), (following, _) in itertools.pairwise(stride.arcs):
@@ -110,7 +111,7 @@ class Linearisation:
         clock, state = float(arc.time[-1]), arc.states[:, -1]
         if event.kind is EventKind.LAW_EVENT:
             reset, drift = self.walker.memory.slopes(event.number, clock, state)
-            next_state = self.walker.memory.after(event.number, clock, state)
+            next_state = self.walker.memory.apply_event(event.number, clock, state)
         else:
             reset, drift = self.walker.robot.contact_model.at(mode, event).reset(n, state.size), np.zeros(state.size)
             next_state = reset @ state
@@ -124,13 +125,13 @@ class Linearisation:
         if outcome not in self._resets:
             self._resets[outcome] = FastCall(reset_slope(self.walker.robot, outcome), self.walker.p)
         reset = self._resets[outcome](state[:n], state[n : 2 * n])[0].reshape(2 * n, 2 * n).T
-        # The section's clock is reset, so the flow after the touchdown does not count.
+        # The clock is reset at touchdown, so the flow after the touchdown does not enter.
         return reset @ saltation(np.eye(2 * n, state.size), before, np.zeros(2 * n), shift)
 
     def _time_shift(self, mode: Mode, event: HybridEvent, clock: float, state: Array) -> tuple[Array, Array]:
         """Return the flow before an event, and d (event time) / d y, each of shape (n_y,).
 
-        A guard found well below zero did not fall through it: the law's torque jumped there, with a piece of the law.
+        A guard far below zero was crossed by a jump of the torque at a change of the law's piece.
         """
         loop, slopes = self.walker.loop, self._slopes(mode)
         data = loop.data(clock, state)
@@ -138,22 +139,22 @@ class Linearisation:
         values, gradient, drift = slopes.guards(clock, state, data)
         events = loop.equations(mode).events
         which = events.index(event)
-        if values[which] < -BEYOND:
+        if values[which] < -JUMP_THRESHOLD:
             return before, loop.piece_shift(before)
         row = gradient.reshape(state.size, len(events))[:, which]
         return before, -row / (row @ before + drift[which])
 
     def _slopes(self, mode: Mode) -> _Slopes:
-        if mode not in self._known:
+        if mode not in self._cached_slopes:
             p, equations = self.walker.p, self.walker.loop.equations(mode)
-            flow = _reordered(equations.flow)
-            self._known[mode] = _Slopes(FastCall(flow, p), FastCall(_guard_slopes(equations.guards), p))
-        return self._known[mode]
+            flow = _move_parameters_last(equations.flow)
+            self._cached_slopes[mode] = _Slopes(FastCall(flow, p), FastCall(_guard_slopes(equations.guards), p))
+        return self._cached_slopes[mode]
 
 
 @functools.lru_cache(maxsize=128)
-def _reordered(function: ca.Function) -> ca.Function:
-    """Return (t, y, data, p) -> first output: the parameters, which never change, come last."""
+def _move_parameters_last(function: ca.Function) -> ca.Function:
+    """Return the first output as a Function of (t, y, data, p), with the constant input last."""
     t, y, p, data = function.sx_in()
     return ca.Function("flow", [t, y, data, p], [function(t, y, p, data)])
 

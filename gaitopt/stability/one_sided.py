@@ -1,11 +1,11 @@
-"""One-sided derivatives of gaits whose impact rests on the edge of its friction cone.
+"""One-sided derivatives of gaits whose impulse lies on the boundary of the friction cone.
 
-There an arbitrarily small change decides whether the impact sticks or slips, and the return map has a kink: its
-derivative among neighbours whose impact sticks differs from that among neighbours whose impact slips (whose next step
-begins with a short slide).  Both are reported; an average of them would describe no motion.
+An arbitrarily small change then decides whether the impact sticks or slips, and the return map has a kink: its
+derivative for neighbours whose impact sticks differs from that for neighbours whose impact slips and whose next step
+begins with a short slide.  Both are reported, since their average describes no motion.
 
-The other edges of the stick-slip modes, where a force just touches the cone during a step, leave the return map
-continuously differentiable: the slide that appears there has a speed of second order in the distance from the edge.
+At the other boundaries of stick-slip modes, where a force touches the cone during a step, the return map is
+continuously differentiable: the speed of the slide that appears is of second order in the distance from the boundary.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from gaitopt.stability.section import Section
 
 
 def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearness: float = 1e-6) -> tuple[Array, ...]:
-    """Return the return map's derivatives on the sticking and on the slipping side of an impact's edge.
+    """Return the derivatives of the return map on the sticking and on the slipping side of the cone's boundary.
 
     Parameters
     ----------
@@ -26,22 +26,22 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
     state : (2 n_q,) array
         The gait's state after touchdown.
     stride : Stride
-        Its step.
+        Step of the gait.
     nearness : float
-        How near to the edge an impact must be: its impulse ratio relative to friction, or its foot speed relative to
-        the largest rate.
+        Largest distance from the boundary: of the impulse ratio relative to friction, or of the foot speed after a
+        slipping impact relative to the largest rate.
 
     Returns
     -------
     tuple of arrays
-        Empty away from the edge; else two (n_z, n_z) arrays for the section with foot speed.
+        Two (n_z, n_z) arrays for the section with foot speed; empty if the impulse is not on the boundary.
     """
     impact, friction = stride.impact, walker.contact.friction
     if impact is None or impact.mode is None or stride.following is None or not np.isfinite(friction):
         return ()
     ratio, n = float(impact.impulse[0] / impact.impulse[1]), walker.robot.n_q
     if impact.mode.slips:
-        # A slipping impulse always lies on the cone; it is near the edge when the foot is left almost at rest.
+        # A slipping impulse always lies on the cone; it is near the boundary if the foot is left almost at rest.
         if not abs(stride.following[n]) <= nearness * np.max(np.abs(impact.v_plus)):
             return ()
     elif not abs(abs(ratio) - friction) <= nearness * friction:
@@ -53,9 +53,9 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
         z = section.project(state)
         z[-1] = speed
         beside = section.embed(z)
-        taken = walker.stride(beside)
-        if taken.following is None:
+        stride_beside = walker.stride(beside)
+        if stride_beside.following is None:
             return ()
-        matrix = linearisation.derivative(beside, taken, impact=outcome) @ section.tangent(z)
+        matrix = linearisation.derivative(beside, stride_beside, impact=outcome) @ section.tangent(z)
         sides.append(matrix[section.places])
     return tuple(sides)

@@ -1,4 +1,4 @@
-"""Which pushes a periodic gait recovers from, walked in the event-driven simulator."""
+"""Recovery of periodic gaits from pushes, tested in the event-driven simulator."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -17,32 +17,32 @@ from gaitopt.stability.section import Section
 
 WalkObserver = Callable[[VerificationStep], None]
 
-ARRIVED = 1e-3
-"""Part of the tolerance at which a walk counts as back on the gait for good."""
+CONVERGED_FRACTION = 1e-3
+"""Fraction of the tolerance below which a walk counts as converged to the gait."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recovery:
-    """How walks from seeded starts around a gait ended.
+    """Outcome of walks from random starts around a gait.
 
-    A start is the gait's state after touchdown plus a push drawn evenly from a ball: with w = sqrt(g / l) and l the
-    height of the upright robot, its size [rad/s] is the root of the sum of squares of the changes of the rates, w times
-    those of the angles, and the foot speed's over l.
+    A start is the gait's state after touchdown plus a push drawn uniformly from a ball.  With w = sqrt(g / l) and l the
+    height of the upright robot, the size of a push [rad/s] is the root of the sum of squares of the changes of the
+    rates, of w times those of the angles, and of that of the foot speed over l.
 
     Attributes
     ----------
     radius : float [rad/s]
-        Of the ball.
+        Radius of the ball.
     starts, returned : int
-        Starts, and how many were back on the gait.
+        Number of starts, and of those that returned to the gait.
     steps : int
-        Steps walked.
+        Maximum number of steps of each walk.
     tolerance : float
-        Largest difference of the state after touchdown that counts as back.
+        Largest difference of the state after touchdown from the gait's that counts as returned.
     settling : tuple of int
-        Steps each start that returned took until it stayed within the tolerance.
+        Number of steps after which each start that returned stays within the tolerance.
     beyond : float [rad/s]
-        Where the largest ball was looked for: the smallest one known from which not all starts return; inf if none.
+        In a search for the largest ball: the smallest radius tested from which not all starts return; inf if none.
 
     Examples
     --------
@@ -65,22 +65,25 @@ class Recovery:
 
     @property
     def fraction(self) -> float:
-        """Share of the ball that lies in the gait's basin, as far as the starts tell."""
+        """Fraction of starts that returned, an estimate of the fraction of the ball in the gait's basin."""
         return self.returned / self.starts
 
 
 @frozen(kw_only=True)
 class PushTest:
-    """How recovery is tested.
+    """Options of a recovery test.
 
     Attributes
     ----------
     starts : int
+        Number of random starts.
     seed : int
     steps : int
+        Maximum number of steps of each walk.
     tolerance : float
+        Largest difference of the state after touchdown from the gait's that counts as returned.
     largest : float [rad/s]
-        No larger push is tried.
+        Largest radius tested.
     resolution : float
         Relative width to which the largest radius is located.
 
@@ -99,7 +102,7 @@ class PushTest:
 
 
 def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
-    """Walk from starts around a gait of one step and tell how many return to it.
+    """Simulate walks from random starts around a gait of one step and count those that return to it.
 
     Parameters
     ----------
@@ -121,23 +124,23 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     5
     """
     test = test or PushTest()
-    settling = [_settling_steps(walker, cycle, radius * push, test) for push in _pushes(walker, cycle, test)]
-    found = tuple(steps for steps in settling if steps is not None)
-    return _answer(test, radius, len(found), found)
+    settling = [_count_settling_steps(walker, cycle, radius * push, test) for push in _draw_pushes(walker, cycle, test)]
+    returned = tuple(steps for steps in settling if steps is not None)
+    return _make_recovery(test, radius, len(returned), returned)
 
 
 def largest_recovery(
     walker: Walker, cycle: Cycle, test: PushTest | None = None, observer: WalkObserver | None = None
 ) -> Recovery:
-    """Return the recovery from the largest ball found from which all starts return; radius 0 where none does.
+    """Return the recovery from the largest ball from which all starts return; radius 0 if there is none.
 
-    The radius is bisected; what is larger may hold again, but is not looked for.
+    The radius is located by bisection; larger balls from which all starts return again are not searched.
 
     Parameters
     ----------
     walker : Walker
     cycle : Cycle
-        An unstable gait is returned to from nowhere.
+        For an unstable gait the radius is 0.
     test : PushTest, optional
     observer : callable, optional
         Receives a :class:`gaitopt.progress.VerificationStep` after each walk.
@@ -155,15 +158,15 @@ def largest_recovery(
     True
     """
     test = test or PushTest()
-    best = _answer(test, 0.0, 0, ())
+    best = _make_recovery(test, 0.0, 0, ())
     if not cycle.stable:
         return replace(best, beyond=0.0)
     lower, upper, beyond = 0.0, test.largest, math.inf
     radius = test.largest / 16
     while upper - lower > test.resolution * upper and upper > 1e-6:
         settling = []
-        for push in _pushes(walker, cycle, test):
-            settling.append(_settling_steps(walker, cycle, radius * push, test))
+        for push in _draw_pushes(walker, cycle, test):
+            settling.append(_count_settling_steps(walker, cycle, radius * push, test))
             if observer is not None:
                 observer(VerificationStep(radius, len(settling), test.starts))
             if settling[-1] is None:
@@ -171,7 +174,7 @@ def largest_recovery(
                 break
         else:
             lower = radius
-            best = _answer(test, radius, test.starts, tuple(steps for steps in settling if steps is not None))
+            best = _make_recovery(test, radius, test.starts, tuple(steps for steps in settling if steps is not None))
         radius = min(2 * lower, upper) if lower and upper == test.largest else (lower + upper) / 2
         if not lower:
             radius = upper / 2
@@ -180,7 +183,7 @@ def largest_recovery(
     return replace(best, beyond=beyond)
 
 
-def _answer(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:
+def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:
     return Recovery(
         radius=radius,
         starts=test.starts,
@@ -191,7 +194,7 @@ def _answer(test: PushTest, radius: float, returned: int, settling: tuple[int, .
     )
 
 
-def _pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
+def _draw_pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
     """Yield pushes of the unit ball as changes of the coordinates of the gait's section, shape (n_z,)."""
     robot, rng = walker.robot, np.random.default_rng(test.seed)
     values = dict(zip([parameter.name for parameter in robot.parameters], walker.p, strict=True))
@@ -203,19 +206,19 @@ def _pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
         yield scale * direction / np.linalg.norm(direction) * rng.uniform() ** (1 / scale.size)
 
 
-def _settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
-    """Return the number of steps after which a walk stays within the tolerance of the gait, or None if it does not."""
-    whole = Section(walker.robot, walker.p, sliding=True)
-    home = whole.project(cycle.section.embed(cycle.z))
+def _count_settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
+    """Return the number of steps after which a walk stays within the tolerance of the gait, or None without return."""
+    section = Section(walker.robot, walker.p, sliding=True)
+    fixed_point = section.project(cycle.section.embed(cycle.z))
     state, outside = cycle.section.embed(cycle.z + push), 0
     for step in range(1, test.steps + 1):
         following = walker.stride(state).following
         if following is None:
             return None
         state = following
-        distance = worst(np.abs(whole.project(state) - home))
+        distance = worst(np.abs(section.project(state) - fixed_point))
         if distance > test.tolerance:
             outside = step
-        elif distance <= ARRIVED * test.tolerance:
+        elif distance <= CONVERGED_FRACTION * test.tolerance:
             break
     return None if outside == test.steps else outside + 1

@@ -11,12 +11,12 @@ from gaitopt.status import Stop
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """Some steps from a point of the section.
+    """Steps from a point of the section.
 
     Attributes
     ----------
     end : (n_z,) array or None
-        Where they end; None if one of them did not reach its touchdown.
+        Point of the section after the last step; None if a step did not reach its touchdown.
     states : tuple of (2 n_q,) arrays
         State at the start of each step.
     strides : tuple of Stride
@@ -28,19 +28,19 @@ class Passage:
 
     @property
     def stop(self) -> Stop | None:
-        """Why the steps ended early, or None."""
+        """Reason for which the steps ended early, or None."""
         return self.strides[-1].stop
 
 
 class ReturnMap:
-    """The map of a section to itself by a number of steps.
+    """Map of a section to itself by a number of steps.
 
     Parameters
     ----------
     walker : Walker
     section : Section
     steps : int
-        Steps per return; 1 for the return map proper, n to find gaits of period n.
+        Steps per return: n for gaits of period n.
     """
 
     def __init__(self, walker: Walker, section: Section, steps: int = 1) -> None:
@@ -48,7 +48,7 @@ class ReturnMap:
         self._linearisation = Linearisation(walker)
 
     def __call__(self, z: Array) -> Passage:
-        """Take the steps from a point of the section, shape (n_z,)."""
+        """Simulate the steps from a point of the section, shape (n_z,)."""
         state, states, strides = self.section.embed(z), [], []
         for _ in range(self.steps):
             stride = self.walker.stride(state)
@@ -60,7 +60,7 @@ class ReturnMap:
         return Passage(self.section.project(state), tuple(states), tuple(strides))
 
     def derivative(self, z: Array, passage: Passage) -> Array:
-        """Return the derivative of the map at a point from which a passage was taken, shape (n_z, n_z)."""
+        """Return the derivative of the map at the point where a passage starts, shape (n_z, n_z)."""
         matrix = self.section.tangent(z)
         for state, stride in zip(passage.states, passage.strides, strict=True):
             matrix = self._linearisation.derivative(state, stride) @ matrix

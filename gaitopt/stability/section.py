@@ -1,4 +1,4 @@
-"""Poincare sections just after touchdown: which numbers make a state, and how to go from one to the other."""
+"""Poincare sections immediately after touchdown: coordinates, embedding and projection."""
 
 import functools
 import threading
@@ -16,10 +16,10 @@ from gaitopt.motion.motion import Array
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """States after a touchdown and leg swap, both feet on the ground.
+    """Section of states after a touchdown and leg exchange, with both feet on the ground.
 
-    The touchdown condition fixes the last angle it depends on, so the coordinates are the other angles, all rates, and
-    the speed of the new stance foot where the impact lets it slip.
+    The touchdown condition determines the last angle on which it depends, so the coordinates are the other angles, all
+    rates, and the speed of the new stance foot if the impact may slip.
 
     Attributes
     ----------
@@ -28,8 +28,8 @@ class Section:
     sliding : bool
         Whether the foot speed is a coordinate.
     foot_speed : float [m/s]
-        Speed of the foot where it is not a coordinate: 0 after a sticking impact; any value in complete slip, whose
-        motion is the same at every speed.
+        Speed of the foot if it is not a coordinate: 0 after a sticking impact; any value in complete slip, which does
+        not depend on this speed.
     """
 
     robot: Robot
@@ -47,18 +47,18 @@ class Section:
 
     @functools.cached_property
     def places(self) -> list[int]:
-        """Entries of the state y = (q, v) that are the coordinates, in order."""
+        """Indices of the coordinates in the state y = (q, v), in order."""
         n = self.robot.n_q
         return [*self._free, *range(n + 2, 2 * n), *([n] if self.sliding else [])]
 
     @functools.cached_property
-    def closing(self) -> int:
-        """Entry of the state that the touchdown condition fixes."""
+    def dependent_entry(self) -> int:
+        """Index of the state that the touchdown condition determines."""
         return 2 + dependent_coordinate(self.robot)
 
     @functools.cached_property
     def _free(self) -> list[int]:
-        return [entry for entry in range(2, self.robot.n_q) if entry != self.closing]
+        return [entry for entry in range(2, self.robot.n_q) if entry != self.dependent_entry]
 
     def embed(self, z: Array) -> Array:
         """Return the state y = (q, v) of a point of the section, shape (2 n_q,).
@@ -77,8 +77,8 @@ class Section:
         y = np.zeros(2 * n)
         y[n] = self.foot_speed
         y[self.places] = z
-        angle, _ = _closing(self.robot, self.p.tobytes(), threading.get_ident())
-        y[self.closing] = angle.packed(y[self._free])[0]
+        angle, _ = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
+        y[self.dependent_entry] = angle.packed(y[self._free])[0]
         return y
 
     def tangent(self, z: Array) -> Array:
@@ -87,8 +87,8 @@ class Section:
         basis = np.zeros((2 * n, len(places)))
         basis[places, range(len(places))] = 1.0
         if n > 3:
-            _, slope = _closing(self.robot, self.p.tobytes(), threading.get_ident())
-            basis[self.closing, : n - 3] = slope.packed(self.embed(z)[self._free])
+            _, slope = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
+            basis[self.dependent_entry, : n - 3] = slope.packed(self.embed(z)[self._free])
         return basis
 
     def project(self, y: Array) -> Array:
@@ -97,10 +97,10 @@ class Section:
 
 
 @functools.lru_cache(maxsize=32)
-def _angle_fixed(robot: Robot) -> ca.Function:
-    """Return (other angles, p) -> the angle that the touchdown condition fixes just after the swap.
+def _dependent_angle(robot: Robot) -> ca.Function:
+    """Return (other angles, p) -> the angle that the touchdown condition determines after the leg exchange.
 
-    The swap of the angles is linear; a touchdown guard that is linear too needs one Newton step, others a few.
+    The exchange of the angles is linear, so one Newton step suffices for a linear touchdown guard; others take a few.
     """
     others, p = ca.SX.sym("others", len(robot.angles) - 1), ca.SX.sym("p", len(robot.parameters))
     angle, place = ca.SX.sym("angle"), dependent_coordinate(robot)
@@ -113,14 +113,14 @@ def _angle_fixed(robot: Robot) -> ca.Function:
     guess = ca.Function("start", [others], [start])(value[0])
     for _ in range(8):
         guess = newton(guess, *value)
-    return ca.Function("angle_fixed", list(value), [guess]).expand()
+    return ca.Function("dependent_angle", list(value), [guess]).expand()
 
 
 @functools.lru_cache(maxsize=256)
-def _closing(robot: Robot, p: bytes, thread: int) -> tuple[FastCall, FastCall]:
-    """Return other angles -> the one fixed, and its gradient, for given parameters; each thread has its own memory."""
-    function = _angle_fixed(robot)
+def _compile_dependent_angle(robot: Robot, p: bytes, thread: int) -> tuple[FastCall, FastCall]:
+    """Return other angles -> dependent angle, and its gradient, for parameters as bytes and one thread."""
+    function = _dependent_angle(robot)
     others, parameters = function.sx_in()
     gradient = ca.densify(ca.jacobian(function(others, parameters), others))
-    slope = ca.Function("angle_fixed_slope", [others, parameters], [gradient])
+    slope = ca.Function("dependent_angle_slope", [others, parameters], [gradient])
     return FastCall(function, np.frombuffer(p)), FastCall(slope, np.frombuffer(p))

@@ -1,4 +1,4 @@
-"""The start of a walk on the section: a periodic gait's state with some coordinates changed."""
+"""Start of a walk on the section: the state of a periodic gait with some coordinates changed."""
 
 from collections.abc import Mapping
 
@@ -17,14 +17,14 @@ def choose_start(robot: Robot, p: Array, changes: Mapping[str, float], cycle: Cy
     robot : Robot
     p : (n_p,) array
     changes : mapping of str to float
-        Coordinates that are given (SI units, rad).
+        Values of coordinates (SI units, rad).
     cycle : Cycle, optional
-        Periodic gait with the other coordinates.  Without one the foot speed is 0 m/s.
+        Periodic gait that provides the other coordinates.  Without a gait the foot speed is 0 m/s.
 
     Raises
     ------
     InputError
-        If a coordinate is unknown, or is neither given nor known from a gait.
+        If a coordinate is unknown, or has a value neither in `changes` nor in a gait.
 
     Examples
     --------
@@ -40,5 +40,5 @@ def choose_start(robot: Robot, p: Array, changes: Mapping[str, float], cycle: Cy
     values = {"foot_speed": 0.0, **({} if cycle is None else cycle.state), **changes}
     missing = [name for name in names if name not in values]
     if missing:
-        raise InputError(f"The start needs a value of {missing[0]}: no periodic gait was found to take it from.")
+        raise InputError(f"The start needs a value of {missing[0]}: no periodic gait was found that provides it.")
     return {name: values[name] for name in names}

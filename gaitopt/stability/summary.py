@@ -1,4 +1,4 @@
-"""Periodic gaits in plain data."""
+"""Summary of periodic gaits as plain data."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from gaitopt.stability.cycle import Cycle
 
 
 def summarise_cycle(cycle: Cycle) -> dict[str, Any]:
-    """Return the facts of a periodic gait as plain data that any JSON reader takes.
+    """Return the properties of a periodic gait as plain data for JSON.
 
     Parameters
     ----------

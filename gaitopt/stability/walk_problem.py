@@ -1,4 +1,4 @@
-"""Walking problems: a robot on a slope, whose gaits are to be found rather than optimised."""
+"""Walking problems: a robot on a slope whose periodic gaits are computed, not optimised."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,24 +11,24 @@ from gaitopt.motion.contact_sequence import ContactSequence
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WalkProblem:
-    """A walker whose periodic gaits are asked for.
+    """A walker and the periodic gaits to compute.
 
     Attributes
     ----------
     robot : Robot
     parameters : mapping of str to float
-        Of robot and ground, SI units, slope in rad; those not named keep their defaults.
+        Parameters of robot and ground in SI units, slope in rad; those not named keep their defaults.
     law : Law or None
         None for passive walking.
     sequence : ContactSequence, str or None
-        The gait asked for; None for all that are found.
+        Contact sequence of the gaits; None for all gaits.
     name : str
-        For people.
+        Name of the problem in messages.
 
     Raises
     ------
     InputError
-        At construction, if a parameter or the contact sequence cannot be.
+        At construction, if a parameter or the contact sequence is invalid.
 
     Examples
     --------

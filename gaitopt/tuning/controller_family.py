@@ -1,4 +1,4 @@
-"""Controller families: laws for a gait as functions of a few gains, to be tuned."""
+"""Controller families: laws for a gait as functions of a few gains that are tuned."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -19,8 +19,8 @@ TorqueLimit = float | Mapping[str, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class DesignSettings:
-    """What a family of laws is made with besides its gains, kept beside tuned gains.
+class FamilySettings:
+    """Settings of a controller family besides its gains, saved with tuned gains.
 
     Attributes
     ----------
@@ -28,11 +28,11 @@ class DesignSettings:
     stance_angle : bool
         Whether the stance angle replaces the clock.
     fixed : mapping of str to float
-        Gains that are not tuned.
+        Values of gains that are not tuned.
 
     Examples
     --------
-    >>> DesignSettings(torque_limit=8).stance_angle
+    >>> FamilySettings(torque_limit=8).stance_angle
     False
     """
 
@@ -43,71 +43,71 @@ class DesignSettings:
 
 @dataclass(frozen=True, eq=False)
 class ControllerFamily:
-    """A family of laws.
+    """A parametrised family of feedback laws.
 
     Attributes
     ----------
     name : str
     gains : tuple of Gain
     law : callable
-        From values of the gains by name to the law.
-    settings : DesignSettings
+        Function from values of the gains by name to the law.
+    settings : FamilySettings
 
     Examples
     --------
     >>> from gaitopt import compass_biped, load
     >>> from gaitopt.tuning import controller_family_named
     >>> motion = load("docs/examples/compass_slip.h5").motion
-    >>> design = controller_family_named("joint_pd", compass_biped(), motion, torque_limit=8)
-    >>> [gain.name for gain in design.gains]
+    >>> family = controller_family_named("joint_pd", compass_biped(), motion, torque_limit=8)
+    >>> [gain.name for gain in family.gains]
     ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']
     """
 
     name: str
     gains: tuple[Gain, ...]
     law: Callable[[Mapping[str, float]], Law] = field(repr=False)
-    settings: DesignSettings = field(default=DesignSettings(), repr=False)
+    settings: FamilySettings = field(default=FamilySettings(), repr=False)
 
     @staticmethod
-    def of(law: Law, name: str | None = None) -> "ControllerFamily":
-        """Return the family of a law with other gains: each is tuned between 0 and three times its value.
+    def from_law(law: Law, name: str | None = None) -> "ControllerFamily":
+        """Return the family of a law with gains between 0 and three times their values in the law.
 
-        Gains of value 0 stay.
+        Gains of value 0 are not tuned.
 
         Examples
         --------
         >>> from gaitopt import compass_biped, push_off
-        >>> ControllerFamily.of(push_off(compass_biped(), torque=-2.0, duration=0.1)).gains[0].lower
+        >>> ControllerFamily.from_law(push_off(compass_biped(), torque=-2.0, duration=0.1)).gains[0].lower
         -6.0
         """
         values = {gain: value for gain, value in law.gain_values.items() if value}
         gains = tuple(Gain(gain, value, min(0.0, 3 * value), max(0.0, 3 * value)) for gain, value in values.items())
         return ControllerFamily(name or law.name, gains, law.with_gains)
 
-    def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "ControllerFamily":
-        """Return the design with only the named gains left to tune, within other bounds; the others keep their start.
+    def with_bounds(self, bounds: Mapping[str, tuple[float, float]]) -> "ControllerFamily":
+        """Return the family in which only the named gains are tuned, within new bounds; the others keep their start.
 
         Raises
         ------
         InputError
-            If it has no such gain.
+            If the family has no such gain.
         """
         known = {gain.name: gain for gain in self.gains}
         for name in bounds:
             if name not in known:
-                raise InputError(f"The design {self.name!r} has no gain {name!r}. {suggest(name, known)}")
+                raise InputError(f"The controller family {self.name!r} has no gain {name!r}. {suggest(name, known)}")
         fixed = {name: gain.start for name, gain in known.items() if name not in bounds}
-        free = tuple(_within(known[name], *span) for name, span in bounds.items())
+        free = tuple(_clip_gain(known[name], *bound) for name, bound in bounds.items())
         settings = replace(self.settings, fixed={**self.settings.fixed, **fixed})
         return replace(self, gains=free, law=lambda values: self.law({**fixed, **values}), settings=settings)
 
     def by_stance_angle(self, robot: Robot, motion: Motion) -> "ControllerFamily":
-        """Return the design of the same law by the stance angle; see :func:`gaitopt.by_stance_angle`."""
+        """Return the family of the same laws by the stance angle; see :func:`gaitopt.by_stance_angle`."""
         settings = replace(self.settings, stance_angle=True)
         return replace(self, law=lambda values: by_stance_angle(robot, motion, self.law(values)), settings=settings)
 
 
-def _within(gain: Gain, lower: float, upper: float) -> Gain:
+def _clip_gain(gain: Gain, lower: float, upper: float) -> Gain:
     start = min(max(gain.start, lower), upper)
     return Gain(gain.name, start, lower, upper, gain.logarithmic and lower > 0)
 
@@ -115,9 +115,9 @@ def _within(gain: Gain, lower: float, upper: float) -> Gain:
 def controller_family_named(
     name: str, robot: Robot, motion: Motion, *, torque_limit: TorqueLimit = math.inf
 ) -> ControllerFamily:
-    """Return the design of a law for a gait by name: one of ``DESIGNS``.
+    """Return a controller family for a gait by name: one of ``FAMILIES``.
 
-    Bounds follow from the torque limits: a deviation of 0.03 rad or 0.2 rad/s should not reach them.
+    Bounds of gains follow from the torque limits: a deviation of 0.03 rad or 0.2 rad/s reaches a limit at most.
 
     Parameters
     ----------
@@ -131,22 +131,22 @@ def controller_family_named(
     Raises
     ------
     InputError
-        If there is no design of this name.
+        If there is no controller family of this name.
 
     Examples
     --------
     >>> from gaitopt import compass_biped, load
     >>> motion = load("docs/examples/compass_slip.h5").motion
-    >>> design = controller_family_named("lqr", compass_biped(), motion, torque_limit=8)
-    >>> [gain.name for gain in design.gains]
+    >>> family = controller_family_named("lqr", compass_biped(), motion, torque_limit=8)
+    >>> [gain.name for gain in family.gains]
     ['torque', 'rate']
     """
-    design = DESIGNS[law_name(name)](robot, motion, torque_limit)
-    return replace(design, settings=DesignSettings(torque_limit=torque_limit))
+    family = FAMILIES[law_name(name)](robot, motion, torque_limit)
+    return replace(family, settings=FamilySettings(torque_limit=torque_limit))
 
 
 def law_name(name: str) -> str:
-    """Return the name of a feedback law, that of the function that makes it, from any accepted spelling.
+    """Return the name of a feedback law, that of the function that creates it, from any accepted spelling.
 
     Raises
     ------
@@ -158,32 +158,32 @@ def law_name(name: str) -> str:
     >>> law_name("computed torque"), law_name("pd"), law_name("step-to-step")
     ('computed_torque', 'joint_pd', 'step_lqr')
     """
-    spelled = name.strip().replace("-", "_").replace(" ", "_")
-    spelled = SYNONYMS.get(spelled, spelled)
-    if spelled not in DESIGNS:
-        raise InputError(f"There is no feedback law {name!r}. {suggest(name, DESIGNS)}")
-    return spelled
+    normalised = name.strip().replace("-", "_").replace(" ", "_")
+    normalised = SYNONYMS.get(normalised, normalised)
+    if normalised not in FAMILIES:
+        raise InputError(f"There is no feedback law {name!r}. {suggest(name, FAMILIES)}")
+    return normalised
 
 
 def _pd(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
-    law, most = joint_pd(robot, motion, torque_limit=torque_limit), _most(torque_limit)
-    gains = [Gain(f"{actuator}_stiffness", most / 0.3, 0.0, most / 0.03) for actuator in robot.actuators]
-    gains += [Gain(f"{actuator}_damping", most / 2, 0.0, most / 0.2) for actuator in robot.actuators]
+    law, limit_scale = joint_pd(robot, motion, torque_limit=torque_limit), _smallest_limit(torque_limit)
+    gains = [Gain(f"{actuator}_stiffness", limit_scale / 0.3, 0.0, limit_scale / 0.03) for actuator in robot.actuators]
+    gains += [Gain(f"{actuator}_damping", limit_scale / 2, 0.0, limit_scale / 0.2) for actuator in robot.actuators]
     return ControllerFamily("joint_pd", tuple(gains), law.with_gains)
 
 
 def _computed_torque(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
     law = computed_torque(robot, motion, torque_limit=torque_limit)
 
-    def with_common(values: Mapping[str, float]) -> Law:
+    def set_common_gains(values: Mapping[str, float]) -> Law:
         return law.with_gains({name: values[name.rpartition("_")[2]] for name in law.gains})
 
-    fast = 1 / motion.period
+    rate_scale = 1 / motion.period
     gains = (
-        Gain("stiffness", (4 * fast) ** 2, 0.0, (12 * fast) ** 2),
-        Gain("damping", 8 * fast, 0.0, 24 * fast),
+        Gain("stiffness", (4 * rate_scale) ** 2, 0.0, (12 * rate_scale) ** 2),
+        Gain("damping", 8 * rate_scale, 0.0, 24 * rate_scale),
     )
-    return ControllerFamily("computed_torque", gains, with_common)
+    return ControllerFamily("computed_torque", gains, set_common_gains)
 
 
 def _lqr(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
@@ -207,39 +207,39 @@ def _step_to_step(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> Co
 
 
 def _push_off(robot: Robot, motion: Motion, torque_limit: TorqueLimit) -> ControllerFamily:
-    """Return the torques of the gait, played back, with a push-off at the retraction of the swing leg."""
-    most, gait = _most(torque_limit), feedforward(robot, motion)
-    law = push_off(robot, gait, torque=0.01 * most, duration=0.05 * motion.period, torque_limit=torque_limit)
+    """Return the open-loop torques of the gait with a push-off at the retraction of the swing leg."""
+    limit_scale, gait = _smallest_limit(torque_limit), feedforward(robot, motion)
+    law = push_off(robot, gait, torque=0.01 * limit_scale, duration=0.05 * motion.period, torque_limit=torque_limit)
     names = tuple(law.gains)
     gains = (
-        Gain(names[0], 0.01 * most, -0.5 * most, 0.5 * most),
+        Gain(names[0], 0.01 * limit_scale, -0.5 * limit_scale, 0.5 * limit_scale),
         Gain(names[1], 0.05 * motion.period, 0.01 * motion.period, 0.3 * motion.period),
     )
     return ControllerFamily("push_off", gains, law.with_gains)
 
 
 def _weights(torque_limit: TorqueLimit) -> tuple[Gain, ...]:
-    most = _most(torque_limit)
+    limit_scale = _smallest_limit(torque_limit)
     return (
-        Gain("torque", 0.5 * most, 0.02 * most, 5 * most, logarithmic=True),
+        Gain("torque", 0.5 * limit_scale, 0.02 * limit_scale, 5 * limit_scale, logarithmic=True),
         Gain("rate", 0.3, 0.03, 3.0, logarithmic=True),
     )
 
 
-def _most(torque_limit: TorqueLimit) -> float:
-    """Return the smallest finite limit [N m]; 10 if there is none."""
+def _smallest_limit(torque_limit: TorqueLimit) -> float:
+    """Return the smallest finite torque limit [N m], or 10 without finite limits."""
     limits = torque_limit.values() if isinstance(torque_limit, Mapping) else [torque_limit]
     return min([float(limit) for limit in limits if float(limit) < UNLIMITED], default=10.0)
 
 
-DESIGNS: dict[str, Callable[[Robot, Motion, TorqueLimit], ControllerFamily]] = {
+FAMILIES: dict[str, Callable[[Robot, Motion, TorqueLimit], ControllerFamily]] = {
     "joint_pd": _pd,
     "computed_torque": _computed_torque,
     "lqr": _lqr,
     "step_lqr": _step_to_step,
     "push_off": _push_off,
 }
-"""Families by the names of the functions that make their laws; the command line derives its help from it."""
+"""Families by the names of the functions that create their laws, from which the command line derives its help."""
 
 SYNONYMS = {"pd": "joint_pd", "step_to_step": "step_lqr"}
-"""Other names of laws, which are accepted and not printed."""
+"""Alternative names of laws, accepted as input but not printed."""

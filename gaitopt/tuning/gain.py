@@ -1,4 +1,4 @@
-"""A gain to be tuned, with its bounds."""
+"""Gains of a controller family with their bounds."""
 
 import math
 from dataclasses import dataclass
@@ -8,15 +8,17 @@ from gaitopt.errors import InputError
 
 @dataclass(frozen=True)
 class Gain:
-    """A number to be tuned.
+    """A gain that is tuned between bounds.
 
     Attributes
     ----------
     name : str
     start : float
+        Initial value.
     lower, upper : float
+        Bounds.
     logarithmic : bool
-        Whether it is searched by its logarithm; `lower` is then positive.
+        Whether the search uses the logarithm of the gain; `lower` must then be positive.
 
     Examples
     --------
@@ -32,9 +34,11 @@ class Gain:
 
     def __post_init__(self) -> None:
         if not self.lower <= self.start <= self.upper or not self.lower < self.upper < math.inf:
-            raise InputError(f"Gain {self.name!r} needs finite bounds around its start, got {self}.")
+            raise InputError(f"Gain {self.name!r} needs finite bounds that contain its start, got {self}.")
         if self.logarithmic and self.lower <= 0:
-            raise InputError(f"Gain {self.name!r} is searched by its logarithm: its lower bound must be positive.")
+            raise InputError(
+                f"The lower bound of the logarithmic gain {self.name!r} must be positive, got {self.lower:g}."
+            )
 
     def at(self, share: float) -> float:
         """Return the value at a fraction of the way from the lower bound to the upper."""

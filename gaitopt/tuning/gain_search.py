@@ -1,4 +1,4 @@
-"""The search for gains: an objective of the return map's derivative, made small by the simplex method."""
+"""Search for gains: minimisation of an objective of the return map's derivative by the simplex method."""
 
 from collections.abc import Mapping
 
@@ -24,27 +24,27 @@ from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.objective import TuningObjective
 from gaitopt.tuning.record import Trial
 
-LARGE_VIOLATION = 1e6
-"""Objective of gains without a periodic gait near the planned one."""
-NEAR = 1e-5
-"""A point this near to its image counts as the fixed point during the search."""
+INFEASIBLE_PENALTY = 1e6
+"""Objective of gains without a law or without a periodic gait near the planned one."""
+FIXED_POINT_TOLERANCE = 1e-5
+"""Distance between a point and its image below which the search takes the point as fixed point."""
 
 
 @frozen(kw_only=True)
 class GainSearchOptions:
-    """The search for gains: the simplex method of Nelder and Mead, which needs no derivatives, from several starts.
+    """Options of the search for gains by the simplex method of Nelder and Mead from several starts.
 
     Attributes
     ----------
     samples : int
-        Number of random gains evaluated first, besides the start of the design.
+        Number of random gains evaluated first, in addition to the start of the family.
     starts : int
-        Number of the best of these from which the simplex method starts.
+        Number of the best of these that start the simplex method.
     evaluations : int
-        Largest number of evaluations of each start.
+        Maximum number of evaluations of each start.
     seed : int
     tolerance : float
-        Change of the objective that ends a start.
+        Change of the objective below which the simplex method ends.
 
     Examples
     --------
@@ -60,36 +60,36 @@ class GainSearchOptions:
 
 
 class GainSearch:
-    """The objective of a gait under a law as a function of gains, to be minimised.
+    """Minimises the objective of a gait under a law as a function of gains.
 
     Parameters
     ----------
     gait : Gait
     robot : Robot
-    design : Design
+    family : ControllerFamily
     objective : TuningObjective
     frictions : tuple of float
-        Frictions of the ground besides that of the gait.
+        Friction coefficients in addition to that of the gait.
     engine : Engine or None
     observer : callable
 
     Attributes
     ----------
     trials : list of Trial
-        In order.
+        Evaluations in order.
     """
 
     def __init__(
         self,
         gait: Gait,
         robot: Robot,
-        design: ControllerFamily,
+        family: ControllerFamily,
         objective: TuningObjective,
         frictions: tuple[float, ...],
         engine: Engine | None,
         observer: TuningObserver,
     ) -> None:
-        self.design, self.objective, self.trials = design, objective, list[Trial]()
+        self.family, self.objective, self.trials = family, objective, list[Trial]()
         self._robot, self._engine, self._observer = robot, engine, observer
         self._period, planned = gait.period, gait.motion.parameters
         self._grounds = [planned, *(robot.resolve({**planned, "friction": mu}) for mu in frictions)]
@@ -101,8 +101,8 @@ class GainSearch:
         self._scale = np.array([0.1] * (n_a - 1) + [0.5] * n_a + [0.5])
 
     def search(self, search: GainSearchOptions) -> Trial:
-        """Return the best trial."""
-        gains, rng = self.design.gains, np.random.default_rng(search.seed)
+        """Minimise the objective and return the best trial."""
+        gains, rng = self.family.gains, np.random.default_rng(search.seed)
         begin = [np.array([gain.share for gain in gains]), *rng.uniform(size=(search.samples, len(gains)))]
         ranked = sorted(begin, key=lambda share: self(share))
         options = {"maxfev": search.evaluations, "fatol": search.tolerance, "xatol": 1e-3}
@@ -113,7 +113,7 @@ class GainSearch:
 
     def __call__(self, share: Array) -> float:
         """Return the objective of gains given as fractions of the way between bounds, and record it as a trial."""
-        gains = {gain.name: gain.at(at) for gain, at in zip(self.design.gains, share.tolist(), strict=True)}
+        gains = {gain.name: gain.at(at) for gain, at in zip(self.family.gains, share.tolist(), strict=True)}
         value = self._value(gains)
         self.trials.append(Trial(gains, value))
         best = min(rank_of(trial.objective) for trial in self.trials)
@@ -122,31 +122,31 @@ class GainSearch:
 
     def _value(self, gains: Mapping[str, float]) -> float:
         try:
-            law = self.design.law(gains)
+            law = self.family.law(gains)
         except InputError:
-            return LARGE_VIOLATION  # there is no such law, for example because a Riccati equation has no solution
+            return INFEASIBLE_PENALTY  # no law exists, for example if a Riccati equation has no solution
         return worst(*(self._on_ground(law, k) for k in range(len(self._grounds))))
 
     def _on_ground(self, law: Law, k: int) -> float:
-        """Return the objective of a law on one ground; Newton's method starts from the last fixed point found there."""
+        """Return the objective of a law on one ground; Newton's method starts from the previous fixed point there."""
         walker = make_walker(self._robot, law, self._grounds[k], period=self._period, engine=self._engine)
-        returning = ReturnMap(walker, self._sections[k])
+        return_map = ReturnMap(walker, self._sections[k])
         z = self._points[k]
-        passage = returning(z)
-        if passage.end is None or not np.max(np.abs(passage.end - z)) <= NEAR:
-            point = find_fixed_point(returning, z)
+        passage = return_map(z)
+        if passage.end is None or not np.max(np.abs(passage.end - z)) <= FIXED_POINT_TOLERANCE:
+            point = find_fixed_point(return_map, z)
             if point is None:
-                return LARGE_VIOLATION
+                return INFEASIBLE_PENALTY
             z, passage = point.z, point.passage
             self._points[k] = z
-        sides = one_sided_derivatives(returning.walker, passage.states[0], passage.strides[0])
-        matrices = sides or (returning.derivative(z, passage),)
+        sides = one_sided_derivatives(return_map.walker, passage.states[0], passage.strides[0])
+        matrices = sides or (return_map.derivative(z, passage),)
         if not all(np.all(np.isfinite(matrix)) for matrix in matrices):
-            return LARGE_VIOLATION
+            return INFEASIBLE_PENALTY
         return worst(*(self.objective(matrix, self._scale) for matrix in matrices))
 
 
 def _simplex(share: Array) -> Array:
-    """Return the first simplex of a start: steps of 0.15, away from the nearer bound."""
+    """Return the initial simplex of a start: steps of 0.15, away from the nearer bound."""
     steps = np.where(share > 0.5, -0.15, 0.15)
     return np.vstack([share, share + np.diag(steps)])

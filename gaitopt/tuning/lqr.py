@@ -21,7 +21,7 @@ from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
-from gaitopt.tuning.riccati import Stretch, discrete_gains, periodic_gains
+from gaitopt.tuning.riccati import LinearInterval, discrete_gains, periodic_gains
 
 
 @frozen(kw_only=True)
@@ -38,7 +38,7 @@ class LqrWeights:
     Raises
     ------
     InputError
-        If one is not positive and finite.
+        If a size is not positive and finite.
 
     Examples
     --------
@@ -61,8 +61,8 @@ def lqr(
 ) -> Law:
     """Return the time-varying linear-quadratic law of a gait, designed through its contact events.
 
-    Between events the linearised motion in its contact mode, at each event the saltation matrix, which also carries the
-    change of the event's time; the cost-to-go is periodic over the step.
+    The design uses the linearised dynamics of the contact mode between events and the saltation matrix, which includes
+    the change of the event time, at each event; the cost-to-go is periodic over the step.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def lqr(
     Raises
     ------
     InputError
-        If the motion's torques do not walk it, or no feedback stabilises it.
+        If the replay of the motion's torques does not reproduce the motion, or no feedback stabilises it.
 
     Examples
     --------
@@ -86,12 +86,12 @@ def lqr(
     weights = weights or LqrWeights()
     n_a = len(robot.angles)
     sizes = [weights.angle] * n_a + [weights.foot_speed] + [weights.rate] * n_a
-    found = periodic_gains(
-        _linearised(robot, motion), np.diag(1 / np.square(sizes)), np.eye(robot.n_u) / weights.torque**2
+    solution = periodic_gains(
+        _linearise(robot, motion), np.diag(1 / np.square(sizes)), np.eye(robot.n_u) / weights.torque**2
     )
-    if found is None:
-        raise InputError("No linear-quadratic feedback stabilises this gait with these weights.")
-    return state_feedback(robot, motion, found[0], torque_limit=torque_limit, name="lqr")
+    if solution is None:
+        raise InputError(f"No linear-quadratic feedback stabilises this gait with {weights}.")
+    return state_feedback(robot, motion, solution[0], torque_limit=torque_limit, name="lqr")
 
 
 def step_lqr(
@@ -111,16 +111,16 @@ def step_lqr(
     motion : Motion
         One step of a periodic gait.
     law : Law, optional
-        Law the torques are added to, without limits; by default the torques of the gait, played back.
+        Law without limits to which the torques are added; by default the open-loop torques of the gait.
     windows : int
-        Equal parts of the step.
+        Number of equal parts of the step.
     weights : LqrWeights, optional
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
     ------
     InputError
-        If the law does not walk the gait, or no feedback stabilises it.
+        If the law has no periodic gait near the planned one, or no feedback stabilises it.
 
     Examples
     --------
@@ -134,56 +134,58 @@ def step_lqr(
     section = Section(robot, p, sliding=True)
     n_z, n_a = len(section.names), len(robot.angles)
     start = section.project(np.concatenate([first.q[:, 0], first.v[:, 0]]))
-    added = functools.partial(step_to_step, robot, base, windows=windows, duration=motion.period)
-    untuned = added(start, np.zeros((windows * robot.n_u, n_z)))
-    walker = make_walker(robot, untuned, motion.parameters, period=motion.period)
+    add_feedback = functools.partial(step_to_step, robot, base, windows=windows, duration=motion.period)
+    zero_feedback = add_feedback(start, np.zeros((windows * robot.n_u, n_z)))
+    walker = make_walker(robot, zero_feedback, motion.parameters, period=motion.period)
     point = find_fixed_point(ReturnMap(walker, section), start)
     if point is None:
         raise InputError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
     effect = Linearisation(walker).effect_of_latched(point.passage.states[0], point.passage.strides[0])[section.places]
     sizes = [weights.angle] * (n_a - 1) + [weights.rate] * n_a + [weights.foot_speed]
-    effort = np.eye(windows * robot.n_u) / weights.torque**2
-    gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), effort)
+    torque_cost = np.eye(windows * robot.n_u) / weights.torque**2
+    gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)
     if gain is None:
-        raise InputError("No step-to-step feedback stabilises this gait with these weights.")
-    return added(point.z, gain, torque_limit=torque_limit)
+        raise InputError(f"No step-to-step feedback stabilises this gait with {weights}.")
+    return add_feedback(point.z, gain, torque_limit=torque_limit)
 
 
 def _first_stride(walker: Walker, motion: Motion) -> Stride:
-    """Return the step the motion's torques walk; it must have the phases of the motion."""
+    """Return the simulated step under the motion's torques, which must have the phases of the motion."""
     first = motion.segments[0]
     stride = walker.stride(np.concatenate([first.q[:, 0], first.v[:, 0]]))
     sequence = motion.sequence(first.step)
     planned = None if sequence is None else (*sequence.phases, sequence.impact)
     outcome = stride.impact.mode if stride.impact is not None else None
     if stride.following is None or (*stride.modes, outcome) != planned:
-        raise InputError("The motion's torques, played back, do not walk it; check the gait with verify.")
+        raise InputError(
+            "The replay of the motion's torques does not reproduce the motion; check the gait with verify."
+        )
     return stride
 
 
 @functools.lru_cache(maxsize=8)
-def _linearised(robot: Robot, motion: Motion) -> tuple[Stretch, ...]:
-    """Return a gait's linearised motion in (angles, foot speed, rates), with its jumps."""
+def _linearise(robot: Robot, motion: Motion) -> tuple[LinearInterval, ...]:
+    """Return the linearised dynamics of a gait in (angles, foot speed, rates) with the jumps at events."""
     n = robot.n_q
-    places = [*range(2, n), n, *range(n + 2, 2 * n)]
+    indices = [*range(2, n), n, *range(n + 2, 2 * n)]
     walker = make_walker(robot, feedforward(robot, motion), motion.parameters, period=motion.period)
     jumps = Linearisation(walker).saltations(_first_stride(walker, motion))
     segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
-    stretches: list[Stretch] = []
+    intervals: list[LinearInterval] = []
     for segment, jump in zip(segments, jumps, strict=True):
-        parts = _stretches(
+        parts = _linearise_segment(
             robot, walker.p, segment.mode, segment.time, np.vstack([segment.q, segment.v]), segment.torque
         )
         for k, (duration, a, b) in enumerate(parts):
-            at_end = jump[np.ix_(places, places)] if k + 1 == len(parts) else np.eye(len(places))
-            stretches.append(Stretch(duration, a[np.ix_(places, places)], b[places], at_end))
-    return tuple(stretches)
+            at_end = jump[np.ix_(indices, indices)] if k + 1 == len(parts) else np.eye(len(indices))
+            intervals.append(LinearInterval(duration, a[np.ix_(indices, indices)], b[indices], at_end))
+    return tuple(intervals)
 
 
-def _stretches(
+def _linearise_segment(
     robot: Robot, p: Array, mode: Mode, time: Array, states: Array, torque: Array
 ) -> list[tuple[float, Array, Array]]:
-    """Return duration, A and B of the linearised motion between samples, taken in the middle."""
+    """Return duration, A and B of the linearised dynamics between samples, evaluated at the midpoints."""
     slope, parts = _slopes(robot, mode), list[tuple[float, Array, Array]]()
     for k in np.flatnonzero(np.diff(time) > 0):
         a, b = slope((states[:, k] + states[:, k + 1]) / 2, (torque[:, k] + torque[:, k + 1]) / 2, p)

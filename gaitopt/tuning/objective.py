@@ -1,4 +1,4 @@
-"""Objectives of tuning."""
+"""Objectives of feedback tuning."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,7 +11,7 @@ from gaitopt.reductions import worst
 
 
 class TuningObjective(Protocol):
-    """A measure of a gait's stability from the derivative of its return map; small is good."""
+    """A measure of a gait's stability, computed from the derivative of its return map and minimised."""
 
     @property
     def name(self) -> str:
@@ -19,21 +19,21 @@ class TuningObjective(Protocol):
         ...
 
     def __call__(self, derivative: Array, scale: Array) -> float:
-        """Return the number.
+        """Return the value of the objective.
 
         Parameters
         ----------
         derivative : (n_z, n_z) array
-            Of the return map.
+            Derivative of the return map.
         scale : (n_z,) array
-            Sizes of deviations of the coordinates that count alike.
+            Sizes of deviations of the coordinates that have equal weight.
         """
         ...
 
 
 @dataclass(frozen=True)
 class SpectralRadius:
-    """The largest modulus of a multiplier: how fast small deviations fade in the end.
+    """The largest modulus of a multiplier, the asymptotic decay rate of small deviations per step.
 
     Examples
     --------
@@ -50,11 +50,11 @@ class SpectralRadius:
 
 @dataclass(frozen=True)
 class SensitivityNorm:
-    """How large deviations grow, added up over all steps after a push: the gait sensitivity norm.
+    """The gait sensitivity norm: the size of deviations after a push, summed over all steps.
 
-    The root of the sum over steps k >= 1 of the squared Frobenius norms of the derivative's k-th power, coordinates
-    measured in their sizes (Hobbelen & Wisse 2007, with pushes and deviations of the state after touchdown); inf for an
-    unstable gait.
+    The norm is the root of the sum over steps k >= 1 of the squared Frobenius norms of the derivative's k-th power,
+    with coordinates scaled by their sizes (Hobbelen & Wisse 2007, with pushes and deviations of the state after
+    touchdown).  It is inf for an unstable gait.
 
     Examples
     --------

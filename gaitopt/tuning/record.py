@@ -1,4 +1,4 @@
-"""Results of tuning."""
+"""Results of feedback tuning."""
 
 import textwrap
 from dataclasses import dataclass, field
@@ -6,18 +6,18 @@ from dataclasses import dataclass, field
 from gaitopt.control.law import Law
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import Recovery
-from gaitopt.tuning.controller_family import DesignSettings
+from gaitopt.tuning.controller_family import FamilySettings
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One evaluation of a search.
+    """One evaluation of a search for gains.
 
     Attributes
     ----------
     gains : dict of str to float
     objective : float
-        At the worst friction.
+        Objective at the worst friction.
 
     Examples
     --------
@@ -31,44 +31,45 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tuning:
-    """A tuned law and how it was found.
+    """A tuned law with the record of its search.
 
     Attributes
     ----------
     law : Law or None
-        None if none of the gains tried make one, for example because a Riccati equation has no solution.
-    design : str
+        None if no trial gave a law, for example because a Riccati equation has no solution.
+    family : str
+        Name of the controller family.
     gains : dict of str to float
     objective : str
     radius_before : float
         Spectral radius in open loop; inf if the open loop has no periodic gait near the plan.
     radius_after : float
-        Spectral radius with the tuned law, the best found even if it is not below 1; inf if there is no periodic gait
-        near the plan for any gains tried.
+        Spectral radius with the tuned law, also if it is not below 1; inf if no trial has a periodic gait near the
+        plan.
     cycle : Cycle or None
         The periodic gait of the walker under the tuned law.
     fixed_point_shift : float
-        Largest difference of its state after touchdown from the planned one; nan if there is none.
+        Largest difference of the state after touchdown of the periodic gait from the planned one; nan without a gait.
     verified : Recovery
-        Random states from which walks return to the gait in the nonlinear simulator.
+        Recovery from random states in the nonlinear simulator.
     trials : tuple of Trial
-        The search, in order.
+        Evaluations of the search in order.
     evaluations : int
     seconds : float
         Duration of the search.
-    settings : DesignSettings
+    settings : FamilySettings
         Torque limit and fixed gains of the law.
 
     Examples
     --------
-    Made by :func:`gaitopt.tune_feedback`:
+    Created by :func:`gaitopt.tune_feedback`:
 
     >>> "radius_after" in Tuning.__dataclass_fields__
     True
     """
 
     law: Law | None
-    design: str
+    family: str
     gains: dict[str, float]
     objective: str
     radius_before: float
@@ -79,15 +80,15 @@ class Tuning:
     trials: tuple[Trial, ...] = field(repr=False)
     evaluations: int
     seconds: float
-    settings: DesignSettings = field(default=DesignSettings(), repr=False)
+    settings: FamilySettings = field(default=FamilySettings(), repr=False)
 
     def __repr__(self) -> str:
         gains = textwrap.shorten(", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items()), 120)
         radii = f"spectral radius {self.radius_before:.4g} to {self.radius_after:.4g}"
         push = f"recovers from {self.verified.radius:.3g} rad/s"
-        return f"Tuning({self.design!r}, {radii}, {push}, {gains}, {self.evaluations} evaluations)"
+        return f"Tuning({self.family!r}, {radii}, {push}, {gains}, {self.evaluations} evaluations)"
 
     @property
     def stable(self) -> bool:
-        """Whether the law stabilises the gait; if not, the best result is reported."""
+        """Whether the law stabilises the gait."""
         return self.radius_after < 1

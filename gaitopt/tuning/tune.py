@@ -1,4 +1,4 @@
-"""tune_feedback: gains that stabilise a gait, tuned on its return map and verified in the nonlinear simulator."""
+"""tune_feedback: gains tuned on the return map of a gait and verified in the nonlinear simulator."""
 
 import math
 import time
@@ -23,7 +23,7 @@ from gaitopt.tuning.record import Trial, Tuning
 
 def tune_feedback(
     gait: Gait,
-    design: ControllerFamily,
+    family: ControllerFamily,
     *,
     objective: TuningObjective | None = None,
     frictions: Sequence[float] = (),
@@ -37,14 +37,14 @@ def tune_feedback(
     Parameters
     ----------
     gait : Gait
-    design : Design
+    family : ControllerFamily
     objective : TuningObjective, optional
         The spectral radius by default.
     frictions : sequence of float
-        Further frictions of the ground, unknown to the law; the worst objective counts.
-    search : Search, optional
+        Additional friction coefficients of the ground, unknown to the law; the worst objective is minimised.
+    search : GainSearchOptions, optional
     test : PushTest, optional
-        The verification: walks from seeded random states.
+        Verification by walks from random states.
     engine : Engine, optional
     observer : callable, optional
         Receives a :class:`gaitopt.progress.TuningStep` per evaluation, then a
@@ -65,32 +65,32 @@ def tune_feedback(
     >>> from gaitopt import PushTest, GainSearchOptions, compass_biped, load, tune_feedback
     >>> from gaitopt.tuning import controller_family_named
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> design = controller_family_named("computed_torque", compass_biped(), gait.motion, torque_limit=8)
+    >>> family = controller_family_named("computed_torque", compass_biped(), gait.motion, torque_limit=8)
     >>> options = GainSearchOptions(samples=2, starts=1, evaluations=8)
-    >>> tuned = tune_feedback(gait, design, search=options, test=PushTest(starts=1))
+    >>> tuned = tune_feedback(gait, family, search=options, test=PushTest(starts=1))
     >>> tuned.radius_after < 0.2 < tuned.radius_before
     True
     """
     gait.require()
     robot, search = gait.robot, search or GainSearchOptions()
-    objective, began = objective or SpectralRadius(), time.perf_counter()
-    task = GainSearch(gait, robot, design, objective, tuple(frictions), engine, observer)
-    best = task.search(search)
-    seconds = time.perf_counter() - began
-    law, cycle = _closed_loop_gait(gait, design, best, engine)
+    objective, start_time = objective or SpectralRadius(), time.perf_counter()
+    gain_search = GainSearch(gait, robot, family, objective, tuple(frictions), engine, observer)
+    best = gain_search.search(search)
+    seconds = time.perf_counter() - start_time
+    law, cycle = _closed_loop_gait(gait, family, best, engine)
     return Tuning(
         law=law,
-        design=design.name,
+        family=family.name,
         gains=best.gains,
-        settings=design.settings,
+        settings=family.settings,
         objective=objective.name,
         radius_before=_open_loop(gait, engine),
         radius_after=math.inf if cycle is None else cycle.radius,
         cycle=cycle,
         fixed_point_shift=math.nan if cycle is None else fixed_point_shift(gait, cycle),
         verified=_verify_tuning(gait, law, cycle, test or PushTest(), engine, observer),
-        trials=tuple(task.trials),
-        evaluations=len(task.trials),
+        trials=tuple(gain_search.trials),
+        evaluations=len(gain_search.trials),
         seconds=seconds,
     )
 
@@ -109,11 +109,11 @@ def _open_loop(gait: Gait, engine: Engine | None) -> float:
 
 
 def _closed_loop_gait(
-    gait: Gait, design: ControllerFamily, best: Trial, engine: Engine | None
+    gait: Gait, family: ControllerFamily, best: Trial, engine: Engine | None
 ) -> tuple[Law | None, Cycle | None]:
-    """Return the law of the best gains and its periodic gait, where there are any."""
+    """Return the law of the best gains and its periodic gait, each None if it does not exist."""
     try:
-        law = design.law(best.gains)
+        law = family.law(best.gains)
     except InputError:
         return None, None
     try:

@@ -1,4 +1,4 @@
-"""Tuned gains in files: JSON that any program reads."""
+"""Files of tuned gains in JSON."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import check_suffix, write_atomically
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.summary import plain
-from gaitopt.tuning.controller_family import ControllerFamily, DesignSettings, controller_family_named
+from gaitopt.tuning.controller_family import ControllerFamily, FamilySettings, controller_family_named
 from gaitopt.tuning.record import Tuning
 
 FORMAT, VERSION = "gaitopt tuned gains", 1
@@ -22,15 +22,15 @@ FORMAT, VERSION = "gaitopt tuned gains", 1
 
 @dataclass(frozen=True, kw_only=True)
 class TunedGains:
-    """Tuned gains of a file.
+    """Tuned gains read from a file.
 
     Attributes
     ----------
-    design : str
-        Name of the family of laws.
+    family : str
+        Name of the controller family.
     gains : mapping of str to float
         All gains of the law, also those that were not tuned.
-    settings : DesignSettings
+    settings : FamilySettings
     objective : str
     radius : float
         Spectral radius of the tuned gait.
@@ -38,20 +38,20 @@ class TunedGains:
     Examples
     --------
     >>> gains = {"stiffness": 25.0, "damping": 10.0}
-    >>> settings = DesignSettings(torque_limit=8)
-    >>> tuned = TunedGains(design="computed_torque", gains=gains, settings=settings, objective="", radius=0.1)
+    >>> settings = FamilySettings(torque_limit=8)
+    >>> tuned = TunedGains(family="computed_torque", gains=gains, settings=settings, objective="", radius=0.1)
     >>> from gaitopt import compass_biped, load
     >>> tuned.law(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'computed torque'
     """
 
-    design: str
+    family: str
     gains: Mapping[str, float]
-    settings: DesignSettings
+    settings: FamilySettings
     objective: str
     radius: float
 
-    def law(self, robot: Robot, motion: Motion, design: ControllerFamily | None = None) -> Law:
+    def law(self, robot: Robot, motion: Motion, family: ControllerFamily | None = None) -> Law:
         """Return the tuned law for a gait.
 
         Parameters
@@ -59,26 +59,26 @@ class TunedGains:
         robot : Robot
         motion : Motion
             One step of the gait.
-        design : ControllerFamily, optional
-            Custom family of laws that was tuned; by default the one of gaitopt named in the file.
+        family : ControllerFamily, optional
+            Custom family that was tuned; by default the family of gaitopt named in the file.
 
         Raises
         ------
         InputError
-            If gaitopt has no family of this name and none is given, or it lacks a gain.
+            If gaitopt has no family of this name and `family` is missing, or the file lacks a gain.
         """
         settings = self.settings
-        design = design or controller_family_named(self.design, robot, motion, torque_limit=settings.torque_limit)
-        if settings.stance_angle and not design.settings.stance_angle:
-            design = design.by_stance_angle(robot, motion)
-        missing = [gain.name for gain in design.gains if gain.name not in self.gains]
+        family = family or controller_family_named(self.family, robot, motion, torque_limit=settings.torque_limit)
+        if settings.stance_angle and not family.settings.stance_angle:
+            family = family.by_stance_angle(robot, motion)
+        missing = [gain.name for gain in family.gains if gain.name not in self.gains]
         if missing:
-            raise InputError(f"The tuned gains lack {missing[0]!r} of the law {design.name!r}.")
-        return design.law(self.gains)
+            raise InputError(f"The tuned gains lack {missing[0]!r} of the law {family.name!r}.")
+        return family.law(self.gains)
 
 
 def save_tuning(tuned: Tuning, path: str | Path) -> Path:
-    """Write tuned gains, how they were found, and how well they stabilise the gait, as JSON.
+    """Write tuned gains, the record of their search and the stability of the gait as JSON.
 
     Parameters
     ----------
@@ -89,13 +89,13 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     Raises
     ------
     InputError
-        If the suffix is another one.
+        If the suffix is not ``.json``.
     ArchiveError
-        If the file cannot be written; an older file of that name is then left as it was.
+        If the file cannot be written; an older file of that name is then unchanged.
 
     Examples
     --------
-    Reads back what :func:`load_tuning` returns; ``gaitopt export FILE --law gains.json`` takes the file as well.
+    :func:`load_tuning` reads the file; ``gaitopt export FILE --law gains.json`` accepts it too.
 
     >>> save_tuning.__name__
     'save_tuning'
@@ -108,7 +108,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
         "format": FORMAT,
         "format_version": VERSION,
         "gaitopt": __version__,
-        "law": tuned.design,
+        "law": tuned.family,
         "gains": {**tuned.settings.fixed, **tuned.gains},
         "tuned": list(tuned.gains),
         "torque_limit": dict(limit) if isinstance(limit, Mapping) else limit,
@@ -131,14 +131,14 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
 
 
 def load_tuning(path: str | Path) -> TunedGains:
-    """Read tuned gains that :func:`save_tuning` wrote.
+    """Read tuned gains written by :func:`save_tuning`.
 
     Raises
     ------
     InputError
         If there is no such file.
     ArchiveError
-        If it contains something else.
+        If the file does not contain tuned gains.
 
     Examples
     --------
@@ -155,9 +155,9 @@ def load_tuning(path: str | Path) -> TunedGains:
         if facts["format"] != FORMAT or facts["format_version"] > VERSION:
             raise ValueError(f"it contains {facts['format']} of version {facts['format_version']}")
         return TunedGains(
-            design=str(facts["law"]),
+            family=str(facts["law"]),
             gains={str(name): float(value) for name, value in facts["gains"].items()},
-            settings=DesignSettings(
+            settings=FamilySettings(
                 torque_limit=_limit(facts["torque_limit"]),
                 stance_angle=bool(facts["stance_angle"]),
             ),

@@ -23,7 +23,7 @@ MAPS = 500
 def test_two_gains(benchmark):
     gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
     design = controller_family_named("pd", robot, gait.motion, torque_limit=8)
-    design = design.bounded({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
+    design = design.with_bounds({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
     law = design.law({gain.name: gain.start for gain in design.gains})
     p, first = robot.vector(gait.motion.parameters), gait.motion.segments[0]
     section = Section(robot, p, sliding=True)

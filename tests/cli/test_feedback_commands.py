@@ -211,10 +211,10 @@ def test_a_script_without_a_law_is_explained(capsys, script):
 
 def test_the_laws_in_the_help_are_those_of_the_registry():
     from gaitopt.cli.options import LawName
-    from gaitopt.tuning.controller_family import DESIGNS
+    from gaitopt.tuning.controller_family import FAMILIES
 
     (option,) = LawName.__metadata__
-    assert option.help.startswith(f"Feedback law: {', '.join(DESIGNS)};")
+    assert option.help.startswith(f"Feedback law: {', '.join(FAMILIES)};")
 
 
 def test_a_push_off_is_named_and_exported(capsys, tmp_path):

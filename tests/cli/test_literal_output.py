@@ -96,7 +96,7 @@ def tuning():
     verified = Recovery(radius=0.1, starts=2, returned=2, steps=30, tolerance=1e-4, settling=(2, 3))
     fields = {field.name: 1.0 for field in dataclasses.fields(Tuning)}
     cycle = assess_stability(gait())
-    changes = {"design": "lqr", "gains": {"torque [N m]": 5.0}, "cycle": cycle, "verified": verified, "evaluations": 3}
+    changes = {"family": "lqr", "gains": {"torque [N m]": 5.0}, "cycle": cycle, "verified": verified, "evaluations": 3}
     feedback_output.print_tuning(Tuning(**fields | changes))
 
 

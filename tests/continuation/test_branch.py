@@ -9,14 +9,14 @@ from scipy.optimize import brentq
 from gaitopt import InputError, compass_biped, find_cycles, passive, rimless_wheel, trace_branch
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 
 SLOPE = math.radians(13)
 
 
 def cycle_of(robot, parameters, z):
     walker = Walker(robot, passive(robot), robot.vector(robot.resolve(parameters)), default_engine())
-    return cycle_from(walker, np.array(z, dtype=float))
+    return find_cycle(walker, np.array(z, dtype=float))
 
 
 @pytest.fixture(scope="module")

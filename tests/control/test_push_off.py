@@ -172,7 +172,7 @@ def test_events_without_end_are_refused():
         ({"trigger": "lift-off"}, "no trigger of a push-off 'lift-off'"),
         ({"duration": 0.0}, "push_off_duration must be"),
         ({"torque": np.inf}, "push_off_torque must be"),
-        ({"law": push_off(ROBOT, torque=1.0, duration=0.1)}, "has a push-off already"),
+        ({"law": push_off(ROBOT, torque=1.0, duration=0.1)}, "already has a push-off"),
     ],
 )
 def test_mistakes_are_explained(options, message):

@@ -239,7 +239,7 @@ def tune_gains(statement, design, options, test):
         design["name"], make_robot(statement["robot"]), gait.motion, torque_limit=design["limit"]
     )
     if "bounds" in design:
-        family = family.bounded({name: tuple(span) for name, span in design["bounds"].items()})
+        family = family.with_bounds({name: tuple(span) for name, span in design["bounds"].items()})
     tuned = tune_feedback(gait, family, search=GainSearchOptions(**options), test=PushTest(**test))
     return {
         "gains": tuned.gains,

@@ -165,7 +165,7 @@ def test_random_walks(seed):
         ("double_support", COMPASS, DOWNHILL | {"friction": 0.3}, [0, 0, -0.2, -0.2, 0, 0, 0.9, 1.5], {}),
         ("painleve", WHEEL, {"slope": 0.2, "friction": 9.0, "inertia_ratio": 0.02}, [0, 0, 0.7, 2, 0, 2], {}),
         ("no_touchdown", WHEEL, STEEP, wheel_state(0.876031), {"step_time_limit": 0.1}),
-        ("too_many_events", COMPASS, DOWNHILL | {"friction": 0.14}, GAIT_B, {"most_events": 2}),
+        ("too_many_events", COMPASS, DOWNHILL | {"friction": 0.14}, GAIT_B, {"max_events": 2}),
         ("steps_done", COMPASS, DOWNHILL, GAIT_A, {}),
     ],
 )
@@ -431,7 +431,7 @@ def test_converted_operations_equal_those_of_casadi(rng):
 )
 def test_operations_a_taylor_integrator_cannot_follow_are_refused(name, torque):
     law = law_of(lambda clock, q, v: ca.vertcat(torque(v[2]), 0))
-    with pytest.raises(InputError, match=rf"cannot follow the operation '{name}' in 'stick'\. Use the scipy engine"):
+    with pytest.raises(InputError, match=rf"does not support the operation '{name}' in 'stick'\. Use the scipy engine"):
         FAST.flow(ClosedLoop(COMPASS, law, vector(COMPASS, DOWNHILL)), Mode.STICK, 0.0, np.array(GAIT_A), until=1.0)
 
 

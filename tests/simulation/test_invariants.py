@@ -76,7 +76,7 @@ def walk_of(robot, hand, q, v, engine):
     """Walk three steps, and check everything that can be said of them."""
     chosen = default_engine() if engine == "fast" else ScipyEngine()
     length, gravity = (hand.length, hand.gravity) if robot is COMPASS else (1.0, 1.0)
-    patience = {"step_time_limit": 5 * math.sqrt(length / gravity), "most_events": 30}
+    patience = {"step_time_limit": 5 * math.sqrt(length / gravity), "max_events": 30}
     walk = simulate(robot, q, v, hand.parameters, steps=3, engine=chosen, **patience)
     weight = walk.motion.total_mass * gravity
     for segment in walk.motion.segments:

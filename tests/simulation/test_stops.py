@@ -83,11 +83,11 @@ def test_a_wheel_that_stands_still_stands_until_the_time_limit(wheel, engine):
 
 
 def test_too_many_events(compass_walk, gait_b):
-    walk = compass_walk(gait_b["z"], mu=0.14, most_events=2)
+    walk = compass_walk(gait_b["z"], mu=0.14, max_events=2)
     assert walk.stop is Stop.TOO_MANY_EVENTS
     assert [segment.mode.value for segment in walk.motion.segments] == ["slip+", "stick"]
     assert last_event(walk).name == "too many events"
-    assert compass_walk(gait_b["z"], mu=0.14, most_events=3).stop is Stop.STEPS_DONE
+    assert compass_walk(gait_b["z"], mu=0.14, max_events=3).stop is Stop.STEPS_DONE
 
 
 def test_double_support(compass, engine):
@@ -213,5 +213,5 @@ def test_a_state_that_cannot_be_is_refused(compass, q, v, says):
 def test_a_parameter_that_cannot_be_is_refused(compass):
     with pytest.raises(InputError, match="friction must be at least 0"):
         simulate(compass, [0, 0, 0.1, 0.1], [0, 0, 0, 0], {"friction": -0.1})
-    with pytest.raises(InputError, match="most_events must be at least 1"):
-        simulate(compass, [0, 0, 0.1, 0.1], [0, 0, 0, 0], {}, most_events=0)
+    with pytest.raises(InputError, match="max_events must be at least 1"):
+        simulate(compass, [0, 0, 0.1, 0.1], [0, 0, 0, 0], {}, max_events=0)

@@ -7,7 +7,7 @@ from gaitopt import compass_biped, rimless_wheel
 from gaitopt.control.law import passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 
 
 @pytest.fixture(scope="session")
@@ -19,7 +19,7 @@ def cycle():
         key = (robot.name, tuple(sorted(parameters.items())), tuple(z))
         if key not in known:
             p = robot.vector(robot.resolve(parameters))
-            known[key] = cycle_from(Walker(robot, passive(robot), p, ScipyEngine()), np.array(z, dtype=float))
+            known[key] = find_cycle(Walker(robot, passive(robot), p, ScipyEngine()), np.array(z, dtype=float))
         assert known[key] is not None, "Newton's method found no gait"
         return known[key]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, assess_stability, compass_biped, gain_sensitivity, joint_pd, load
-from gaitopt.stability.gain_sensitivity import as_latched, return_map_with
+from gaitopt.stability.gain_sensitivity import latch_gains, return_map_with
 
 NAMES = ("hip_stiffness", "hip_damping")
 
@@ -42,7 +42,7 @@ def test_it_agrees_with_differences_of_whole_assessments(setting):
 def test_gains_as_latched_values_walk_the_same(setting):
     _, robot, law, _ = setting
     cycle = cycle_of(setting, law)
-    ends = [return_map_with(cycle, each, robot, None)(cycle.z).end for each in (law, as_latched(law, NAMES))]
+    ends = [return_map_with(cycle, each, robot, None)(cycle.z).end for each in (law, latch_gains(law, NAMES))]
     assert ends[0] == pytest.approx(ends[1], abs=1e-12)
 
 

@@ -20,7 +20,7 @@ def setting():
     plan = reference(robot, gait.motion)
     inputs = law_inputs(robot, data=plan.size + 1, latched=1)
     clock, q, v, latched, slide, data = inputs
-    torque = plan.desired(clock, data).torque + ca.vertcat(-20 * slide * v[0], latched)
+    torque = plan.evaluate(clock, data).torque + ca.vertcat(-20 * slide * v[0], latched)
     kept = make_memory(inputs, data[-1] * (v[2] - 0.59 + v[0] * q[2]), values=["hip torque"])
     table = np.vstack([plan.table, np.full(plan.breakpoints.size, 1.5)])
     law = Law("latching", control_function(inputs, torque), plan.breakpoints, table, {"push": plan.size}, kept)

@@ -10,7 +10,7 @@ from gaitopt.control.law import passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.linearisation import Linearisation
 
 from .conftest import COMPASS, GAITS, NATURAL_TIME, WHEEL
@@ -42,7 +42,7 @@ def test_both_engines_have_the_same_derivative(study_gait):
     robot, parameters, gait = study_gait
     walker = Walker(robot, passive(robot), robot.vector(robot.resolve(parameters)), HeyokaEngine())
     start = gait.z if gait.section.sliding else np.append(gait.z, gait.section.foot_speed)
-    fast = cycle_from(walker, start)
+    fast = find_cycle(walker, start)
     assert fast.sequence == gait.sequence
     assert fast.z == pytest.approx(gait.z, abs=1e-9)
     assert np.max(np.abs(fast.derivative - gait.derivative)) < 1e-8 * max(1, np.max(np.abs(gait.derivative)))

@@ -9,7 +9,7 @@ from gaitopt import rimless_wheel
 from gaitopt.control.law import passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.one_sided import one_sided_derivatives
 from gaitopt.stability.section import Section
 
@@ -27,7 +27,7 @@ def edge():
     stick, slip = 0.246, 0.244
     while stick - slip > 1e-9:
         middle = (stick + slip) / 2
-        gait = cycle_from(wheel_at(middle), np.array([2.39, 0.0]))
+        gait = find_cycle(wheel_at(middle), np.array([2.39, 0.0]))
         stick, slip = (middle, slip) if gait.sequence.endswith("| stick") else (stick, middle)
     return stick
 
@@ -40,7 +40,7 @@ def test_the_edge_is_where_the_study_says(edge):
 
 def test_both_sides_agree_with_one_sided_differences(edge):
     walker = wheel_at(edge)
-    gait = cycle_from(walker, np.array([2.39, 0.0]))
+    gait = find_cycle(walker, np.array([2.39, 0.0]))
     assert len(gait.one_sided) == 2
     section = Section(walker.robot, walker.p, sliding=True)
     z = np.append(gait.z, 0.0)
@@ -64,7 +64,7 @@ def test_both_sides_agree_with_one_sided_differences(edge):
 @pytest.mark.parametrize("friction", [0.3, 0.24])
 def test_away_from_the_edge_there_is_one_derivative(friction):
     walker = wheel_at(friction)
-    gait = cycle_from(walker, np.array([2.38, 0.02]))
+    gait = find_cycle(walker, np.array([2.38, 0.02]))
     state = gait.section.embed(gait.z)
     assert one_sided_derivatives(walker, state, walker.stride(state)) == ()
     assert gait.one_sided == ()

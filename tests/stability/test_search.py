@@ -21,7 +21,7 @@ from gaitopt import (
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.stability.cycle_search import cycle_from, same_gait
+from gaitopt.stability.cycle_search import find_cycle, same_gait
 from gaitopt.stability.section import Section
 from gaitopt.study.basins.attractor import classify_walk
 
@@ -69,7 +69,7 @@ def test_standing_still_is_no_gait():
     robot = compass_biped()
     still = {"leg_length": 1, "leg_com": 0.55, "leg_mass": 1.76, "hip_mass": 13, "slope": 0.026, "friction": 0.25}
     walker = Walker(robot, passive(robot), robot.vector(robot.resolve(still)), default_engine())
-    assert cycle_from(walker, np.array([-0.023076, 0.118177, 0.2073, 0.038953])) is None
+    assert find_cycle(walker, np.array([-0.023076, 0.118177, 0.2073, 0.038953])) is None
 
 
 def test_section_of_compass_puts_both_feet_on_the_ground():
@@ -144,10 +144,10 @@ def test_period_two_gait_is_found_followed_and_settled_in():
     start = np.array([-0.31, 1.15, -0.2, 0.0])
     ending = classify_walk(walker, start, SettlingCriterion(steps=300, tolerance=1e-8))
     assert ending.label == "stick | stick; stick | stick"
-    gait = cycle_from(walker, ending.z, steps=2)
+    gait = find_cycle(walker, ending.z, steps=2)
     assert gait.stable
     assert not np.allclose(gait.points[0], gait.points[1], atol=1e-3)
-    assert same_gait(gait, cycle_from(walker, np.append(gait.points[1], 0.0), steps=2))
+    assert same_gait(gait, find_cycle(walker, np.append(gait.points[1], 0.0), steps=2))
     branch = trace_branch(robot, goswami, gait, "slope", [slope, slope + 1e-3])
     assert [len(cycle.sequences) for cycle in branch.cycles] == [2] * len(branch.cycles)
     assert not np.allclose(branch.cycles[-1].points[0], branch.cycles[-1].points[1], atol=1e-3)

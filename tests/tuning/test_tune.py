@@ -24,7 +24,7 @@ QUICK = GainSearchOptions(samples=3, starts=1, evaluations=15)
 @pytest.fixture(scope="module")
 def design(slipping):
     whole = controller_family_named("pd", compass_biped(), slipping.motion, torque_limit=8)
-    return whole.bounded({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
+    return whole.with_bounds({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
 
 
 @pytest.fixture(scope="module")
@@ -122,8 +122,8 @@ def test_mistakes_are_explained(slipping, design):
     with pytest.raises(InputError, match="no feedback law 'pid'"):
         controller_family_named("pid", compass_biped(), slipping.motion)
     with pytest.raises(InputError, match="no gain 'knee'"):
-        design.bounded({"knee": (0, 1)})
-    with pytest.raises(InputError, match="bounds around its start"):
+        design.with_bounds({"knee": (0, 1)})
+    with pytest.raises(InputError, match="bounds that contain its start"):
         Gain("a", 3.0, 0.0, 1.0)
 
 

@@ -22,7 +22,7 @@ def tuned(slipping):
     robot = compass_biped()
     design = controller_family_named("pd", robot, slipping.motion, torque_limit={"ankle": 7.0, "hip": 8.0})
     design = design.by_stance_angle(robot, slipping.motion)
-    design = design.bounded({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
+    design = design.with_bounds({"hip_stiffness": (0, 60), "hip_damping": (0, 20)})
     search, test = GainSearchOptions(samples=0, starts=1, evaluations=4), PushTest(starts=1, resolution=0.9)
     return tune_feedback(slipping, design, search=search, test=test)
 
@@ -61,7 +61,7 @@ def test_other_names_are_refused(tuned, tmp_path):
 
 def test_the_family_of_a_law_has_its_gains(slipping):
     law = joint_pd(compass_biped(), slipping.motion, stiffness=20, torque_limit=8)
-    design = ControllerFamily.of(law)
+    design = ControllerFamily.from_law(law)
     assert [(gain.name, gain.lower, gain.start, gain.upper) for gain in design.gains] == [
         ("ankle_stiffness", 0.0, 20.0, 60.0),
         ("hip_stiffness", 0.0, 20.0, 60.0),

@@ -1,7 +1,7 @@
-"""What heyoka compiles: one contact mode of a robot under one form of law, in three variants.
+"""Compiled heyoka integrators of one contact mode of a robot under one form of law, in three variants.
 
-Parameters and the law's data are numbers to the compiled code, so that it is compiled once in a process; heyoka keeps
-it on disk for the next one.  An integrator holds the state it works on, so each thread has its own.
+Parameters and the law's data are inputs of the compiled code, so it is compiled once per process; heyoka caches it on
+disk for later processes.  An integrator contains the state it integrates, so each thread has a separate one.
 """
 
 import functools
@@ -26,8 +26,8 @@ class Program:
 
     Parameters
     ----------
-    separated : Separated
-        What was compiled.
+    split : SplitExpression
+        Expressions that were compiled.
     entries : sequence of int
         Entries of y that are integrated.
     integrator : heyoka.taylor_adaptive
@@ -37,83 +37,81 @@ class Program:
     entries : (n,) array of int
     state, numbers : arrays
         Views of the integrator's state and parameters.
-    rest_matters : bool
-        Whether entries at rest have a say in its numbers.
+    depends_on_state : bool
+        Whether the integrator's parameters depend on constant entries of y.
     """
 
-    def __init__(self, separated: SplitExpression, entries: Sequence[int], integrator: Any) -> None:
+    def __init__(self, split: SplitExpression, entries: Sequence[int], integrator: Any) -> None:
         self.entries, self.integrator = np.array(entries), integrator
         self.state, self.numbers = integrator.state, integrator.pars
-        self.rest_matters = separated.numbers.jac_sparsity(0, 2).nnz() > 0
-        self._values = FastCall(separated.numbers)
+        self.depends_on_state = split.numbers.jac_sparsity(0, 2).nnz() > 0
+        self._values = FastCall(split.numbers)
 
-    def row(self, p: Array, data: Array, y: Array) -> Array:
-        """Return the integrator's parameters for a parameter vector, a law's data and the entries of y at rest."""
-        row = np.zeros(self.numbers.size)
-        values = self._values(p, data, y)[0][: row.size]
-        row[: values.size] = values
-        return row
+    def parameters(self, p: Array, data: Array, y: Array) -> Array:
+        """Return the integrator's parameters for a parameter vector, a law's data and the constant entries of y."""
+        parameters = np.zeros(self.numbers.size)
+        values = self._values(p, data, y)[0][: parameters.size]
+        parameters[: values.size] = values
+        return parameters
 
 
 @functools.lru_cache(maxsize=128)
 def program_with_events(
     robot: Robot, mode: Mode, control: ca.Function, tolerance: float, compact_mode: bool, thread: int
 ) -> Program:
-    """Return the integrator that stops at guards; its last parameters are added to the guards."""
+    """Return the integrator with guards as terminal events; its last parameters are added to the guards."""
     equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
-    separated, states, (rates, guards) = _translate(equations, equations.active, ("guards",))
-    count = separated.body.numel_in(2)
+    split, states, (rates, guards) = _translate(equations, equations.active, ("guards",))
+    count = split.body.numel_in(2)
     events = [
         heyoka.t_event(guard + heyoka.par[count + i], direction=heyoka.event_direction.negative)
         for i, guard in enumerate(guards)
     ]
     options = {"tol": tolerance, "compact_mode": compact_mode, "t_events": events}
-    return Program(
-        separated, equations.active, heyoka.taylor_adaptive(list(zip(states, rates, strict=True)), **options)
-    )
+    return Program(split, equations.active, heyoka.taylor_adaptive(list(zip(states, rates, strict=True)), **options))
 
 
 @functools.lru_cache(maxsize=128)
 def program_with_outputs(robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int) -> Program:
-    """Return the integrator of the motion and, as last states, of its energies; it watches nothing."""
+    """Return the integrator of the motion and, as last states, of its energies, without events."""
     equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
-    separated, states, (rates, powers) = _translate(equations, equations.active, ("energy",))
+    split, states, (rates, powers) = _translate(equations, equations.active, ("energy",))
     energies = heyoka.make_vars(*[f"energy{i}" for i in range(len(powers))])
     system = list(zip(states, rates, strict=True)) + list(zip(_list_expressions(energies), powers, strict=True))
-    return Program(separated, equations.active, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
+    return Program(split, equations.active, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
 
 
 @functools.lru_cache(maxsize=128)
 def program_with_variations(robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and its derivatives by the initial state, row by row."""
     equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
-    entries = _influential(equations)
-    separated, states, (rates,) = _translate(equations, entries, ())
+    entries = _list_influential_entries(equations)
+    split, states, (rates,) = _translate(equations, entries, ())
     system = heyoka.var_ode_sys(list(zip(states, rates, strict=True)), states, order=1)
-    return Program(separated, entries, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
+    return Program(split, entries, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
 
 
 def _translate(
     equations: ModeEquations, entries: Sequence[int], others: Sequence[str]
 ) -> tuple[SplitExpression, list[Any], list[Any]]:
-    """Return the rates of some entries and other Functions of a mode, separated; the heyoka states; the outputs."""
+    """Return the split rates of some entries and other Functions of a mode, the heyoka states and the outputs."""
     heyoka, inputs = heyoka_module(), equations.flow.sx_in()
     outputs = [equations.flow(*inputs)[list(entries)], *[getattr(equations, name).call(inputs)[0] for name in others]]
-    separated = split_expression(ca.Function(equations.mode.name.lower(), inputs, ca.cse(outputs)), entries)
+    split = split_expression(ca.Function(equations.mode.name.lower(), inputs, ca.cse(outputs)), entries)
     states = _list_expressions(heyoka.make_vars(*[f"y{i}" for i in entries]))
-    numbers = [heyoka.par[i] for i in range(separated.body.numel_in(2))]
-    return separated, states, convert(separated.body, [[heyoka.time], states, numbers])
+    numbers = [heyoka.par[i] for i in range(split.body.numel_in(2))]
+    return split, states, convert(split.body, [[heyoka.time], states, numbers])
 
 
-def _influential(equations: ModeEquations) -> list[int]:
-    """Return the moving entries of y and those at rest whose change would be felt by them."""
-    felt = list(zip(*equations.flow.jac_sparsity(0, 1).get_triplet(), strict=True))
+def _list_influential_entries(equations: ModeEquations) -> list[int]:
+    """Return the active entries of y and the constant entries on which they depend."""
+    dependence = list(zip(*equations.flow.jac_sparsity(0, 1).get_triplet(), strict=True))
     entries = set(equations.active)
-    while more := {j for i, j in felt if i in entries} - entries:
+    while more := {j for i, j in dependence if i in entries} - entries:
         entries |= more
     return sorted(entries)
 
 
 def _list_expressions(variables: Any) -> list[Any]:
-    """Return what ``make_vars`` returns as a list; it is no list for a single name."""
+    """Return the result of ``make_vars`` as a list; for a single name it is a single variable."""
     return variables if isinstance(variables, list) else [variables]

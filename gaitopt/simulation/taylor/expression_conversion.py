@@ -1,4 +1,4 @@
-"""CasADi Functions as heyoka expressions."""
+"""Conversion of CasADi Functions to heyoka expressions."""
 
 import functools
 from collections.abc import Sequence
@@ -13,17 +13,17 @@ SAME_NAME = (
     *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
     *("exp", "log", "expm1", "log1p", "sqrt", "erf"),
 )
-"""Operations of CasADi that heyoka knows by the same name."""
+"""Operations that have the same name in CasADi and heyoka."""
 
 
 @functools.cache
 def heyoka_module() -> Any:
-    """Return heyoka, imported when first needed."""
+    """Return heyoka, imported at the first call."""
     try:
         import heyoka
     except ImportError:
-        raise InputError("The heyoka engine needs heyoka: pip install 'gaitopt[fast]'.") from None
-    heyoka.set_logger_level_error()  # its warnings of steps that cannot be taken: the engine reports those itself
+        raise InputError("The heyoka engine requires the package heyoka: pip install 'gaitopt[fast]'.") from None
+    heyoka.set_logger_level_error()  # suppresses warnings of failed steps, which the engine reports itself
     return heyoka
 
 
@@ -35,12 +35,13 @@ def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list
     function : Function
         Of SX type, inputs and outputs dense.
     inputs : sequence of sequence of heyoka expressions
-        What stands for each entry of each input.
+        Expression of each entry of each input.
 
     Raises
     ------
     InputError
-        If the Function contains an operation that a Taylor integrator cannot follow, such as ``fabs`` or ``if_else``.
+        If the Function contains an operation that a Taylor integrator does not support, such as ``fabs`` or
+        ``if_else``.
 
     Examples
     --------
@@ -66,14 +67,14 @@ def convert(function: ca.Function, inputs: Sequence[Sequence[Any]]) -> list[list
             values[targets[0]] = operations[operation](*[values[i] for i in sources])
         else:
             raise InputError(
-                f"The heyoka engine cannot follow the operation {_name(operation)!r} in {function.name()!r}. "
+                f"The heyoka engine does not support the operation {_name(operation)!r} in {function.name()!r}. "
                 "Use the scipy engine, or a smooth expression."
             )
     return outputs
 
 
 def can_follow(function: ca.Function) -> bool:
-    """Return whether a Function contains only operations that :func:`convert` knows; needs heyoka.
+    """Return whether :func:`convert` supports all operations of a Function; requires heyoka.
 
     Examples
     --------
@@ -86,7 +87,7 @@ def can_follow(function: ca.Function) -> bool:
 
 
 def _operations(heyoka: Any) -> dict[int, Any]:
-    """Return what computes each operation."""
+    """Return the heyoka function of each CasADi operation."""
     arithmetic = {
         ca.OP_ADD: lambda a, b: a + b,
         ca.OP_SUB: lambda a, b: a - b,

@@ -1,4 +1,4 @@
-"""The fast engine: heyoka's Taylor integrator with events, compiled from the Functions every engine runs."""
+"""The fast engine: heyoka's Taylor integrator with events, compiled from the Functions that every engine uses."""
 
 from threading import get_ident
 
@@ -17,15 +17,15 @@ from gaitopt.simulation.taylor.mode_integrator import ModeIntegrator, mode_integ
 
 @frozen(kw_only=True)
 class HeyokaEngine:
-    """Event-driven integration by Taylor series, to the last digits and fast; needs ``pip install 'gaitopt[fast]'``.
+    """Event-driven integration by Taylor series to machine precision; requires ``pip install 'gaitopt[fast]'``.
 
     Attributes
     ----------
     tolerance : float
         Relative truncation error of a step.
     compact_mode : bool
-        Whether less code is compiled to integrate and watch guards: in 0.4 s per contact mode, once on a machine,
-        instead of 1.5 s (much more for larger robots), but running a third slower.
+        Whether to compile less code: compilation takes 0.4 s per contact mode, once on a machine, instead of 1.5 s
+        (much longer for larger robots), but integration is a third slower.
     samples : int
         Points per Taylor step at which a recorded motion is sampled.
 
@@ -44,33 +44,35 @@ class HeyokaEngine:
         self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float, record: bool = False
     ) -> Arc:
         """Integrate one contact mode; see :class:`gaitopt.simulation.engine.Engine`."""
-        phase = mode_integrator(loop.robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
-        here = phase.here
-        here[0], here[1:] = clock, state
+        integrator = mode_integrator(
+            loop.robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident()
+        )
+        current = integrator.current
+        current[0], current[1:] = clock, state
         if record:
-            tape = _Tape(phase, self.tolerance, self.samples)
-            return tape.arc(phase.walk(until, tape.add))
-        ends = np.empty((2, here.size))
-        ends[0] = here
-        event = phase.walk(until)
-        ends[1] = here
+            recorder = _Recorder(integrator, self.tolerance, self.samples)
+            return recorder.arc(integrator.walk(until, recorder.add))
+        ends = np.empty((2, current.size))
+        ends[0] = current
+        event = integrator.walk(until)
+        ends[1] = current
         return Arc(ends[:, 0], ends[:, 1:].T, event)
 
     def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.engine.Engine`."""
         robot = loop.robot
-        phase = mode_integrator(robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
-        program = program_with_variations(robot, mode, phase.control, self.tolerance, get_ident())
+        integrator = mode_integrator(robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
+        program = program_with_variations(robot, mode, integrator.control, self.tolerance, get_ident())
         n, y = len(program.entries), np.array(state, dtype=float)
         program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
         within = np.ix_(program.entries, program.entries)
-        for column, begin, end, jump in phase.stretches(clock, y, until):
+        for column, begin, end, jump in integrator.intervals(clock, y, until):
             if jump is not None:
                 program.state[n:] = (jump[within] @ program.state[n:].reshape(n, n)).ravel()
-            program.numbers[:] = program.row(loop.p, column, y)
+            program.numbers[:] = program.parameters(loop.p, column, y)
             program.integrator.time = begin
             program.integrator.propagate_until(end)
-        # Entries at rest drift at their own constant rate, which is zero here but may be varied.
+        # Constant entries drift at their rate, which is zero along the path but not for varied initial states.
         matrix = np.eye(y.size)
         matrix[: robot.n_q, robot.n_q : 2 * robot.n_q] = max(until - clock, 0) * np.eye(robot.n_q)
         matrix[program.entries] = 0
@@ -78,26 +80,26 @@ class HeyokaEngine:
         return matrix
 
 
-class _Tape:
-    """Samples of an arc and its energies, taken piece by piece once it is known where each ends."""
+class _Recorder:
+    """Samples of an arc and its energies, computed for each piece when its end is known."""
 
-    def __init__(self, phase: ModeIntegrator, tolerance: float, samples: int) -> None:
-        self._phase, self._samples, here = phase, samples, phase.here
+    def __init__(self, integrator: ModeIntegrator, tolerance: float, samples: int) -> None:
+        self._integrator, self._samples, current = integrator, samples, integrator.current
         self._program = program_with_outputs(
-            phase.loop.robot, phase.equations.mode, phase.control, tolerance, get_ident()
+            integrator.loop.robot, integrator.equations.mode, integrator.control, tolerance, get_ident()
         )
-        self._times, self._states = [here[:1].copy()], [here[1:, None].copy()]
-        self._energies = [np.zeros((phase.loop.robot.n_works, 1))]
+        self._times, self._states = [current[:1].copy()], [current[1:, None].copy()]
+        self._energies = [np.zeros((integrator.loop.robot.n_works, 1))]
 
     def add(self, column: Array, start: Array, end: Array, steps: int) -> None:
-        """Add a stretch between two (clock, state) with its data, which took some Taylor steps."""
+        """Add an interval between two (clock, state) with its data and its number of Taylor steps."""
         program, n, reached = self._program, len(self._program.entries), self._energies[-1][:, -1]
-        # However short a stretch, its work counts; in a very short one, samples between its ends would coincide.
+        # The work of very short intervals counts too, but samples between their ends would coincide.
         count = self._samples * steps if end[0] - start[0] > 1e-9 else 1
         grid = np.linspace(start[0], end[0], 1 + count)
         states, energies = (np.tile(part[:, None], grid.size) for part in (start[1:], reached))
         if end[0] > start[0]:
-            program.numbers[:] = program.row(self._phase.loop.p, column, start[1:])
+            program.numbers[:] = program.parameters(self._integrator.loop.p, column, start[1:])
             program.state[:n], program.state[n:] = start[1:][program.entries], reached
             program.integrator.time = start[0]
             values = program.integrator.propagate_grid(grid)[-1].T
@@ -109,7 +111,7 @@ class _Tape:
         self._energies.append(energies[:, 1:])
 
     def arc(self, event: HybridEvent | None) -> Arc:
-        """Return what was recorded, at least two samples."""
+        """Return the recorded arc, with at least two samples."""
         if len(self._times) == 1:
             self._times, self._states, self._energies = 2 * self._times, 2 * self._states, 2 * self._energies
         return Arc(

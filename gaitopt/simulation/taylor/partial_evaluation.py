@@ -1,8 +1,8 @@
-"""Functions separated into what rests and what moves.
+"""Partial evaluation: Functions split into a constant and a time-varying part.
 
-A Taylor integrator pays for every product of two quantities that change with time, numbers cost it next to nothing; but
-what is made of parameters it takes for changing, too.  So all that depends on parameters, data and entries at rest only
-is computed once, outside of it.
+Products of time-varying quantities dominate the cost of a Taylor integrator, which treats expressions of parameters as
+time-varying too.  All expressions that depend only on parameters, data and constant entries of the state are therefore
+evaluated once, outside the integrator.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ class SplitExpression:
     Attributes
     ----------
     numbers : (p, data, y) -> (n_c)
-        Of `y` only entries at rest count.
+        Values of the constant expressions; only constant entries of `y` enter.
     body : (t, y[active], numbers) -> the outputs of the Function
     """
 
@@ -28,20 +28,20 @@ class SplitExpression:
 
 @dataclass(eq=False)
 class _Result:
-    """What an instruction computes; `symbol` stands for it in the body if it rests and is used there."""
+    """Result of an instruction; `symbol` replaces a constant result in the body."""
 
     expression: ca.SX
-    rests: bool
+    constant: bool
     symbol: ca.SX | None = None
 
 
 def split_expression(function: ca.Function, active: Sequence[int]) -> SplitExpression:
-    """Separate a Function of (t, y, p, data) whose time and entries `active` of y move while all else rests.
+    """Split a Function of (t, y, p, data) in which only time and the entries `active` of y change.
 
     Parameters
     ----------
     function : Function
-        Of SX type, inputs and outputs dense.
+        Function of SX type with dense inputs and outputs.
     active : sequence of int
 
     Examples
@@ -52,12 +52,12 @@ def split_expression(function: ca.Function, active: Sequence[int]) -> SplitExpre
     (2, DM(2.87655))
     """
     inputs, used = function.sx_in(), list[_Result]()
-    moving = {(0, 0), *((1, i) for i in active)}
+    varying = {(0, 0), *((1, i) for i in active)}
     computed: dict[int, _Result] = {}
     outputs: list[list[ca.SX]] = [[ca.SX(0)] * function.numel_out(i) for i in range(function.n_out())]
 
     def in_body(result: _Result) -> ca.SX:
-        if not result.rests or result.expression.is_constant():
+        if not result.constant or result.expression.is_constant():
             return result.expression
         if result.symbol is None:
             result.symbol = ca.SX.sym(f"c{len(used)}")
@@ -68,17 +68,17 @@ def split_expression(function: ca.Function, active: Sequence[int]) -> SplitExpre
         operation, sources = function.instruction_id(k), function.instruction_input(k)
         targets = function.instruction_output(k)
         if operation == ca.OP_INPUT:
-            computed[targets[0]] = _Result(inputs[sources[0]].nz[sources[1]], (sources[0], sources[1]) not in moving)
+            computed[targets[0]] = _Result(inputs[sources[0]].nz[sources[1]], (sources[0], sources[1]) not in varying)
         elif operation == ca.OP_CONST:
             computed[targets[0]] = _Result(ca.SX(function.instruction_constant(k)), True)
         elif operation == ca.OP_OUTPUT:
             outputs[targets[0]][targets[1]] = in_body(computed[sources[0]])
         else:
             results = [computed[i] for i in sources]
-            rests = all(result.rests for result in results)
-            arguments = [result.expression if rests else in_body(result) for result in results]
+            constant = all(result.constant for result in results)
+            arguments = [result.expression if constant else in_body(result) for result in results]
             apply = ca.SX.unary if len(arguments) == 1 else ca.SX.binary
-            computed[targets[0]] = _Result(apply(operation, *arguments), rests)
+            computed[targets[0]] = _Result(apply(operation, *arguments), constant)
     t, y, p, data = inputs
     symbols, values = ([ca.SX(0, 1), *column] for column in ([r.symbol for r in used], [r.expression for r in used]))
     state = ca.vertcat(ca.SX(0, 1), *[y[i] for i in active])

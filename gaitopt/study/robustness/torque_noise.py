@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, unlimited
-from gaitopt.control.signature import control_function, inputs_of, remembered
+from gaitopt.control.limits import limit_torque, remove_limits
+from gaitopt.control.signature import control_function, inputs_of, rewrite_memory
 from gaitopt.motion.motion import Array
 
 
@@ -24,7 +24,7 @@ def add_torque_noise(law: Law, noise: Array, period: float) -> Law:
     parts = noise.shape[1]
     begin, end = (0.0, period) if law.index is None else law.breakpoints[[1, -1]]
     starts = begin + np.arange(parts) * (end - begin) / parts
-    demanded, limits = unlimited(law)
+    demanded, limits = remove_limits(law)
     finer, rows = demanded.split(starts), demanded.table.shape[0]
     inputs = inputs_of(demanded.control, data=noise.shape[0])
     seen = inputs._replace(data=inputs.data[:rows])
@@ -34,6 +34,6 @@ def add_torque_noise(law: Law, noise: Array, period: float) -> Law:
         finer,
         control=control_function(inputs, torque + inputs.data[rows:], bounds=bounds, guards=guards),
         table=np.vstack([finer.table, noise[:, now]]),
-        memory=remembered(demanded.memory, inputs, seen),
+        memory=rewrite_memory(demanded.memory, inputs, seen),
     )
     return limit_torque(changed, limits)
