@@ -18,6 +18,8 @@ TOUCHDOWN_SHOWN = 0.3
 class SlideMark:
     """A slide of a stance foot on the ground, as far as it has come.
 
+    A round foot rolls while it slides: the mark begins where it touched the ground when it began to slide.
+
     Attributes
     ----------
     step, order : int
@@ -52,6 +54,11 @@ class AnimationFrame:
         Whether a touchdown has just happened.
     points : (2, n_points) array [m]
     foot : (2,) array [m]
+        Where the stance foot touches the ground.
+    slide : float [m]
+        Slide coordinate of the stance foot, which is its position x if it is a point.
+    rims : (4, 2) array, optional
+        Centre [m], radius [m] and clockwise angle [rad] of round feet, stance foot first.
     force : (2,) array [N]
     """
 
@@ -63,6 +70,8 @@ class AnimationFrame:
     touchdown: bool
     points: Array
     foot: Array
+    slide: float
+    rims: Array | None
     force: Array
 
 
@@ -116,7 +125,9 @@ class AnimationFrames:
             slowness=float(self._shown[phase] / self._durations[phase]),
             touchdown=step > 0 and within < TOUCHDOWN_SHOWN,
             points=_at(segment, segment.points, time) + shift[:, None],
-            foot=_at(segment, segment.q[:2], time) + shift,
+            foot=_at(segment, segment.contact, time) + shift,
+            slide=float(_at(segment, segment.q[0], time) + shift[0]),
+            rims=None if segment.rims is None else _at(segment, segment.rims, time) + [[shift[0]], [0.0], [0.0], [0.0]],
             force=_at(segment, segment.force, time),
         )
 
@@ -130,9 +141,9 @@ class AnimationFrames:
                     break
                 if segment.mode.slips:
                     here = (step, phase) == (frame.step, frame.phase)
-                    end = frame.foot[0] if here else segment.q[0, -1] + shift
-                    start = float(segment.q[0, 0] + shift)
-                    found.append(SlideMark(step=step, order=order, mode=segment.mode, start=start, end=float(end)))
+                    slid = frame.slide - shift - segment.q[0, 0] if here else segment.slide
+                    start = float(segment.contact[0, 0] + shift)
+                    found.append(SlideMark(step=step, order=order, mode=segment.mode, start=start, end=start + slid))
                     order += 1
         return found
 

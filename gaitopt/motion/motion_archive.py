@@ -22,6 +22,7 @@ _SEGMENT_UNITS = {
     "potential": "J",
     "points": "m",
 }
+_RIM_UNIT = "m, m, m, then rad"
 _JUMP_UNITS = {
     "impulse": "N s",
     "q": "m, m, then rad",
@@ -47,6 +48,8 @@ def write_motion(group: h5py.Group, motion: Motion) -> None:
         part = group.create_group(f"segments/{i:04d}")
         part.attrs.update(mode=segment.mode.value, step=segment.step)
         _write_arrays(part, segment, _SEGMENT_UNITS)
+        if segment.rims is not None:
+            _write_arrays(part, segment, {"rims": _RIM_UNIT})
     for i, jump in enumerate(motion.jumps):
         part = group.create_group(f"jumps/{i:04d}")
         part.attrs.update(mode=jump.mode.value, step=jump.step)
@@ -78,7 +81,9 @@ def read_motion(group: h5py.Group) -> Motion:
 
 
 def _read_segment(group: h5py.Group) -> Segment:
-    return Segment(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **_arrays(group, _SEGMENT_UNITS))
+    # Only round feet have rims; files written before there were round feet have none.
+    names = _SEGMENT_UNITS | ({"rims": _RIM_UNIT} if "rims" in group else {})
+    return Segment(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **_arrays(group, names))
 
 
 def _read_jump(group: h5py.Group) -> Jump:
