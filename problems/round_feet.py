@@ -28,7 +28,7 @@ from gaitopt import (
 
 PARAMETERS = (
     Parameter("leg_length", 1.0, "m", "distance from the hip to the lowest point of the foot", lower=0, lower_open=True),
-    Parameter("foot_radius", 0.2, "m", "radius of the feet", lower=0, at_most="leg_length"),
+    Parameter("foot_radius", 0.3, "m", "radius of the feet", lower=0, at_most="leg_length"),
     Parameter("leg_com", 0.7, "m", "distance of the leg's mass from its foot", lower=0, at_most="leg_length"),
     Parameter("leg_mass", 5.0, "kg", "mass of a leg", lower=0, lower_open=True),
     Parameter("leg_inertia", 0.0, "kg m^2", "moment of inertia of a leg about its centre of mass", lower=0),
@@ -76,18 +76,18 @@ def round_feet_biped() -> Robot:
 
 def problem(
     leg_length=1.0,  # from the hip to the lowest point of the foot [m]
-    foot_radius=0.2,  # [m]
+    foot_radius=0.3,  # [m]
     leg_com=0.7,  # distance of a leg's mass from its foot [m]
     leg_mass=5.0,  # [kg]
     leg_inertia=0.0,  # of a leg about its centre of mass [kg m^2]
     hip_mass=10.0,  # [kg]
     gravity=9.81,  # [m/s^2]
     slope=0.0,  # downhill [deg]
-    friction=0.08,  # Coulomb coefficient
-    speed=0.7,  # [m/s]
-    step_length=0.4,  # travel per step, foot slip included [m]
+    friction=0.06,  # Coulomb coefficient
+    speed=0.9,  # [m/s]
+    step_length=0.5,  # travel per step, foot slip included [m]
     torque_limit=30.0,  # of ankle and hip each [N m]
-    objective="cost_of_transport",  # or torque_squared, positive_work, ...
+    objective="torque_squared",  # or cost_of_transport, positive_work, ...
     intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter)
     sequence="slip+ stick | slip+",  # contact sequence: phases | impact; stick means rolling without slip
 ):

@@ -27,6 +27,8 @@ class SlideMark:
     mode : Mode
     start, end : float
         Positions along the slope [m].
+    slide : float
+        Slide coordinate at its beginning [m], which is the position of a point foot.
     """
 
     step: int
@@ -34,6 +36,7 @@ class SlideMark:
     mode: Mode
     start: float
     end: float
+    slide: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -143,7 +146,8 @@ class AnimationFrames:
                     here = (step, phase) == (frame.step, frame.phase)
                     slid = frame.slide - shift - segment.q[0, 0] if here else segment.slide
                     start = float(segment.contact[0, 0] + shift)
-                    found.append(SlideMark(step=step, order=order, mode=segment.mode, start=start, end=start + slid))
+                    mark = {"start": start, "end": start + slid, "slide": segment.q[0, 0] + shift}
+                    found.append(SlideMark(step=step, order=order, mode=segment.mode, **mark))
                     order += 1
         return found
 

@@ -9,7 +9,7 @@ from gaitopt.motion.motion import Array, Motion, Segment
 WIDENED, ADDED = 1.15, 0.05
 """The arc drawn extends beyond the largest angle at which it touches the ground: by a factor, and by an angle [rad]."""
 
-SAMPLES, MARKS = 49, 7
+SAMPLES, MARKS = 49, 5
 """Points of an arc, and radial marks on it."""
 
 MARK_LENGTH = 0.14

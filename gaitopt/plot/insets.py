@@ -103,7 +103,7 @@ class FootGlass:
         self._foot.set(xdata=[x], ydata=[0], markerfacecolor=MODE_FILL[frame.mode])
         slides = [slide for slide in self._film.slides(frame) if slide.step == frame.step]
         for slide, mark in zip(slides, self._marks, strict=False):
-            ends = 1e3 * (np.array([slide.start, slide.end]) - landing)
+            ends = 1e3 * (slide.slide - landing + np.array([0.0, slide.end - slide.start]))
             mark.set(xdata=ends, ydata=[-self._tall * (0.08 + 0.07 * slide.order)] * 2, color=MODE_FILL[slide.mode])
         for mark in self._marks[len(slides) :]:
             mark.set_data([], [])

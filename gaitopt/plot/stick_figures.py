@@ -130,7 +130,7 @@ def _draw_walker(axes: "Axes", motion: Motion, instant: Instant, shift: float, s
     draw_links(axes, points, skeleton.body, color=BODY, linewidth=2.0)
     draw_links(axes, points, skeleton.swing, color=SECOND_LEG, linewidth=1.3, zorder=3)
     draw_links(axes, points, skeleton.stance, color=FIRST_LEG, linewidth=2.6, zorder=4)
-    axes.plot(*points[:, skeleton.joints], "o", color=FIRST_LEG, markersize=5, markerfacecolor="white", zorder=5)
+    axes.plot(*points[:, skeleton.joints], "o", color=FIRST_LEG, markersize=5, markerfacecolor="white", zorder=5, clip_on=False)
     arc, rims = find_foot_arc(motion), instant.segment.rims
     foot = points[:, skeleton.stance_foot]
     if arc is not None and rims is not None:
@@ -138,7 +138,7 @@ def _draw_walker(axes: "Axes", motion: Motion, instant: Instant, shift: float, s
         foot = tilt(instant.segment.contact[:, instant.sample] + np.array([shift, 0.0]), slope)
     fill = MODE_FILL[mode] if mode.slips else FIRST_LEG
     size = 6 if mode.slips else 4
-    axes.plot(*foot, "o", color=FIRST_LEG, markerfacecolor=fill, markersize=size, zorder=6)
+    axes.plot(*foot, "o", color=FIRST_LEG, markerfacecolor=fill, markersize=size, zorder=6, clip_on=False)
 
 
 def _draw_ground(axes: "Axes", figures: Sequence[Array], shifts: Array, slope: float) -> None:
