@@ -27,7 +27,7 @@ from gaitopt import (
 )
 
 PARAMETERS = (
-    Parameter("leg_length", 1.0, "m", "distance from the hip to the lowest point of the foot", lower=0, lower_open=True),
+    Parameter("leg_length", 1.0, "m", "distance from the hip to the middle of the foot", lower=0, lower_open=True),
     Parameter("foot_radius", 0.3, "m", "radius of the feet", lower=0, at_most="leg_length"),
     Parameter("leg_com", 0.7, "m", "distance of the leg's mass from its foot", lower=0, at_most="leg_length"),
     Parameter("leg_mass", 5.0, "kg", "mass of a leg", lower=0, lower_open=True),
@@ -75,7 +75,7 @@ def round_feet_biped() -> Robot:
 
 
 def problem(
-    leg_length=1.0,  # from the hip to the lowest point of the foot [m]
+    leg_length=1.0,  # from the hip to the middle of the foot [m]
     foot_radius=0.3,  # [m]
     leg_com=0.7,  # distance of a leg's mass from its foot [m]
     leg_mass=5.0,  # [kg]

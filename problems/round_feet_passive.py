@@ -10,16 +10,18 @@ import round_feet
 
 from gaitopt import WalkProblem
 
+SLOPE = math.degrees(0.01)
+
 
 def problem(
-    leg_length=1.2,  # from the hip to the lowest point of the foot [m]
+    leg_length=1.2,  # from the hip to the middle of the foot [m]
     foot_radius=0.2,  # [m]
     leg_com=0.7,  # distance of a leg's centre of mass from its foot [m]
     leg_mass=0.5,  # [kg]
     leg_inertia=0.02,  # of a leg about its centre of mass [kg m^2]
     hip_mass=1.0,  # [kg]
     gravity=1.0,  # [m/s^2]
-    slope=math.degrees(0.01),  # downhill [deg]
+    slope=SLOPE,  # downhill [deg]
     friction=math.inf,  # Coulomb coefficient
     sequence=None,  # contact sequence such as "stick | stick"; None for all gaits that are found
 ):

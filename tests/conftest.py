@@ -47,6 +47,22 @@ def slip_gait():
     return load(ROOT / "docs" / "examples" / "compass_slip.h5")
 
 
+@pytest.fixture(scope="session")
+def rolling():
+    """Return a problem of a biped with round feet, whose robot, slope and parameters other problems may share."""
+    from gaitopt.cli.script import build_problem
+
+    return build_problem(ROOT / "problems" / "round_feet.py", [])
+
+
+@pytest.fixture(scope="session")
+def rolling_gait(rolling):
+    """Return its gait 'slip+ stick | slip+', which slides by 45 mm while it rolls."""
+    from gaitopt import solve, verify
+
+    return verify(solve(rolling), rolling.robot)
+
+
 @pytest.fixture
 def rng():
     return np.random.default_rng(20150801)

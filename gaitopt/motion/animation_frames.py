@@ -120,6 +120,9 @@ class AnimationFrames:
         share = 1 - (self._ends[phase] - within) / self._shown[phase]
         time = float(segment.time[0] + share * segment.duration)
         shift = np.array([step * self.motion.travel, 0.0])
+        rims = None if segment.rims is None else _at(segment, segment.rims, time)
+        if rims is not None:
+            rims[0] += shift[0]
         return AnimationFrame(
             time=time - float(self.motion.segments[0].time[0]) + step * self.motion.period,
             step=step,
@@ -130,7 +133,7 @@ class AnimationFrames:
             points=_at(segment, segment.points, time) + shift[:, None],
             foot=_at(segment, segment.contact, time) + shift,
             slide=float(_at(segment, segment.q[0], time) + shift[0]),
-            rims=None if segment.rims is None else _at(segment, segment.rims, time) + [[shift[0]], [0.0], [0.0], [0.0]],
+            rims=rims,
             force=_at(segment, segment.force, time),
         )
 

@@ -21,8 +21,11 @@ _SEGMENT_UNITS = {
     "kinetic": "J",
     "potential": "J",
     "points": "m",
+    "rims": "m, m, m, then rad",
 }
-_RIM_UNIT = "m, m, m, then rad"
+_OPTIONAL = {"rims"}
+"""Arrays that only some segments have: round feet have rims, and files written before there were any have none."""
+
 _JUMP_UNITS = {
     "impulse": "N s",
     "q": "m, m, then rad",
@@ -48,8 +51,6 @@ def write_motion(group: h5py.Group, motion: Motion) -> None:
         part = group.create_group(f"segments/{i:04d}")
         part.attrs.update(mode=segment.mode.value, step=segment.step)
         _write_arrays(part, segment, _SEGMENT_UNITS)
-        if segment.rims is not None:
-            _write_arrays(part, segment, {"rims": _RIM_UNIT})
     for i, jump in enumerate(motion.jumps):
         part = group.create_group(f"jumps/{i:04d}")
         part.attrs.update(mode=jump.mode.value, step=jump.step)
@@ -60,6 +61,8 @@ def write_motion(group: h5py.Group, motion: Motion) -> None:
 
 def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, str]) -> None:
     for name, unit in units.items():
+        if name in _OPTIONAL and getattr(source, name) is None:
+            continue
         dataset = group.create_dataset(name, data=getattr(source, name))
         dataset.attrs["unit"] = unit
 
@@ -81,9 +84,7 @@ def read_motion(group: h5py.Group) -> Motion:
 
 
 def _read_segment(group: h5py.Group) -> Segment:
-    # Only round feet have rims; files written before there were round feet have none.
-    names = _SEGMENT_UNITS | ({"rims": _RIM_UNIT} if "rims" in group else {})
-    return Segment(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **_arrays(group, names))
+    return Segment(mode=Mode(group.attrs["mode"]), step=int(group.attrs["step"]), **_arrays(group, _SEGMENT_UNITS))
 
 
 def _read_jump(group: h5py.Group) -> Jump:
@@ -93,4 +94,4 @@ def _read_jump(group: h5py.Group) -> Jump:
 
 
 def _arrays(group: h5py.Group, units: dict[str, str]) -> dict[str, Array]:
-    return {name: np.asarray(group[name][...], dtype=float) for name in units}
+    return {name: np.asarray(group[name][...], dtype=float) for name in units if name in group or name not in _OPTIONAL}

@@ -130,7 +130,15 @@ def _draw_walker(axes: "Axes", motion: Motion, instant: Instant, shift: float, s
     draw_links(axes, points, skeleton.body, color=BODY, linewidth=2.0)
     draw_links(axes, points, skeleton.swing, color=SECOND_LEG, linewidth=1.3, zorder=3)
     draw_links(axes, points, skeleton.stance, color=FIRST_LEG, linewidth=2.6, zorder=4)
-    axes.plot(*points[:, skeleton.joints], "o", color=FIRST_LEG, markersize=5, markerfacecolor="white", zorder=5, clip_on=False)
+    axes.plot(
+        *points[:, skeleton.joints],
+        "o",
+        color=FIRST_LEG,
+        markersize=5,
+        markerfacecolor="white",
+        zorder=5,
+        clip_on=False,
+    )
     arc, rims = find_foot_arc(motion), instant.segment.rims
     foot = points[:, skeleton.stance_foot]
     if arc is not None and rims is not None:

@@ -141,7 +141,9 @@ class Stage:
             upright = np.array([0.0, 0.0, rim[2], 0.0])
             parts = [self._arc.outline(upright), *np.moveaxis(self._arc.marks(upright), 1, 0)]
             lines = [points(*(self._scale * part * [[1.0], [-1.0]]).T) for part in parts]
-            inside = [element("polyline", points=line, class_="tread" if number else "") for number, line in enumerate(lines)]
+            inside = [
+                element("polyline", points=line, class_="tread" if number else "") for number, line in enumerate(lines)
+            ]
             feet.append(element("g", *inside, class_=f"rim {role}", transform=f"translate({x} {y}) rotate({turn})"))
         return feet
 
