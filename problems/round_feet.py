@@ -29,7 +29,7 @@ from gaitopt import (
 PARAMETERS = (
     Parameter("leg_length", 1.0, "m", "distance from the hip to the middle of the foot", lower=0, lower_open=True),
     Parameter("foot_radius", 0.3, "m", "radius of the feet", lower=0, at_most="leg_length"),
-    Parameter("leg_com", 0.7, "m", "distance of the leg's mass from its foot", lower=0, at_most="leg_length"),
+    Parameter("leg_com", 0.65, "m", "distance of the leg's mass from its foot", lower=0, at_most="leg_length"),
     Parameter("leg_mass", 5.0, "kg", "mass of a leg", lower=0, lower_open=True),
     Parameter("leg_inertia", 0.0, "kg m^2", "moment of inertia of a leg about its centre of mass", lower=0),
     Parameter("hip_mass", 10.0, "kg", "mass at the hip", lower=0),
@@ -77,7 +77,7 @@ def round_feet_biped() -> Robot:
 def problem(
     leg_length=1.0,  # from the hip to the middle of the foot [m]
     foot_radius=0.3,  # [m]
-    leg_com=0.7,  # distance of a leg's mass from its foot [m]
+    leg_com=0.65,  # distance of a leg's mass from its foot [m]
     leg_mass=5.0,  # [kg]
     leg_inertia=0.0,  # of a leg about its centre of mass [kg m^2]
     hip_mass=10.0,  # [kg]

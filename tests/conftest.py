@@ -57,7 +57,7 @@ def rolling():
 
 @pytest.fixture(scope="session")
 def rolling_gait(rolling):
-    """Return its gait 'slip+ stick | slip+', which slides by 45 mm while it rolls."""
+    """Return its gait 'slip+ stick | slip+', which slides by 27 mm while it rolls."""
     from gaitopt import solve, verify
 
     return verify(solve(rolling), rolling.robot)
