@@ -31,8 +31,8 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
 def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> float:
     """Return the maximum over the box of angles, locally refined from the best points of a lattice.
 
-    The distance is a sum of sines, and of angles if the feet are round.  Sines of absolute angles are extreme in the corners of a box within 90 degrees;
-    those of relative angles, such as a knee's, anywhere.
+    The distance is a sum of sines, and of angles if the feet are round.  Sines of absolute angles are extreme in the
+    corners of a box within 90 degrees; those of relative angles, such as a knee's, anywhere.
     """
     box = np.clip(limits, -np.pi, np.pi)
     lower, upper = box.T
