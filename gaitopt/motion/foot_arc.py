@@ -47,7 +47,7 @@ class FootArc:
     def marks(self, rim: Array) -> Array:
         """Return radial marks fixed to the foot, shape (2, MARKS, 2, ...) [m]: each from the rim inwards."""
         spacing = 2 * self.half_opening / (MARKS if self.half_opening >= np.pi else MARKS + 1)
-        angles: Array = spacing * (np.arange(MARKS) - (MARKS - 1) / 2)
+        angles = spacing * (np.arange(MARKS, dtype=np.float64) - (MARKS - 1) / 2)
         ends = [self._places(rim, angles, part) for part in (1.0, 1 - MARK_LENGTH)]
         return np.stack(ends, axis=2)
 
