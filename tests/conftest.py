@@ -62,6 +62,22 @@ def write_old_file():
     return write
 
 
+@pytest.fixture(scope="session")
+def rolling():
+    """Return a problem of a biped with round feet, whose robot, slope and parameters other problems may share."""
+    from gaitopt.cli.script import build_problem
+
+    return build_problem(ROOT / "problems" / "round_feet.py", [])
+
+
+@pytest.fixture(scope="session")
+def rolling_gait(rolling):
+    """Return its gait 'slip+ stick | slip+', which slides by 27 mm while it rolls."""
+    from gaitopt import solve, verify
+
+    return verify(solve(rolling))
+
+
 @pytest.fixture
 def rng():
     return np.random.default_rng(20150801)

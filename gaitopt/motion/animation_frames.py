@@ -18,6 +18,8 @@ TOUCHDOWN_SHOWN = 0.3
 class SlideMark:
     """A slide of a stance foot on the ground, as far as it has come.
 
+    A round foot rolls while it slides: the mark begins where it touched the ground when it began to slide.
+
     Attributes
     ----------
     step, order : int
@@ -25,6 +27,8 @@ class SlideMark:
     mode : Mode
     start, end : float
         Positions along the slope [m].
+    slide : float
+        Slide coordinate at its beginning [m], which is the position of a point foot.
     """
 
     step: int
@@ -32,6 +36,7 @@ class SlideMark:
     mode: Mode
     start: float
     end: float
+    slide: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,6 +57,11 @@ class AnimationFrame:
         Whether a touchdown has just happened.
     points : (2, n_points) array [m]
     foot : (2,) array [m]
+        Where the stance foot touches the ground.
+    slide : float [m]
+        Slide coordinate of the stance foot, which is its position x if it is a point.
+    rims : (4, 2) array, optional
+        Centre [m], radius [m] and clockwise angle [rad] of round feet, stance foot first.
     force : (2,) array [N]
     """
 
@@ -63,6 +73,8 @@ class AnimationFrame:
     touchdown: bool
     points: Array
     foot: Array
+    slide: float
+    rims: Array | None
     force: Array
 
 
@@ -108,6 +120,9 @@ class AnimationFrames:
         share = 1 - (self._ends[phase] - within) / self._shown[phase]
         time = float(segment.time[0] + share * segment.duration)
         shift = np.array([step * self.motion.travel, 0.0])
+        rims = None if segment.rims is None else _at(segment, segment.rims, time)
+        if rims is not None:
+            rims[0] += shift[0]
         return AnimationFrame(
             time=time - float(self.motion.segments[0].time[0]) + step * self.motion.period,
             step=step,
@@ -116,7 +131,9 @@ class AnimationFrames:
             slowness=float(self._shown[phase] / self._durations[phase]),
             touchdown=step > 0 and within < TOUCHDOWN_SHOWN,
             points=_at(segment, segment.points, time) + shift[:, None],
-            foot=_at(segment, segment.q[:2], time) + shift,
+            foot=_at(segment, segment.contact, time) + shift,
+            slide=float(_at(segment, segment.q[0], time) + shift[0]),
+            rims=rims,
             force=_at(segment, segment.force, time),
         )
 
@@ -130,9 +147,10 @@ class AnimationFrames:
                     break
                 if segment.mode.slips:
                     here = (step, phase) == (frame.step, frame.phase)
-                    end = frame.foot[0] if here else segment.q[0, -1] + shift
-                    start = float(segment.q[0, 0] + shift)
-                    found.append(SlideMark(step=step, order=order, mode=segment.mode, start=start, end=float(end)))
+                    slid = frame.slide - shift - segment.q[0, 0] if here else segment.slide
+                    start = float(segment.contact[0, 0] + shift)
+                    mark = {"start": start, "end": start + slid, "slide": segment.q[0, 0] + shift}
+                    found.append(SlideMark(step=step, order=order, mode=segment.mode, **mark))
                     order += 1
         return found
 

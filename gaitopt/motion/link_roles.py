@@ -43,10 +43,11 @@ def classify_links(motion: Motion) -> LinkRoles:
     (1,)
     """
     first, last = motion.segments[0], motion.segments[-1]
-    stance_foot = _nearest(first.points[:, :, 0], first.q[:2, 0])
+    stance_foot = _nearest(first.points[:, :, 0], first.contact[:, 0])
     swing_foot = len(motion.points) - 1
     if motion.jumps:
-        swing_foot = _nearest(last.points[:, :, -1], motion.jumps[0].q_next[:2])
+        place = motion.jumps[0].q_next[:2] if last.rims is None else last.rims[:2, 1, -1] - [0, last.rims[2, 1, -1]]
+        swing_foot = _nearest(last.points[:, :, -1], place)
     near, far = (_distances(motion, foot) for foot in (stance_foot, swing_foot))
     legs: dict[int, list[tuple[int, int]]] = {-1: [], 0: [], 1: []}
     for a, b in motion.links:

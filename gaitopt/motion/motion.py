@@ -22,7 +22,7 @@ class Segment:
         Which step it belongs to, from 0.
     time : (K,) array [s]
     q, v : (n_q, K) arrays
-        PhaseDynamics foot (x, y) [m] and angles [rad]; their rates.
+        Slide coordinate and gap of the stance foot [m] (the position of a point foot) and angles [rad]; their rates.
     torque : (n_u, K) array [N m]
     force : (2, K) array [N]
         Contact force (f_t, f_n) on the stance foot.
@@ -40,6 +40,9 @@ class Segment:
         Energy dissipated by dampers since the start of the segment; zero by default.
     elastic : (K,) array, optional [J]
         Energy stored in springs and potentials; zero by default.
+    rims : (4, 2, K) array, optional
+        Round feet: centre [m], radius [m] and clockwise angle [rad] of the rims of the stance and the landing foot.
+        None for point feet.
 
     Examples
     --------
@@ -65,6 +68,7 @@ class Segment:
     points: Array
     damping_work: Array = field(default_factory=lambda: np.zeros(0))
     elastic: Array = field(default_factory=lambda: np.zeros(0))
+    rims: Array | None = None
 
     def __post_init__(self) -> None:
         for name in ("damping_work", "elastic"):
@@ -81,8 +85,16 @@ class Segment:
         return float(self.time[-1] - self.time[0])
 
     @property
+    def contact(self) -> Array:
+        """Point at which the stance foot touches the ground, shape (2, K) [m]."""
+        if self.rims is None:
+            return self.q[:2]
+        x, y, radius, _ = self.rims[:, 0]
+        return np.stack([x, y - radius])
+
+    @property
     def slide(self) -> float:
-        """Displacement of the stance foot over the segment [m], forward positive."""
+        """Distance by which the stance foot slips over the segment [m], forward positive; rolling is not part of it."""
         return float(self.q[0, -1] - self.q[0, 0])
 
 

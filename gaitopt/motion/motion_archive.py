@@ -21,9 +21,12 @@ _SEGMENT_UNITS = {
     "kinetic": "J",
     "potential": "J",
     "points": "m",
+    "rims": "m, m, m, then rad",
 }
 _FORCE_UNITS = {"damping_work": "J", "elastic": "J"}
 """Arrays of a segment that are written only if they are not zero: those of robots with dampers or springs."""
+_OPTIONAL = {"rims"}
+"""Arrays that only some segments have: round feet have rims, and files written before there were any have none."""
 
 _JUMP_UNITS = {
     "impulse": "N s",
@@ -61,6 +64,8 @@ def write_motion(group: h5py.Group, motion: Motion) -> None:
 
 def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, str]) -> None:
     for name, unit in units.items():
+        if name in _OPTIONAL and getattr(source, name) is None:
+            continue
         dataset = group.create_dataset(name, data=getattr(source, name))
         dataset.attrs["unit"] = unit
 
@@ -94,4 +99,4 @@ def _read_jump(group: h5py.Group) -> Jump:
 
 
 def _arrays(group: h5py.Group, units: dict[str, str]) -> dict[str, Array]:
-    return {name: np.asarray(group[name][...], dtype=float) for name in units}
+    return {name: np.asarray(group[name][...], dtype=float) for name in units if name in group or name not in _OPTIONAL}

@@ -92,7 +92,8 @@ def _other_contact_model(held: Robot | StoredRobot, robot: Robot) -> tuple[str, 
     if isinstance(held, Robot):
         described = describe_contact_model(held.contact_model)
     else:
-        assert held.record is not None
+        if held.record is None:
+            raise ValueError("a stored robot without its record has no contact model")
         described = held.record.content()["contact_model"]
     return () if is_described_by(robot.contact_model, described) else ("impact law or contact transitions",)
 

@@ -61,7 +61,15 @@ def make_segment(
         potential=np.asarray(potential).ravel(),
         elastic=np.asarray(elastic).ravel(),
         points=np.swapaxes(points, 1, 2),
+        rims=_sample_rims(robot, q, tiled),
     )
+
+
+def _sample_rims(robot: Robot, q: Array, tiled: Array) -> Array | None:
+    """Return the rims of round feet, shape (4, 2, K), or None for point feet."""
+    count = q.shape[1]
+    rims = np.asarray(robot.rims.map(count)(q, tiled)).reshape(4, count, 2)
+    return np.swapaxes(rims, 1, 2) if np.any(rims[2]) else None
 
 
 def make_jump(

@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import classify_links
+from gaitopt.motion.motion import Array
 from gaitopt.plot.style import CONE, FIRST_LEG, FORCE, GROUND, MODE_FILL, MODE_INK, SECOND_LEG, WARNING
 
 if TYPE_CHECKING:
@@ -60,6 +61,8 @@ class ForceDiagram:
 class FootGlass:
     """The stance foot under a magnifying glass that stays where the foot landed, with a ruler in mm.
 
+    With a round foot the glass rolls along, so that the ruler shows the slide alone.
+
     Parameters
     ----------
     axes : matplotlib.axes.Axes
@@ -78,6 +81,7 @@ class FootGlass:
         motion, skeleton = gait.motion, classify_links(gait.motion)
         self._axes, self._film, self._travel = axes, film, motion.travel
         self._landing, self._foot_point = float(motion.segments[0].q[0, 0]), skeleton.stance_foot
+        self._round = motion.segments[0].rims is not None
         self._neighbours = [a if b == self._foot_point else b for a, b in skeleton.stance if self._foot_point in (a, b)]
         slid = motion.channel("q")[0] - self._landing
         width = 1e3 * max(3 * float(np.ptp(slid)), PLAIN_GROUND)
@@ -93,19 +97,27 @@ class FootGlass:
     def show(self, frame: AnimationFrame) -> None:
         """Move the foot to where it is in a frame."""
         landing = self._landing + frame.step * self._travel
-        x = 1e3 * (frame.foot[0] - landing)
-        for neighbour, leg in zip(self._neighbours, self._legs, strict=True):
-            direction = frame.points[:, neighbour] - frame.points[:, self._foot_point]
-            end = 3 * self._tall * direction / np.linalg.norm(direction)
-            leg.set(xdata=[x, x + end[0]], ydata=[0, end[1]], color=SECOND_LEG if frame.step % 2 else FIRST_LEG)
+        x = 1e3 * (frame.slide - landing)
+        for leg, (along, up) in zip(self._legs, self._lines(frame), strict=True):
+            leg.set(xdata=x + along, ydata=up, color=SECOND_LEG if frame.step % 2 else FIRST_LEG)
         self._foot.set(xdata=[x], ydata=[0], markerfacecolor=MODE_FILL[frame.mode])
         slides = [slide for slide in self._film.slides(frame) if slide.step == frame.step]
         for slide, mark in zip(slides, self._marks, strict=False):
-            ends = 1e3 * (np.array([slide.start, slide.end]) - landing)
+            ends = 1e3 * (slide.slide - landing + np.array([0.0, slide.end - slide.start]))
             mark.set(xdata=ends, ydata=[-self._tall * (0.08 + 0.07 * slide.order)] * 2, color=MODE_FILL[slide.mode])
         for mark in self._marks[len(slides) :]:
             mark.set_data([], [])
         self._air.set_facecolor((MODE_FILL[frame.mode], 0.18) if frame.mode.slips else "none")
+
+    def _lines(self, frame: AnimationFrame) -> list[tuple[Array, Array]]:
+        """Return the lines of the foot about the place where it touches the ground [mm]: its rim, or its links."""
+        if frame.rims is not None:
+            radius = 1e3 * float(frame.rims[2, 0])
+            angles = np.linspace(-1, 1, 200) * min(3 * self._tall / radius, np.pi / 2)
+            return [(radius * np.sin(angles), radius * (1 - np.cos(angles)))]
+        directions = [frame.points[:, other] - frame.points[:, self._foot_point] for other in self._neighbours]
+        ends = [3 * self._tall * direction / np.linalg.norm(direction) for direction in directions]
+        return [(np.array([0.0, x]), np.array([0.0, y])) for x, y in ends]
 
     def _add_artists(self) -> None:
         """Create what :meth:`show` moves."""
@@ -115,7 +127,7 @@ class FootGlass:
         axes.axhline(0, color=GROUND, linewidth=1.2, zorder=2)
         axes.plot([0, 0], [-0.3 * self._tall, 0], color="0.5", linewidth=1, zorder=2)
         leg: dict[str, Any] = {"linewidth": 7, "solid_capstyle": "round", "zorder": 3}
-        self._legs = [axes.plot([], [], **leg)[0] for _ in self._neighbours]
+        self._legs = [axes.plot([], [], **leg)[0] for _ in ([None] if self._round else self._neighbours)]
         (self._foot,) = axes.plot([], [], "o", color="0.2", markersize=13, zorder=4)
         slips = sum(segment.mode.slips for segment in self._film.motion.segments)
         style: dict[str, Any] = {"linewidth": 5, "solid_capstyle": "butt", "zorder": 3}

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames, SlideMark
+from gaitopt.motion.foot_arc import MARKS, figure_points, find_foot_arc
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import classify_links, tilt
 from gaitopt.motion.motion import Array
@@ -49,11 +50,12 @@ class Scene:
         motion = gait.motion
         self._axes, self._film = axes, film
         self._slope, self._friction = motion.parameters["slope"], motion.parameters["friction"]
-        self._height = float(np.max(motion.channel("points")[1]))
+        figures = np.hstack([figure_points(motion, part).reshape(2, -1) for part in motion.segments])
+        self._height = float(np.max(figures[1]))
         self._newton = WEIGHT_DRAWN * self._height / (motion.total_mass * motion.parameters["gravity"])
-        self._skeleton = classify_links(motion)
+        self._skeleton, self._arc = classify_links(motion), find_foot_arc(motion)
         self._marks: dict[tuple[int, int], tuple[Any, Any]] = {}
-        self._frame_view(motion.channel("points")[0], (film.steps - 1) * motion.travel)
+        self._frame_view(figures[0], (film.steps - 1) * motion.travel)
         self._add_artists()
 
     def show(self, frame: AnimationFrame) -> None:
@@ -67,6 +69,8 @@ class Scene:
         ):
             for pair, line in zip(pairs, lines, strict=True):
                 line.set(xdata=points[0, pair], ydata=points[1, pair], color=color)
+        if self._arc is not None and frame.rims is not None:
+            self._show_feet(frame.rims, swapped)
         self._joints.set_data(*points[:, self._skeleton.joints])
         self._foot.set(xdata=foot[:1], ydata=foot[1:], markerfacecolor=MODE_FILL[frame.mode])
         self._cone.set_xy((foot[:, None] + tilt(self._wedge, self._slope)).T)
@@ -75,6 +79,16 @@ class Scene:
         for slide in self._film.slides(frame):
             self._mark(slide)
         self._look(frame)
+
+    def _show_feet(self, rims: Array, swapped: bool) -> None:
+        """Move the arcs of round feet and their marks."""
+        assert self._arc is not None
+        for foot, lines in enumerate(self._feet):
+            color = (SECOND_LEG, FIRST_LEG)[(foot == 0) ^ swapped]
+            marks = np.moveaxis(self._arc.marks(rims[:, foot]), 1, 0)
+            for line, places in zip(lines, (self._arc.outline(rims[:, foot]), *marks), strict=True):
+                x, y = tilt(places, self._slope)
+                line.set(xdata=x, ydata=y, color=color)
 
     def _frame_view(self, x: Array, walked: float) -> None:
         """Choose the view: all of the walk where it fits, else a window that follows it."""
@@ -97,6 +111,10 @@ class Scene:
         self._body = [axes.plot([], [], zorder=3, **leg)[0] for _ in self._skeleton.body]
         self._swing = [axes.plot([], [], zorder=4, **leg)[0] for _ in self._skeleton.swing]
         self._stance = [axes.plot([], [], zorder=5, **leg)[0] for _ in self._skeleton.stance]
+        widths = (4.0, *(1.5,) * MARKS) if self._arc else ()
+        self._feet = [
+            [axes.plot([], [], zorder=order, **leg | {"linewidth": width})[0] for width in widths] for order in (5, 4)
+        ]
         (self._joints,) = axes.plot([], [], "o", color="0.2", markerfacecolor="white", markersize=9, zorder=6)
         (self._foot,) = axes.plot([], [], "o", color="0.2", markersize=8, zorder=7)
         self._force = axes.quiver(
@@ -110,7 +128,7 @@ class Scene:
         (self._cone,) = axes.fill([0], [0], facecolor=CONE, edgecolor="0.6", linewidth=0.6, zorder=2)
         self._cone.set_label("friction cone")
         axes.legend(handles=[self._force, self._cone], loc="upper left", bbox_to_anchor=(0.02, 1.0), fontsize=9)
-        legs = [*self._body, *self._swing, *self._stance]
+        legs = [*self._body, *self._swing, *self._stance, *self._feet[0], *self._feet[1]]
         self.moving: list[Artist] = [self._cone, *legs, self._joints, self._foot, self._force]
 
     def _mark(self, slide: SlideMark) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gaitopt.motion.foot_arc import figure_points, find_foot_arc
 from gaitopt.motion.link_roles import Links, classify_links, tilt
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, SECOND_LEG
@@ -69,11 +70,12 @@ def draw_stick_figures(axes: "Axes", motion: Motion, count: int = INSTANTS) -> N
     """
     instants = choose_instants(motion, count)
     slope = motion.parameters["slope"]
-    spacing = _spacing(instants)
+    figures = [figure_points(motion, instant.segment)[:, :, instant.sample] for instant in instants]
+    spacing = _spacing(figures)
     shifts = spacing * np.arange(len(instants), dtype=float)
     for instant, shift in zip(instants, shifts, strict=True):
         _draw_walker(axes, motion, instant, shift, slope)
-    _draw_ground(axes, instants, shifts, slope)
+    _draw_ground(axes, figures, shifts, slope)
     _draw_labels(axes, motion, instants, shifts, slope)
     _draw_key(axes, columns=2 if count == INSTANTS else 1)
     axes.set_aspect("equal")
@@ -99,11 +101,25 @@ def _segment_at(motion: Motion, time: float) -> int:
     return min(int(np.searchsorted(ends, time)), len(ends) - 1)
 
 
-def _spacing(instants: Sequence[Instant]) -> float:
+def _draw_feet(axes: "Axes", outlines: Array, slope: float) -> None:
+    """Draw the arcs of round feet, the landing foot lighter and below the stance foot.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    outlines : (2, n, 2) array [m]
+        Arcs of the stance and the landing foot.
+    slope : float [rad]
+    """
+    legs = ((FIRST_LEG, 2.0, 4), (SECOND_LEG, 1.3, 3))
+    for outline, (color, width, order) in zip(np.moveaxis(outlines, 2, 0), legs, strict=True):
+        axes.plot(*tilt(outline, slope), color=color, linewidth=width, zorder=order, solid_capstyle="round")
+
+
+def _spacing(figures: Sequence[Array]) -> float:
     """Return the smallest distance between neighbours that keeps them apart [m]."""
-    spans = [instant.segment.points[0, :, instant.sample] for instant in instants]
-    height = max(float(np.ptp(instant.segment.points[1, :, instant.sample])) for instant in instants)
-    overlap = max(float(left.max() - right.min()) for left, right in pairwise(spans))
+    height = max(float(np.ptp(figure[1])) for figure in figures)
+    overlap = max(float(left[0].max() - right[0].min()) for left, right in pairwise(figures))
     return max(overlap, 0.0) + 0.2 * height
 
 
@@ -114,15 +130,27 @@ def _draw_walker(axes: "Axes", motion: Motion, instant: Instant, shift: float, s
     draw_links(axes, points, skeleton.body, color=BODY, linewidth=2.0)
     draw_links(axes, points, skeleton.swing, color=SECOND_LEG, linewidth=1.3, zorder=3)
     draw_links(axes, points, skeleton.stance, color=FIRST_LEG, linewidth=2.6, zorder=4)
-    axes.plot(*points[:, skeleton.joints], "o", color=FIRST_LEG, markersize=5, markerfacecolor="white", zorder=5)
+    axes.plot(
+        *points[:, skeleton.joints],
+        "o",
+        color=FIRST_LEG,
+        markersize=5,
+        markerfacecolor="white",
+        zorder=5,
+        clip_on=False,
+    )
+    arc, rims = find_foot_arc(motion), instant.segment.rims
+    foot = points[:, skeleton.stance_foot]
+    if arc is not None and rims is not None:
+        _draw_feet(axes, arc.outline(rims[:, :, instant.sample]) + np.array([shift, 0.0])[:, None, None], slope)
+        foot = tilt(instant.segment.contact[:, instant.sample] + np.array([shift, 0.0]), slope)
     fill = MODE_FILL[mode] if mode.slips else FIRST_LEG
     size = 6 if mode.slips else 4
-    axes.plot(*points[:, skeleton.stance_foot], "o", color=FIRST_LEG, markerfacecolor=fill, markersize=size, zorder=6)
+    axes.plot(*foot, "o", color=FIRST_LEG, markerfacecolor=fill, markersize=size, zorder=6, clip_on=False)
 
 
-def _draw_ground(axes: "Axes", instants: Sequence[Instant], shifts: Array, slope: float) -> None:
-    low = instants[0].segment.points[0, :, instants[0].sample].min() + shifts[0]
-    high = instants[-1].segment.points[0, :, instants[-1].sample].max() + shifts[-1]
+def _draw_ground(axes: "Axes", figures: Sequence[Array], shifts: Array, slope: float) -> None:
+    low, high = figures[0][0].min() + shifts[0], figures[-1][0].max() + shifts[-1]
     margin = 0.03 * (high - low)
     ends = tilt(np.array([[low - margin, high + margin], [0.0, 0.0]]), slope)
     axes.plot(*ends, color=GROUND, linewidth=1.0, zorder=1)
@@ -133,7 +161,7 @@ def _draw_labels(axes: "Axes", motion: Motion, instants: Sequence[Instant], shif
     below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}
     for instant, shift in zip(instants, shifts, strict=True):
         segment = instant.segment
-        x, y = tilt(segment.q[:2, instant.sample] + np.array([shift, 0.0]), slope)
+        x, y = tilt(segment.contact[:, instant.sample] + np.array([shift, 0.0]), slope)
         axes.annotate(f"{instant.time:.3f} s", (x, y), (0, -6), fontsize=8, color="0.25", **below)
         if segment.mode.slips and id(segment) not in named:
             named.add(id(segment))

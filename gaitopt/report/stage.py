@@ -6,8 +6,9 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
+from gaitopt.motion.foot_arc import figure_points, find_foot_arc
 from gaitopt.motion.link_roles import classify_links, tilt
-from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.motion import Array
 from gaitopt.report.markup import Element, element, points
 
 TALL, WIDEST, FLOOR = 360, 720, 46
@@ -41,11 +42,12 @@ class Stage:
     def __init__(self, film: AnimationFrames, *, steps: int, name: str) -> None:
         motion = film.motion
         self._film, self._steps, self._name = film, steps, name
-        self._skeleton = classify_links(motion)
+        self._skeleton, self._arc = classify_links(motion), find_foot_arc(motion)
+        drawn = np.hstack([figure_points(motion, part).reshape(2, -1) for part in motion.segments])
         self._slope, self._friction = motion.parameters["slope"], motion.parameters["friction"]
-        self._tall = float(np.max(motion.channel("points")[1]))
+        self._tall = float(np.max(drawn[1]))
         self._newton = WEIGHT_DRAWN * self._tall / (motion.total_mass * motion.parameters["gravity"])
-        self._frame_view(motion)
+        self._frame_view(*drawn)
 
     @property
     def links(self) -> tuple[tuple[int, int, str], ...]:
@@ -87,6 +89,7 @@ class Stage:
             ),
             element("polygon", class_="cone", points=self._wedge(), transform=foot),
             *lines,
+            *self._round_feet(first, here["rims"]),
             *joints,
             element("line", class_="force", marker_end=f"url(#{self._name}-arrow)", transform=foot, **arrow),
             element("circle", class_=f"foot {first.mode.name.lower()}", r=5.5, transform=foot),
@@ -96,10 +99,9 @@ class Stage:
             aria_label="The walker with its contact force, friction cone and the marks of its slides",
         )
 
-    def _frame_view(self, motion: Motion) -> None:
+    def _frame_view(self, x: Array, y: Array) -> None:
         """Choose scale and origin so that all steps and the force are seen."""
-        x, y = motion.channel("points")
-        low, high = float(x.min()), float(x.max()) + (self._steps - 1) * motion.travel
+        low, high = float(x.min()), float(x.max()) + (self._steps - 1) * self._film.motion.travel
         corners = tilt(np.array([[low, low, high, high], [0.0, float(y.max()), 0.0, float(y.max())]]), self._slope)
         margin = 0.22 * self._tall
         left, right = float(corners[0].min()) - margin, float(corners[0].max()) + margin
@@ -121,9 +123,29 @@ class Stage:
         return {
             "links": [_rounded([*joints[:, a], *joints[:, b]]) for a, b, _ in self.links],
             "joints": [_rounded(joints[:, point]) for point in self._skeleton.joints],
+            "rims": [] if frame.rims is None else [self._placed(rim) for rim in frame.rims.T],
             "foot": _rounded(self._pixels(frame.foot)),
             "force": _rounded([force[0], -force[1]]),
         }
+
+    def _placed(self, rim: Array) -> list[float]:
+        """Return the centre [px] and the clockwise angle [deg] of a rim, shape (4,), as it is seen on the slope."""
+        return _rounded([*self._pixels(rim[:2]), np.rad2deg(rim[3] + self._slope)])
+
+    def _round_feet(self, frame: AnimationFrame, places: list[list[float]]) -> list[Element]:
+        """Return the arcs of round feet, with marks that make their turning visible."""
+        if self._arc is None or frame.rims is None:
+            return []
+        feet = []
+        for role, rim, (x, y, turn) in zip(("stance", "swing"), frame.rims.T, places, strict=True):
+            upright = np.array([0.0, 0.0, rim[2], 0.0])
+            parts = [self._arc.outline(upright), *np.moveaxis(self._arc.marks(upright), 1, 0)]
+            lines = [points(*(self._scale * part * [[1.0], [-1.0]]).T) for part in parts]
+            inside = [
+                element("polyline", points=line, class_="tread" if number else "") for number, line in enumerate(lines)
+            ]
+            feet.append(element("g", *inside, class_=f"rim {role}", transform=f"translate({x} {y}) rotate({turn})"))
+        return feet
 
     def _ground(self) -> Element:
         (x1, x2), (y1, y2) = self._pixels(np.array([self._ends, (0.0, 0.0)]))
@@ -147,7 +169,7 @@ class Stage:
         segment = self._film.motion.segments[phase]
         if not segment.mode.slips:
             return None
-        start = segment.q[0, 0] + step * self._film.motion.travel
+        start = segment.contact[0, 0] + step * self._film.motion.travel
         (x1, x2), (y1, y2) = self._pixels(np.array([[start, start + segment.slide], [0.0, 0.0]])).round(2)
         row = sum(part.mode.slips for part in self._film.motion.segments[:phase])
         arrow = "\N{RIGHTWARDS ARROW}" if segment.mode is Mode.SLIP_FORWARD else "\N{LEFTWARDS ARROW}"

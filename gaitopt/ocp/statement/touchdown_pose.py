@@ -20,7 +20,10 @@ MOST_ANGLES = 7
 
 
 def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]]) -> float:
-    """Return the largest forward distance between the feet [m] with angles within their bounds [rad]."""
+    """Return the largest step [m] with angles within their bounds [rad]: the distance between the feet.
+
+    Of round feet it is the distance of their slide coordinates, by which a step without slip moves the walker forward.
+    """
     return _reach(robot, tuple(robot.vector(values)), tuple(limits))
 
 
@@ -28,8 +31,8 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
 def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> float:
     """Return the maximum over the box of angles, locally refined from the best points of a lattice.
 
-    The distance is a sum of sines.  Those of absolute angles are extreme in the corners of a box within 90 degrees;
-    those of relative angles, such as a knee's, anywhere.
+    The distance is a sum of sines, and of angles if the feet are round.  Sines of absolute angles are extreme in the
+    corners of a box within 90 degrees; those of relative angles, such as a knee's, anywhere.
     """
     box = np.clip(limits, -np.pi, np.pi)
     lower, upper = box.T
@@ -53,7 +56,7 @@ def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float]
 
 
 def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Array:
-    """Return the angles at touchdown with the feet `step` apart, shape (n_angles,) [rad].
+    """Return the angles at touchdown with the feet (their slide coordinates) `step` apart, shape (n_angles,) [rad].
 
     Raises
     ------

@@ -6,7 +6,7 @@ function startPlayer(section) {
   const film = JSON.parse(player.querySelector("script.film").textContent);
   const find = (name) => player.querySelector(name);
   const [stage, button, slider, stamp] = [".stage", ".play", ".time", ".stamp"].map(find);
-  const [links, joints, marks, tokens] = [".link", ".joint", ".mark", ".token"].map((name) => [...player.querySelectorAll(name)]);
+  const [links, rims, joints, marks, tokens] = [".link", ".rim", ".joint", ".mark", ".token"].map((name) => [...player.querySelectorAll(name)]);
   const charts = [...section.querySelectorAll("figure.chart")].map((figure) => ({
     dots: [...figure.querySelectorAll(".dot")],
     cursor: figure.querySelector(".cursor"),
@@ -24,6 +24,7 @@ function startPlayer(section) {
     const number = Math.round(here), step = Math.floor(number / perStep), frame = film.frames[number % perStep];
     const dx = step * film.shift[0], dy = step * film.shift[1];
     frame.links.forEach(([x1, y1, x2, y2], i) => put(links[i], { x1: x1 + dx, y1: y1 + dy, x2: x2 + dx, y2: y2 + dy }));
+    frame.rims.forEach(([x, y, turn], i) => put(rims[i], { transform: `translate(${x + dx} ${y + dy}) rotate(${turn})` }));
     frame.joints.forEach(([x, y], i) => put(joints[i], { cx: x + dx, cy: y + dy }));
     const foot = `translate(${frame.foot[0] + dx} ${frame.foot[1] + dy})`;
     for (const name of [".cone", ".force", ".foot"]) put(stage.querySelector(name), { transform: foot });
