@@ -13,7 +13,7 @@ from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
-from gaitopt.study.basins.basin_file import basin_question, ending_labels, ending_shares
+from gaitopt.study.basins.basin_file import basin_key, ending_labels, ending_shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,9 +57,9 @@ def basin_facts(table: "xr.Dataset", engine: Engine, share: float | None) -> dic
     """Return a basin as plain data; `share` is that of the starts that end in the saved gait."""
     return {
         "engine": engine.name,
-        "robot": basin_question(table)["robot"],
+        "robot": basin_key(table)["robot"],
         "complete": bool(table.attrs["complete"]),
-        "axes": basin_question(table)["axes"],
+        "axes": basin_key(table)["axes"],
         "fractions": ending_shares(table),
         "saved_gait": share,
         "endings": ending_labels(table).tolist(),

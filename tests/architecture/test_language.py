@@ -31,13 +31,12 @@ REPLACED = {
 }
 PHRASES = {re.compile(rf"\b(?:{phrase})\b", re.IGNORECASE): better for phrase, better in REPLACED.items()}
 
-PARTICIPLE = re.compile(r"[a-z]{2,}(ed|en)")
-IRREGULAR = set(
-    "begun bound brought built caught found gone had held kept laid led left lent lost made meant met paid said sent shown"
-    " spent stood swept taught thought told torn understood won worn wound".split()
+REGULAR = re.compile(r"[a-z]{2,}(ed|en)")
+IRREGULAR = re.compile(
+    "begun|brought|built|caught|found|gone|held|kept|laid|led|lost|made|meant|met|sent|shown|spent|stood|swept|taught|told|torn"
 )
-NO_PARTICIPLE = set(
-    "between biped coarsen embed feed flatten lengthen need often open proceed screen seed shed shorten speed ten then tighten token when".split()
+NO_PARTICIPLE = re.compile(
+    "between|biped|coarsen|embed|feed|flatten|lengthen|need|often|open|proceed|screen|seed|shed|shorten|speed|ten|then|token|when"
 )
 VAGUE = {"own", "told", "held", "begun"}
 
@@ -69,9 +68,9 @@ def replaced_phrases(lines):
 def is_participle(name):
     """Return whether the last word of a function's name is a participle: `refined`, not `refine` or `is_finished`."""
     first, *_, last = name.strip("_").split("_") * 2
-    if first in {"is", "has"} or last in NO_PARTICIPLE:
+    if first in {"is", "has"} or NO_PARTICIPLE.fullmatch(last):
         return False
-    return last in IRREGULAR or PARTICIPLE.fullmatch(last) is not None
+    return bool(IRREGULAR.fullmatch(last) or REGULAR.fullmatch(last))
 
 
 def functions_of(tree):
