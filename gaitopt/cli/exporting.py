@@ -18,9 +18,8 @@ from gaitopt.cli.options import (
     StanceAngle,
     TorqueLimit,
     Verbose,
-    labelled,
 )
-from gaitopt.cli.output import print_written
+from gaitopt.cli.output import report_file
 from gaitopt.cli.progress import show_progress
 
 
@@ -46,7 +45,7 @@ def plot(
     from gaitopt.plot.style import FigureStyle
 
     figure = plot_gait(load(file), style=FigureStyle(width=width, font_size=font_size, titled=title))
-    print_written(save_figure(figure, output or Path(f"{file.stem}.png")), json=json)
+    report_file(save_figure(figure, output or Path(f"{file.stem}.png")), json=json)
 
 
 def animate(
@@ -71,7 +70,7 @@ def animate(
     gait, path = load(file), output or Path(f"{file.stem}.gif")
     with show_progress("drawing frames", hidden=json, counted=True) as display:
         written = animate_gait(gait, path, steps=steps, slow=slow, observer=display.count)
-    print_written(written, json=json)
+    report_file(written, json=json)
 
 
 def report(
@@ -103,14 +102,14 @@ def report(
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
 
-    named = labelled(files)
+    named = label_files(files)
     path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
     gaits = {name: load(file) for name, file in named.items()}
     robot = build_problem(problem).robot if problem else None
     with show_progress("writing the report", hidden=json):
         written = write_report(gaits, path, title=title, robot=robot)
-    print_written(written, json=json)
+    report_file(written, json=json)
 
 
 def export(
@@ -146,7 +145,7 @@ def export(
     contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
     suffix, gait = check_suffix(output, contents), load(file)
     if suffix == ".csv":
-        print_written(write_csv(gait.motion, output), json=json)
+        report_file(write_csv(gait.motion, output), json=json)
         return
     robot = robot_of(gait, problem)
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
@@ -154,4 +153,4 @@ def export(
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
     else:
         written = write_c(robot, chosen, gait.motion.parameters, output)
-    print_written(written, json=json)
+    report_file(written, json=json)

@@ -25,7 +25,7 @@ from gaitopt.cli.options import (
     Verbose,
     Workers,
 )
-from gaitopt.cli.output import print_json, print_written
+from gaitopt.cli.output import print_json, report_file
 from gaitopt.cli.progress import show_progress
 from gaitopt.cli.script import robot_of
 from gaitopt.cli.workers import WorkerOptions, worker_options
@@ -92,7 +92,7 @@ def tune(
     else:
         print_tuning(tuned)
         if output is not None:
-            print_written(output)
+            report_file(output)
     if not tuned.stable:
         print_unstable(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
@@ -139,7 +139,7 @@ def push(
     chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen, robot=robot), PushTest(starts=starts)
     with worker_options(workers, scheduler) as team:
-        survived = _survived(robot, chosen, cycle, steps, test, team, hidden=json)
+        margins = _margins_of(robot, chosen, cycle, steps, test, team, hidden=json)
     laws = {title: chosen, "open loop": feedforward(robot, gait.motion)}
     basins = _basins(gait, robot, laws, ball, test, hidden=json)
     facts = {
@@ -147,7 +147,7 @@ def push(
         "engine": default_engine(chosen).name,
         "radius": cycle.radius,
         "steps": steps,
-        **endurance_facts(survived, ball, basins["open loop"], basins[title]),
+        **endurance_facts(margins, ball, basins["open loop"], basins[title]),
         "seconds": time.perf_counter() - began,
     }
     if json:
@@ -170,7 +170,7 @@ def _basins(
     return basins
 
 
-def _survived(
+def _margins_of(
     robot: Robot, law: Law, cycle: "Cycle", steps: int, test: "PushTest", team: WorkerOptions, *, hidden: bool
 ) -> "tuple[RobustnessMargins, ...]":
     """Return the largest disturbances of each kind that a gait survives under a law."""

@@ -14,7 +14,7 @@ import typer
 
 from gaitopt.cli.installed_scripts import read_scripts
 from gaitopt.cli.options import Json, Quiet, Verbose
-from gaitopt.cli.output import out, print_json, print_written, verdict_text
+from gaitopt.cli.output import out, print_json, report_file, verdict_text
 from gaitopt.errors import InputError
 
 PARTS = (
@@ -58,7 +58,7 @@ def new(
         _write_new(path, template.replace("NAME", path.stem))
     else:
         _copy_script(source, path)
-    print_written(path, json=json)
+    report_file(path, json=json)
     if not json and source is None:
         out.print(f"next: gaitopt solve {path}", soft_wrap=True)
 

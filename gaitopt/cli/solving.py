@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, Setting, Verbose
-from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, print_written
+from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
 from gaitopt.cli.progress import Display, show_progress
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
@@ -54,7 +54,7 @@ def solve(
     else:
         print_gait(gait)
         if written:
-            print_written(written)
+            report_file(written)
         else:
             out.print("no verified gait; nothing was written")
     if gait.status is Status.INTERRUPTED:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
-from gaitopt.cli.law import OPEN_LOOP, feedback_named
+from gaitopt.cli.law import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
     CycleStarts,
     EngineName,
@@ -22,7 +22,7 @@ from gaitopt.cli.options import (
     TorqueLimit,
     Verbose,
 )
-from gaitopt.cli.output import print_json, print_written
+from gaitopt.cli.output import print_json, report_file
 from gaitopt.cli.progress import show_progress
 from gaitopt.cli.settings import read_numbers
 
@@ -60,7 +60,7 @@ def stability(
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.summary import summarise_cycle
 
-    feedback = feedback_named(law, gain, torque_limit, stance_angle)
+    feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("searching for periodic gaits", hidden=json):
         subject = read_input(request, starts)
@@ -104,7 +104,7 @@ def simulate(
 
     if output is not None:
         check_writable(output)
-    feedback = feedback_named(law, gain, torque_limit, stance_angle)
+    feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps)
@@ -114,7 +114,7 @@ def simulate(
     else:
         print_walk(walk)
         if written is not None:
-            print_written(written)
+            report_file(written)
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
 
 

@@ -1,4 +1,4 @@
-"""A periodic step played several times at the pace of a film: which instant each frame shows, and what is there."""
+"""Frames of an animation of a periodic step: the instant and the state that each frame shows."""
 
 from dataclasses import dataclass
 
@@ -8,20 +8,20 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array, Motion, Segment
 
 SHORTEST_SLIP = 0.6
-"""Time a slip phase lasts on the screen at least [s]: a slide of 20 ms would otherwise pass in a frame or two."""
+"""Minimum duration of a slip phase on the screen [s]; a slide of 20 ms would otherwise last one or two frames."""
 
 TOUCHDOWN_SHOWN = 0.3
-"""Time on the screen for which a touchdown, which lasts none, is pointed out [s]."""
+"""Time on the screen for which an instantaneous touchdown is marked [s]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SlideMark:
-    """A slide of a stance foot on the ground, as far as it has come.
+    """A slide of a stance foot on the ground, up to the current frame.
 
     Attributes
     ----------
     step, order : int
-        In which step, and which of its slides it is, from 0.
+        Number of the step, and of the slide within the step, from 0.
     mode : Mode
     start, end : float
         Positions along the slope [m].
@@ -36,7 +36,7 @@ class SlideMark:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AnimationFrame:
-    """What a frame of the film shows.
+    """One frame of an animation.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class AnimationFrame:
     slowness : float
         Seconds on the screen for a second of motion.
     touchdown : bool
-        Whether a touchdown has just happened.
+        Whether a touchdown is marked in this frame.
     points : (2, n_points) array [m]
     foot : (2,) array [m]
     force : (2,) array [N]
@@ -67,18 +67,18 @@ class AnimationFrame:
 
 
 class AnimationFrames:
-    """The frames of a film of a step that repeats, the legs swapping roles and places at each touchdown.
+    """The frames of an animation of a periodic step; the legs exchange roles at each touchdown.
 
     Parameters
     ----------
     motion : Motion
         One step.
     steps : int
-        How often it is played.
+        Number of repetitions.
     rate : float
         Frames per second on the screen.
     slow : float
-        Seconds on the screen for a second of motion, where nothing slips too shortly to be seen.
+        Seconds on the screen for a second of motion, outside short slip phases.
 
     Examples
     --------
@@ -121,20 +121,20 @@ class AnimationFrames:
         )
 
     def slides(self, frame: AnimationFrame) -> list[SlideMark]:
-        """Return the slides that have left a mark on the ground up to a frame, the one under way included."""
-        found = []
+        """Return the slides of the stance feet up to a frame, including the current one."""
+        marks = []
         for step in range(frame.step + 1):
             order, shift = 0, step * self.motion.travel
             for phase, segment in enumerate(self.motion.segments):
                 if (step, phase) > (frame.step, frame.phase):
                     break
                 if segment.mode.slips:
-                    here = (step, phase) == (frame.step, frame.phase)
-                    end = frame.foot[0] if here else segment.q[0, -1] + shift
+                    is_current = (step, phase) == (frame.step, frame.phase)
+                    end = frame.foot[0] if is_current else segment.q[0, -1] + shift
                     start = float(segment.q[0, 0] + shift)
-                    found.append(SlideMark(step=step, order=order, mode=segment.mode, start=start, end=float(end)))
+                    marks.append(SlideMark(step=step, order=order, mode=segment.mode, start=start, end=float(end)))
                     order += 1
-        return found
+        return marks
 
 
 def _at(segment: Segment, values: Array, time: float) -> Array:

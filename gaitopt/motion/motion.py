@@ -1,4 +1,4 @@
-"""Motion: what an optimised gait and a simulated walk have in common, as plain arrays."""
+"""Motion: the trajectories of an optimised gait or a simulated walk, as plain arrays."""
 
 from dataclasses import dataclass
 
@@ -13,16 +13,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Segment:
-    """A stretch of smooth motion in one contact mode, sampled at K instants.
+    """A smooth part of a motion in one contact mode, sampled at K instants.
 
     Attributes
     ----------
     mode : Mode
     step : int
-        Which step it belongs to, from 0.
+        Number of its step, from 0.
     time : (K,) array [s]
     q, v : (n_q, K) arrays
-        PhaseDynamics foot (x, y) [m] and angles [rad]; their rates.
+        Stance foot (x, y) [m] and angles [rad]; their rates.
     torque : (n_u, K) array [N m]
     force : (2, K) array [N]
         Contact force (f_t, f_n) on the stance foot.
@@ -34,7 +34,7 @@ class Segment:
         Energy dissipated by sliding since the start of the segment.
     kinetic, potential : (K,) arrays [J]
     points : (2, n_points, K) array [m]
-        Positions drawn, in the slope-fixed frame.
+        Positions of the drawn points, in the slope-fixed frame.
 
     Examples
     --------
@@ -76,7 +76,7 @@ class Segment:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Jump:
-    """A touchdown: impact of the landing foot, then the swap of the legs.
+    """A touchdown: impact of the landing foot, then the leg exchange.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Jump:
         The step it ends.
     time : float [s]
     mode : Mode
-        Outcome of the impact at the landing foot.
+        Contact mode of the landing foot after the impact.
     impulse : (2,) array [N s]
         (L_t, L_n).
     q, v_minus, v_plus : (n_q,) arrays
@@ -131,12 +131,12 @@ class Motion:
     angles, actuators, points : tuple of str
         Names of the rows of `q` after the foot, of the torques, and of the points drawn.
     links : tuple of pairs of int
-        Which points are joined by a line.
+        Pairs of points that a line connects.
     total_mass : float [kg]
     parameters : dict of str to float
         Every parameter of robot and ground, SI units.
     segments : tuple of Segment
-        Empty when a simulation stopped at its very start.
+        Empty if a simulation stopped at its start.
     jumps : tuple of Jump
 
     Examples
@@ -180,7 +180,7 @@ class Motion:
 
     @property
     def travel(self) -> float:
-        """Forward travel of the stance foot from the first state to the last swap, slide included [m]."""
+        """Forward travel of the stance foot from the first state to the last leg exchange, slide included [m]."""
         if not self.segments:
             return 0.0
         start = self.segments[0].q[0, 0]

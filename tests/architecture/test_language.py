@@ -68,7 +68,7 @@ def replaced_phrases(lines):
 def is_participle(name):
     """Return whether the last word of a function's name is a participle: `refined`, not `refine` or `is_finished`."""
     first, *_, last = name.strip("_").split("_") * 2
-    if first in {"is", "has"} or NO_PARTICIPLE.fullmatch(last):
+    if first in {"is", "has", "require"} or NO_PARTICIPLE.fullmatch(last):
         return False
     return bool(IRREGULAR.fullmatch(last) or REGULAR.fullmatch(last))
 
