@@ -128,7 +128,7 @@ Validator = Callable[[Any, Any, Any], None]
 """Validator of an attrs class: called with the object, the attribute and its value."""
 
 
-def bounded(
+def number_within(
     unit: str = "1",
     lower: float = -math.inf,
     upper: float = math.inf,
@@ -144,7 +144,7 @@ def bounded(
     >>> import attrs
     >>> @attrs.frozen(kw_only=True)
     ... class Method:
-    ...     order: int = attrs.field(default=4, validator=bounded(lower=1, whole=True))
+    ...     order: int = attrs.field(default=4, validator=number_within(lower=1, whole=True))
     >>> Method(order=0)
     Traceback (most recent call last):
     ...
@@ -160,14 +160,14 @@ def bounded(
     return validate
 
 
-def counted(lower: int = 1, upper: float = math.inf) -> Validator:
+def whole_number(lower: int = 1, upper: float = math.inf) -> Validator:
     """Return a validator of an attrs class for a whole number."""
-    return bounded(lower=lower, upper=upper, whole=True)
+    return number_within(lower=lower, upper=upper, whole=True)
 
 
 def positive(unit: str = "1", upper: float = math.inf, *, infinite: bool = False) -> Validator:
     """Return a validator of an attrs class for a number greater than 0."""
-    return bounded(unit, 0.0, upper, lower_open=True, infinite=infinite)
+    return number_within(unit, 0.0, upper, lower_open=True, infinite=infinite)
 
 
 def optional(validator: Validator) -> Validator:

@@ -35,9 +35,7 @@ class Status(Enum):
     INTERRUPTED = "Interrupted; the last iterate is kept and is not a solution."
     DIVERGING = "The iterates diverge; add the bounds that are missing, such as torque or duration limits."
     INVALID_NUMBER = "A function returned nan or inf; start from a guess away from singular configurations."
-    INVALID_OPTION = (
-        "The solver rejected its options; check the names and the installation of the solver and its linear solver."
-    )
+    INVALID_OPTION = "The solver rejected its options; check the names of the solver and the linear solver."
     FAILED = "The solver stopped without an answer; try another guess."
 
     @property

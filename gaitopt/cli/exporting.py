@@ -18,6 +18,7 @@ from gaitopt.cli.options import (
     StanceAngle,
     TorqueLimit,
     Verbose,
+    label_files,
 )
 from gaitopt.cli.output import report_file
 from gaitopt.cli.progress import show_progress

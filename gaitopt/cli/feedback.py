@@ -124,7 +124,7 @@ def push(
     """Find the largest push, slope, friction patch, torque noise and sensor delay a gait survives under a law.
 
     The share of a ball of pushes from which the walker returns to the gait, and the number of steps this takes, are
-    reported for open loop (torques played back) and for the law.
+    reported for open loop (torques replayed) and for the law.
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """

@@ -50,7 +50,7 @@ def stability(
 ) -> None:
     """Find the periodic gaits of a walker, or take a saved gait, and compute their exact multipliers.
 
-    A saved gait is assessed in open loop, with its torques played back, or under the given feedback law.
+    A saved gait is assessed in open loop, with its torques replayed, or under the given feedback law.
 
     Exit status 0 if a gait was found (stable or not), 1 if none was.
 
@@ -91,7 +91,7 @@ def simulate(
 ) -> None:
     """Simulate steps from a periodic gait, or from a state nearby, and log every contact event.
 
-    A saved gait is simulated in open loop, with its torques played back, or under the given feedback law.
+    A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law.
 
     Exit status 0 if all steps were completed, 1 if the walk ended before.
 

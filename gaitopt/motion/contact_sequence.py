@@ -110,7 +110,7 @@ use the contact sequence of the gait it returns.
         return self.impact in (sequence.impact, Mode.ANY) and re.fullmatch(phases, text) is not None
 
     def check_periodic(self) -> "ContactSequence":
-        """Return the sequence itself if a periodic gait can have it: slip at the impact must continue in the first phase.
+        """Return the sequence itself if it can be periodic: slip at the impact must continue in the first phase.
 
         A single step of a walk that is not periodic may begin with stick and end with a slipping impact.
 

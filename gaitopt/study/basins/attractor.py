@@ -7,7 +7,7 @@ from attrs import field, frozen
 
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
@@ -53,9 +53,9 @@ class SettlingCriterion:
     1e-06
     """
 
-    steps: int = field(default=100, validator=counted())
+    steps: int = field(default=100, validator=whole_number())
     tolerance: float = field(default=1e-6, validator=positive())
-    longest_period: int = field(default=4, validator=counted())
+    longest_period: int = field(default=4, validator=whole_number())
 
 
 def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None = None) -> WalkEnding:

@@ -15,7 +15,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
@@ -74,9 +74,9 @@ class WalkTest:
     50
     """
 
-    steps: int = field(default=50, validator=counted())
-    patch: int = field(default=5, validator=counted())
-    seed: int = field(default=0, validator=counted(0))
+    steps: int = field(default=50, validator=whole_number())
+    patch: int = field(default=5, validator=whole_number())
+    seed: int = field(default=0, validator=whole_number(0))
     resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
