@@ -71,7 +71,7 @@ class Stop(Enum):
         "or the landing foot would have to be pulled."
     )
     PAINLEVE = "Slip is not well posed here (Painleve's paradox); nothing was integrated through it."
-    SINGULAR = "The motion cannot be integrated beyond this point: it or the torque is singular or not finite there."
+    SINGULAR = "The integration stops at a point where the motion or the torque is singular or not finite."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
     TOO_MANY_EVENTS = "Too many contact events in one step (chattering)."
 

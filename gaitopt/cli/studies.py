@@ -102,7 +102,7 @@ def sweep(
 ) -> None:
     """Find the optimal gait of each contact sequence at every point of a grid: the frontier of lowest cost.
 
-    Safe to interrupt: the same command resumes.  Exit status 0 if there is a gait, 1 if there is none.
+    Safe to interrupt: the same command resumes.  Exit status 0 if there is a gait, 1 otherwise.
 
     Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
     """
