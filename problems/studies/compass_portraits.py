@@ -9,7 +9,7 @@ import math
 import numpy as np
 from compass_setup import FRICTION, SEQUENCES, gait, walk
 from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, format_sequence, key_of_modes
-from published import compare_published, energy_balance
+from published import check_value, energy_balance
 
 from gaitopt import Mode
 from gaitopt.study import Reproduction
@@ -79,7 +79,7 @@ def _numbers(cycles):
         cycle = cycles[name]
         values = {**cycle.state, "period": cycle.period, "step length": cycle.travel}
         for quantity, digits in printed.items():
-            numbers.append(compare_published(f"Gait {name}: {quantity}", values[quantity], digits, UNITS[quantity]))
+            numbers.append(check_value(f"Gait {name}: {quantity}", values[quantity], digits, UNITS[quantity]))
         mass = 2 * cycle.parameters["leg_mass"] + cycle.parameters["hip_mass"]
         numbers.append(energy_balance(f"Gait {name}", cycle, mass))
     return tuple(numbers)

@@ -6,7 +6,7 @@ comes to rest, the type of the gait changes.
 
 import numpy as np
 from drawing import STYLE, format_sequence
-from published import compare_published
+from published import check_value
 from rimless_setup import RATE, SPEED, gait, speed_of, walk
 
 from gaitopt.study import PublishedValue, Reproduction
@@ -35,7 +35,7 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # initial: [rad/t
     rest = 1 + int(np.argmax(after[:, 0] <= 0))
     source = "its periodic gait, computed by gaitopt"
     numbers = (
-        compare_published("step in which xd reaches zero", rest, "15"),
+        check_value("step in which xd reaches zero", rest, "15"),
         PublishedValue("thd after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"),
     )
     return Reproduction(figure, numbers)

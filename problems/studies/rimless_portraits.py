@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, format_sequence, key_of_modes
-from published import CLOSED_FORM, compare_published, energy_balance
+from published import CLOSED_FORM, check_value, energy_balance
 from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 
 from gaitopt import Mode
@@ -18,11 +18,11 @@ def study(foot_speed=0.3, steps=3):  # of Type D: initial value [l/tau_c], numbe
     """Return the study."""
     cycles = {kind: gait(kind, friction) for kind, friction in FRICTION.items()}
     numbers = (
-        compare_published("Type B, mu = 0.3: thd*", speed_of(cycles["B"]), "0.88075", "rad/tau_c"),
-        compare_published("Type B, mu = 0.3: multiplier", cycles["B"].radius, "0.7623"),
-        compare_published("Type D, mu = 0.3: thd*", speed_of(cycles["D"]), "1.07204", "rad/tau_c"),
-        compare_published("Type D, mu = 0.3: multiplier", cycles["D"].radius, "0.356"),
-        compare_published("Type D, mu = 0.3: change of xd per step", cycles["D"].drift, "-0.0517", "l/tau_c"),
+        check_value("Type B, mu = 0.3: thd*", speed_of(cycles["B"]), "0.88075", "rad/tau_c"),
+        check_value("Type B, mu = 0.3: multiplier", cycles["B"].radius, "0.7623"),
+        check_value("Type D, mu = 0.3: thd*", speed_of(cycles["D"]), "1.07204", "rad/tau_c"),
+        check_value("Type D, mu = 0.3: multiplier", cycles["D"].radius, "0.356"),
+        check_value("Type D, mu = 0.3: change of xd per step", cycles["D"].drift, "-0.0517", "l/tau_c"),
         _drift(cycles["D"]),
         *(energy_balance(f"Type {kind}", cycles[kind], 1.0) for kind in "ABC"),
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, Limits, Newton, Status, WarmStart, solve, verify
-from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.nlp import Block, active_set, assemble_nlp
 from gaitopt.progress import silent
 
