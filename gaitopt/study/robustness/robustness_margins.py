@@ -9,6 +9,7 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.control.law import Law
+from gaitopt.control.torque_noise import add_torque_noise
 from gaitopt.errors import GaitoptError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -22,7 +23,6 @@ from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker, make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
-from gaitopt.study.robustness.torque_noise import add_torque_noise
 
 DOUBLINGS = 6
 """Number of doublings from the first disturbance to the largest; survival may not be monotonic in between."""
