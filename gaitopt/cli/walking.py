@@ -30,9 +30,6 @@ if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.simulation.simulator import Rollout
 
-MOST_STARTS = 10_000_000
-"""Largest grid of a basin: it takes 600 MB."""
-
 
 def stability(
     source: Source,
