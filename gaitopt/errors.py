@@ -1,8 +1,8 @@
 """Exceptions for mistakes a user can correct.
 
-A *mistake* (bad input, a contact sequence that cannot be, a corrupt file) raises one of these and says what is wrong,
-where, and what to do.  A *numerical failure* (a solver that does not converge, a robot that falls) is not an
-exception: it is a :class:`gaitopt.Status` or a :class:`gaitopt.Stop` carried by the result.
+A *mistake* (invalid input, an impossible contact sequence, a damaged file) raises one of these; the message states what
+is invalid, where, and what is accepted.  A *numerical failure* (a solver that does not converge, a robot that falls) is
+not an exception: the result has a :class:`gaitopt.Status` or a :class:`gaitopt.Stop`.
 """
 
 from collections.abc import Iterable
@@ -12,27 +12,27 @@ __all__ = ["ArchiveError", "GaitoptError", "InputError", "ScriptError", "Sequenc
 
 
 class GaitoptError(Exception):
-    """Base class of every exception gaitopt raises on purpose."""
+    """Base class of all exceptions of gaitopt."""
 
 
 class InputError(GaitoptError, ValueError):
-    """A value, name or combination of settings that cannot be used."""
+    """An invalid value, name or combination of settings."""
 
 
 class SequenceError(InputError):
-    """A gait contact sequence that cannot be walked, or cannot be read."""
+    """An invalid or impossible contact sequence."""
 
 
 class ArchiveError(GaitoptError):
-    """A file that is missing, corrupt, of another kind, or cannot be written."""
+    """A file that is missing, damaged, of another kind, or not writable."""
 
 
 class ScriptError(GaitoptError):
-    """A problem script that cannot be loaded or raises while it builds its problem."""
+    """A problem script that fails to load or to build its problem."""
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """Return a sentence that names the nearest known name, then all of them.
+    """Return a sentence with the most similar known name, then all of them.
 
     Examples
     --------
@@ -41,5 +41,5 @@ def suggest(name: str, known: Iterable[str]) -> str:
     """
     known = list(known)
     near = get_close_matches(name, known, n=1, cutoff=0.5)
-    listing = f"Known: {', '.join(known)}." if known else "There are none."
+    listing = f"Known: {', '.join(known)}." if known else "No names are known."
     return f"Did you mean {near[0]!r}? {listing}" if near else listing

@@ -21,13 +21,13 @@ _Handler = Callable[[int, FrameType | None], Any]
 
 
 class InterruptRecord:
-    """Whether there was a Ctrl-C."""
+    """Record of whether a Ctrl-C was received."""
 
     def __init__(self) -> None:
         self.received = False
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if there was a Ctrl-C."""
+        """Raise KeyboardInterrupt if a Ctrl-C was received."""
         if self.received:
             raise KeyboardInterrupt
 
@@ -49,7 +49,7 @@ def defer_interrupt() -> Iterator[None]:
     received: list[tuple[int, FrameType | None]] = []
     previous: _Handler | None = None
     try:
-        with _handler_replaced(lambda _: lambda number, frame: received.append((number, frame))) as previous:
+        with _replace_handler(lambda _: lambda number, frame: received.append((number, frame))) as previous:
             yield
     finally:
         if received and previous is not None:
@@ -74,7 +74,7 @@ def stop_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
 
         return handle
 
-    with _handler_replaced(make):
+    with _replace_handler(make):
         yield
 
 
@@ -96,13 +96,13 @@ def hold_interrupt() -> Iterator[InterruptRecord]:
 
         return handle
 
-    with _handler_replaced(make):
+    with _replace_handler(make):
         yield record
 
 
 @contextmanager
 def record_interrupts() -> Iterator[InterruptRecord]:
-    """Record every Ctrl-C while it is handled as usual: an error of another kind may be what is left of it.
+    """Record every Ctrl-C while it is handled as usual, since it may be lost or raised as another error.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def record_interrupts() -> Iterator[InterruptRecord]:
 
         return handle
 
-    with _handler_replaced(make):
+    with _replace_handler(make):
         yield record
 
 
@@ -137,8 +137,8 @@ def block_interrupts() -> Iterator[None]:
 
 
 @contextmanager
-def _handler_replaced(make: Callable[[_Handler], _Handler]) -> Iterator[_Handler | None]:
-    """Replace the handler of SIGINT by one made from it; yield the former one, None where nothing is replaced."""
+def _replace_handler(make: Callable[[_Handler], _Handler]) -> Iterator[_Handler | None]:
+    """Replace the handler of SIGINT by one made from it; yield the former one, or None if nothing is replaced."""
     previous = signal.getsignal(signal.SIGINT)
     if not callable(previous) or threading.current_thread() is not threading.main_thread():
         yield None

@@ -1,4 +1,4 @@
-"""Display of results and figures in notebooks: what IPython is given when gaitopt is imported there."""
+"""Display of results and figures in notebooks, registered with IPython when gaitopt is imported there."""
 
 from importlib import import_module
 from typing import Any
@@ -9,7 +9,7 @@ DISPLAYED = {
     "gaitopt.stability.cycle": "Cycle",
     "gaitopt.study.comparison": "Comparison",
 }
-"""Classes with a display of their own, by name, so that nothing is imported before it is displayed."""
+"""Classes with a custom display, by name, so that nothing is imported before it is displayed."""
 
 
 def load_ipython_extension(shell: Any) -> None:

@@ -1,4 +1,4 @@
-"""Fields of dataclasses that are worked out when first read."""
+"""Fields of dataclasses that are evaluated when they are first read."""
 
 import threading
 from collections.abc import Callable
@@ -12,13 +12,13 @@ _ONE_AT_A_TIME = threading.RLock()
 
 @dataclass(frozen=True, eq=False)
 class Deferred(Generic[T]):
-    """A value that is not worked out yet: a function without arguments.
+    """A value that is not evaluated yet: a function without arguments.
 
     Attributes
     ----------
     read : callable
     portable : bool
-        Whether the function can be sent to another process, so that the value is not worked out for that.
+        Whether the function can be sent to another process, so that the value need not be evaluated before.
     """
 
     read: Callable[[], T]
@@ -26,14 +26,14 @@ class Deferred(Generic[T]):
 
 
 class LazyField(Generic[T]):
-    """A dataclass field that may be given as :class:`Deferred`, which is then called when the field is first read.
+    """A dataclass field whose value may be a :class:`Deferred`, which is evaluated when the field is first read.
 
-    Meant for what is costly and not always looked at; :class:`LazyRecord` makes such a dataclass fit for pickling.
+    It serves values that are costly and not always used; :class:`LazyRecord` makes such a dataclass picklable.
 
     Parameters
     ----------
     default : optional
-        Default of the field; without it the field must be given.
+        Default of the field; without it the field is required.
 
     Examples
     --------
@@ -59,13 +59,13 @@ class LazyField(Generic[T]):
             if not self._default:
                 raise AttributeError(self._name)  # so a dataclass knows that there is no default
             return self._default[0]
-        found = vars(instance)[self._name]
-        if isinstance(found, Deferred):
-            with _ONE_AT_A_TIME:  # a thread that waits here finds it done
-                found = vars(instance)[self._name]
-                if isinstance(found, Deferred):
-                    found = vars(instance)[self._name] = found.read()
-        value: T = found
+        stored = vars(instance)[self._name]
+        if isinstance(stored, Deferred):
+            with _ONE_AT_A_TIME:  # a thread that has waited for the lock reads the value
+                stored = vars(instance)[self._name]
+                if isinstance(stored, Deferred):
+                    stored = vars(instance)[self._name] = stored.read()
+        value: T = stored
         return value
 
     def __set__(self, instance: object, value: T | Deferred[T]) -> None:
@@ -73,7 +73,7 @@ class LazyField(Generic[T]):
 
 
 class LazyRecord:
-    """A dataclass with fields of type :class:`LazyField`: what is pickled or copied is their values."""
+    """A dataclass with fields of type :class:`LazyField`, which are evaluated before it is pickled or copied."""
 
     def __getstate__(self) -> dict[str, Any]:
         return {entry.name: self._portable(entry.name) for entry in fields(self)}  # type: ignore[arg-type]

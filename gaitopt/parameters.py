@@ -15,24 +15,24 @@ __all__ = ["Parameter"]
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named real number with a unit and the interval it may lie in.
+    """A named real number with a unit and an interval of valid values.
 
     Attributes
     ----------
     name : str
         Identifier, the same in Python, files and on the command line.
     default : float
-        Value used when none is given, in `unit`.
+        Default value, in `unit`.
     unit : str
-        Unit, ``"1"`` for a pure number.
+        Unit, ``"1"`` if the number is dimensionless.
     lower, upper : float
         Bounds; `lower` is excluded when `lower_open`.
     infinite, whole : bool
-        Whether an infinite value is allowed, and whether only whole numbers are.
+        Whether infinity is valid, and whether only whole numbers are.
     at_most : str
         Another parameter of the same robot that this one may not exceed; none if empty.
     description : str
-        One line for people.
+        Description in one line.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class Parameter:
     at_most: str = ""
 
     def check(self, value: object) -> float:
-        """Return `value` as a float, or raise :class:`InputError` saying why it cannot be one.
+        """Return `value` as a float, or raise :class:`InputError` with the valid values.
 
         Examples
         --------
@@ -89,11 +89,11 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
     Parameters
     ----------
     parameters : tuple of Parameter
-        What is known, in order.
+        Known parameters, in order.
     values : mapping
-        What the user gave, by name.
+        Values by name.
     owner : str
-        Whose parameters these are, for the error message.
+        Object with these parameters, for the error message.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
     Raises
     ------
     InputError
-        If a name is unknown or a value lies outside its bounds, another parameter's value among them.
+        If a name is unknown or a value violates its bounds, which may be another parameter.
 
     Examples
     --------
@@ -114,22 +114,22 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
     for name in values:
         if name not in names:
             raise InputError(f"{owner} has no parameter {name!r}. {suggest(name, names)}")
-    found = {p.name: p.check(values.get(p.name, p.default)) for p in parameters}
+    numbers = {p.name: p.check(values.get(p.name, p.default)) for p in parameters}
     for p in parameters:
-        if p.at_most and found[p.name] > found[p.at_most]:
+        if p.at_most and numbers[p.name] > numbers[p.at_most]:
             default = "" if p.name in values else ", its default"
             raise InputError(
-                f"{p.name} ({p.description}) must be at most {p.at_most} = {found[p.at_most]:g}{p._unit()}, "
-                f"got {found[p.name]:g}{default}."
+                f"{p.name} ({p.description}) must be at most {p.at_most} = {numbers[p.at_most]:g}{p._unit()}, "
+                f"got {numbers[p.name]:g}{default}."
             )
-    return found
+    return numbers
 
 
 Validator = Callable[[Any, Any, Any], None]
 """Validator of an attrs class: called with the object, the attribute and its value."""
 
 
-def bounded(
+def number_within(
     unit: str = "1",
     lower: float = -math.inf,
     upper: float = math.inf,
@@ -145,7 +145,7 @@ def bounded(
     >>> import attrs
     >>> @attrs.frozen(kw_only=True)
     ... class Method:
-    ...     order: int = attrs.field(default=4, validator=bounded(lower=1, whole=True))
+    ...     order: int = attrs.field(default=4, validator=number_within(lower=1, whole=True))
     >>> Method(order=0)
     Traceback (most recent call last):
     ...
@@ -161,14 +161,14 @@ def bounded(
     return validate
 
 
-def counted(lower: int = 1, upper: float = math.inf) -> Validator:
+def whole_number(lower: int = 1, upper: float = math.inf) -> Validator:
     """Return a validator of an attrs class for a whole number."""
-    return bounded(lower=lower, upper=upper, whole=True)
+    return number_within(lower=lower, upper=upper, whole=True)
 
 
 def positive(unit: str = "1", upper: float = math.inf, *, infinite: bool = False) -> Validator:
     """Return a validator of an attrs class for a number greater than 0."""
-    return bounded(unit, 0.0, upper, lower_open=True, infinite=infinite)
+    return number_within(unit, 0.0, upper, lower_open=True, infinite=infinite)
 
 
 def optional(validator: Validator) -> Validator:
@@ -177,7 +177,7 @@ def optional(validator: Validator) -> Validator:
 
 
 def instance_of(*kinds: type, example: str) -> Validator:
-    """Return a validator of an attrs class for an object of given types, which an example names in the message."""
+    """Return a validator of an attrs class for an object of some types; its message states an example."""
 
     def validate(options: Any, attribute: Any, value: Any) -> None:
         if not isinstance(value, kinds):
@@ -187,7 +187,7 @@ def instance_of(*kinds: type, example: str) -> Validator:
 
 
 def callable_with(arguments: str) -> Validator:
-    """Return a validator of an attrs class for a function, whose arguments the message names."""
+    """Return a validator of an attrs class for a function; its message states the arguments."""
 
     def validate(options: Any, attribute: Any, value: Any) -> None:
         if not callable(value):

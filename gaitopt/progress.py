@@ -1,6 +1,6 @@
-"""Progress of long work, as data handed to an observer.
+"""Progress of long computations, as data passed to an observer.
 
-The library never prints.  A function that takes long accepts ``observer``, a callable that does nothing by default.  An
+The library never prints.  Long computations accept an ``observer``, a callable that does nothing by default.  An
 optimisation calls it with one :class:`Iteration` at a time, and for an open contact sequence with one
 :class:`HomotopyIteration` after each relaxed problem; a search for gains with one :class:`TuningStep` per evaluation,
 and its verification with one :class:`VerificationStep` per walk; a study with the number of finished tasks and of all
@@ -16,7 +16,7 @@ from typing import Self, TextIO
 __all__ = ["HomotopyIteration", "Iteration", "ProgressLine", "TuningStep", "VerificationStep"]
 
 UPDATE_INTERVAL = 0.2
-"""Time between two updates of a progress line at least [s]."""
+"""Minimum time between two updates of a progress line [s]."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Iteration:
     number : int
         Iteration count, from 0.
     objective : float
-        Objective in its own unit (dimensionless for a cost of transport).
+        Objective in its unit (dimensionless for a cost of transport).
     infeasibility : float
         Largest violation of a scaled constraint.
 
@@ -52,14 +52,14 @@ class HomotopyIteration:
     number : int
         From 1.
     relaxation : float
-        The relaxation's parameter t.
+        Parameter t of the relaxation.
     objective : float
-        Objective in its own unit, without what a penalty adds.
+        Objective in its unit, without penalty terms.
     complementarity : float
         Residual of the unrelaxed complementarity pairs, see :class:`gaitopt.motion.Proposal`.
     iterations : int
     status : str
-        How the relaxed solve ended.
+        Status of the relaxed solve.
 
     Examples
     --------
@@ -84,7 +84,7 @@ class TuningStep:
     number : int
         From 1.
     objective : float
-        Of the gains tried.
+        Objective of the evaluated gains.
     best : float
         Lowest objective so far.
 
@@ -106,9 +106,9 @@ class VerificationStep:
     Attributes
     ----------
     radius : float [rad/s]
-        Of the ball of pushes in which the start lies.
+        Radius of the ball of pushes that contains the start.
     walks, starts : int
-        Walks that are done in this ball, and starts in all; the first walk that does not return ends the ball.
+        Finished walks in this ball, and number of starts; the first walk that does not return ends the ball.
 
     Examples
     --------
@@ -127,11 +127,11 @@ SolveObserver = Callable[[Iteration | HomotopyIteration], None]
 
 
 def silent(step: Iteration | HomotopyIteration | TuningStep | VerificationStep) -> None:
-    """Observe nothing; the default observer."""
+    """Ignore all progress; the default observer."""
 
 
 class ProgressLine:
-    r"""An observer that keeps one line of text up to date, in a notebook or terminal.
+    r"""An observer that updates one line of text, in a notebook or terminal.
 
     Every function with an ``observer`` accepts it.  In a ``with`` statement the line shows the last state at the end;
     without one, updates may be up to 0.2 s old.
@@ -139,7 +139,7 @@ class ProgressLine:
     Parameters
     ----------
     label : str
-        First contact sequences of the line.
+        Beginning of the line.
     stream : text file, optional
         Standard output by default.
 

@@ -1,4 +1,4 @@
-"""Reductions in which a number that is nan counts as the worst: a failure must not disappear in a maximum.
+"""Reductions in which nan counts as the worst value, so that a failure does not disappear in a maximum.
 
 ``max(0.0, nan)`` is 0.0 in Python, and ``nan > limit`` is False.
 """

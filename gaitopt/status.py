@@ -1,4 +1,4 @@
-"""How a computation ended, each with a sentence that says what to do next."""
+"""Status of an optimisation and of a simulation, each with a sentence that states the remedy."""
 
 from enum import Enum
 
@@ -6,9 +6,9 @@ __all__ = ["Status", "Stop"]
 
 
 class Status(Enum):
-    """How a gait optimisation ended.
+    """Status of a gait optimisation.
 
-    The value is a sentence for people; the name, in lower case, is what files and ``--json`` carry.
+    The value is a sentence for readers; files and ``--json`` contain the name in lower case.
 
     Examples
     --------
@@ -23,7 +23,7 @@ class Status(Enum):
         "gait; use more intervals or larger cone margins, or another contact sequence."
     )
     UNCONFIRMED = (
-        "The sequence proposed for an open one was solved, but at another cost than the open problem's: take another "
+        "The sequence proposed for an open one was solved, but at a different cost than the open problem: use another "
         "relaxation or more starts, or solve the proposed contact sequence by itself."
     )
     INFEASIBLE = (
@@ -35,7 +35,7 @@ class Status(Enum):
     INTERRUPTED = "Interrupted; the last iterate is kept and is not a solution."
     DIVERGING = "The iterates diverge; add the bounds that are missing, such as torque or duration limits."
     INVALID_NUMBER = "A function returned nan or inf; start from a guess away from singular configurations."
-    INVALID_OPTION = "The solver refused its options; check the solver and linear-solver names and what is installed."
+    INVALID_OPTION = "The solver rejected its options; check the names of the solver and the linear solver."
     FAILED = "The solver stopped without an answer; try another guess."
 
     @property
@@ -50,12 +50,12 @@ class Status(Enum):
 
     @property
     def hint(self) -> str:
-        """What happened and what to do next, as a sentence."""
+        """The result and the remedy, as a sentence."""
         return self.value
 
 
 class Stop(Enum):
-    """Why a simulation ended.
+    """Reason why a simulation ended.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class Stop(Enum):
         "or the landing foot would have to be pulled."
     )
     PAINLEVE = "Slip is not well posed here (Painleve's paradox); nothing was integrated through it."
-    SINGULAR = "The motion cannot be integrated beyond this point: it or the torque is singular or not finite there."
+    SINGULAR = "The integration stops at a point where the motion or the torque is singular or not finite."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
     TOO_MANY_EVENTS = "Too many contact events in one step (chattering)."
 
@@ -82,5 +82,5 @@ class Stop(Enum):
 
     @property
     def hint(self) -> str:
-        """What happened, as a sentence."""
+        """The reason, as a sentence."""
         return self.value

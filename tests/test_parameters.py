@@ -28,7 +28,7 @@ from gaitopt import (
     ScipyEngine,
     SettlingCriterion,
 )
-from gaitopt.parameters import as_vector, callable_with, counted, instance_of, optional, positive, resolve
+from gaitopt.parameters import as_vector, callable_with, instance_of, optional, positive, resolve, whole_number
 from gaitopt.simulation import Tolerances
 from gaitopt.study import WalkTest
 
@@ -142,7 +142,7 @@ def test_a_bound_that_is_another_parameter():
 @attrs.frozen(kw_only=True)
 class Options:
     size: float = attrs.field(default=1.0, validator=positive("m", upper=2.0))
-    count: int = attrs.field(default=3, validator=counted())
+    count: int = attrs.field(default=3, validator=whole_number())
     limit: float | None = attrs.field(default=None, validator=optional(positive(infinite=True)))
     name: str = attrs.field(default="", validator=instance_of(str, example="a text"))
     work: object = attrs.field(default=print, validator=callable_with("a number"))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitopt.cli.law import OPEN_LOOP, feedback_named
+from gaitopt.cli.law import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
     BasinAxes,
     BasinOutput,
@@ -26,7 +26,7 @@ from gaitopt.cli.options import (
     Verbose,
     Workers,
 )
-from gaitopt.cli.output import err, exit_incomplete, print_json, print_written
+from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
 from gaitopt.cli.progress import show_progress
 from gaitopt.cli.script import load_script, read_script, walk_problem
 from gaitopt.cli.settings import read_numbers
@@ -74,7 +74,7 @@ def basin(
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.walk_output import basin_facts, print_basin
 
-    began, feedback = time.perf_counter(), feedback_named(law, gain, torque_limit, stance_angle)
+    began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
     with worker_options(workers, scheduler) as team, show_progress("starts", hidden=json, counted=True) as display:
@@ -86,7 +86,7 @@ def basin(
     else:
         print_basin(result, subject.engine, share)
         if output is not None:
-            print_written(output)
+            report_file(output)
     if not result.attrs["complete"]:
         exit_incomplete(kept=output is not None)
 

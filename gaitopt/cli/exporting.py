@@ -18,9 +18,9 @@ from gaitopt.cli.options import (
     StanceAngle,
     TorqueLimit,
     Verbose,
-    labelled,
+    label_files,
 )
-from gaitopt.cli.output import print_written
+from gaitopt.cli.output import report_file
 from gaitopt.cli.progress import show_progress
 
 
@@ -46,7 +46,7 @@ def plot(
     from gaitopt.plot.style import FigureStyle
 
     figure = plot_gait(load(file), style=FigureStyle(width=width, font_size=font_size, titled=title))
-    print_written(save_figure(figure, output or Path(f"{file.stem}.png")), json=json)
+    report_file(save_figure(figure, output or Path(f"{file.stem}.png")), json=json)
 
 
 def animate(
@@ -71,7 +71,7 @@ def animate(
     gait, path = load(file), output or Path(f"{file.stem}.gif")
     with show_progress("drawing frames", hidden=json, counted=True) as display:
         written = animate_gait(gait, path, steps=steps, slow=slow, observer=display.count)
-    print_written(written, json=json)
+    report_file(written, json=json)
 
 
 def report(
@@ -102,13 +102,13 @@ def report(
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
 
-    named = labelled(files)
+    named = label_files(files)
     path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
     gaits = load_gaits(named, problem)
     with show_progress("writing the report", hidden=json):
         written = write_report(gaits, path, title=title)
-    print_written(written, json=json)
+    report_file(written, json=json)
 
 
 def export(
@@ -143,7 +143,7 @@ def export(
     contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
     suffix, gait = check_suffix(output, contents), load_gait(file, problem)
     if suffix == ".csv":
-        print_written(write_csv(gait.motion, output), json=json)
+        report_file(write_csv(gait.motion, output), json=json)
         return
     robot = gait.robot
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
@@ -151,4 +151,4 @@ def export(
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
     else:
         written = write_c(robot, chosen, gait.motion.parameters, output)
-    print_written(written, json=json)
+    report_file(written, json=json)

@@ -25,7 +25,7 @@ from gaitopt.cli.options import (
     Verbose,
     Workers,
 )
-from gaitopt.cli.output import print_json, print_written
+from gaitopt.cli.output import print_json, report_file
 from gaitopt.cli.progress import show_progress
 from gaitopt.cli.script import load_gait
 from gaitopt.cli.workers import WorkerOptions, worker_options
@@ -89,7 +89,7 @@ def tune(
     else:
         print_tuning(tuned)
         if output is not None:
-            print_written(output)
+            report_file(output)
     if not tuned.stable:
         print_unstable(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
@@ -121,7 +121,7 @@ def push(
     """Find the largest push, slope, friction patch, torque noise and sensor delay a gait survives under a law.
 
     The share of a ball of pushes from which the walker returns to the gait, and the number of steps this takes, are
-    reported for open loop (torques played back) and for the law.
+    reported for open loop (torques replayed) and for the law.
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """
@@ -135,7 +135,7 @@ def push(
     chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     with worker_options(workers, scheduler) as team:
-        survived = _survived(robot, chosen, cycle, steps, test, team, hidden=json)
+        margins = _margins_of(robot, chosen, cycle, steps, test, team, hidden=json)
     laws = {title: chosen, "open loop": feedforward(robot, gait.motion)}
     basins = _basins(gait, laws, ball, test, hidden=json)
     facts = {
@@ -143,7 +143,7 @@ def push(
         "engine": default_engine(chosen, robot).name,
         "radius": cycle.radius,
         "steps": steps,
-        **endurance_facts(survived, ball, basins["open loop"], basins[title]),
+        **endurance_facts(margins, ball, basins["open loop"], basins[title]),
         "seconds": time.perf_counter() - began,
     }
     if json:
@@ -166,7 +166,7 @@ def _basins(
     return basins
 
 
-def _survived(
+def _margins_of(
     robot: Robot, law: Law, cycle: "Cycle", steps: int, test: "PushTest", team: WorkerOptions, *, hidden: bool
 ) -> "tuple[RobustnessMargins, ...]":
     """Return the largest disturbances of each kind that a gait survives under a law."""

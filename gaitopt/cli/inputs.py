@@ -51,7 +51,7 @@ class Request:
     engine : str
         As :func:`gaitopt.simulation.engine_choice.engine_named` takes it.
     feedback : callable or None
-        Makes the law of a saved gait; without it the torques are played back.
+        Makes the law of a saved gait; without it the torques are replayed.
     """
 
     source: Path

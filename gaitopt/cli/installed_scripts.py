@@ -50,12 +50,12 @@ def read_scripts(name: str) -> dict[str, str]:
     while missing:
         path = missing.pop(0)
         texts[path.name] = path.read_text(encoding="utf-8")
-        modules = (path.with_name(f"{module}.py") for module in _imported(texts[path.name]))
+        modules = (path.with_name(f"{module}.py") for module in _imports_of(texts[path.name]))
         missing += [beside for beside in modules if beside.is_file() and beside.name not in texts]
     return texts
 
 
-def _imported(text: str) -> list[str]:
+def _imports_of(text: str) -> list[str]:
     """Return the names of the modules that a script imports at its top level."""
     names = []
     for node in ast.parse(text).body:

@@ -21,10 +21,10 @@ HEADROOM = 1.2
 """Default torque limit of a law relative to the limit of the plan."""
 
 
-def feedback_named(
+def find_feedback(
     name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
 ) -> Callable[[Gait, Robot], Law] | None:
-    """Return a function that makes the law of a saved gait, or None if its torques are played back."""
+    """Return a function that makes the law of a saved gait, or None if its torques are replayed."""
     if name == OPEN_LOOP and not gains and not stance_angle:
         return None
     return functools.partial(law_for, name=name, gains=gains, torque_limit=torque_limit, stance_angle=stance_angle)
@@ -37,8 +37,8 @@ def law_for(
     if name == OPEN_LOOP:
         if gains:
             raise InputError("The feedforward torques of a gait have no gains; name a feedback law with --law.")
-        played = feedforward(robot, gait.motion)
-        return by_stance_angle(robot, gait.motion, played) if stance_angle else played
+        law = feedforward(robot, gait.motion)
+        return by_stance_angle(robot, gait.motion, law) if stance_angle else law
     design, values = design_for(gait, robot, name, torque_limit, stance_angle), dict[str, float]()
     if _is_file(name):
         from gaitopt.tuning.tuning_file import load_tuning

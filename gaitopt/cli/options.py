@@ -189,16 +189,16 @@ PushStarts = Annotated[
 ]
 
 
-def labelled(files: Sequence[Path]) -> dict[str, Path]:
+def label_files(files: Sequence[Path]) -> dict[str, Path]:
     """Return files by distinct labels: their names without suffix, or the whole paths of files of equal names.
 
     Raises
     ------
     InputError
-        If a file is named twice.
+        If a file is given twice.
     """
     stems = [file.stem for file in files]
     labels = {file.stem if stems.count(file.stem) == 1 else str(file): file for file in files}
     if len(labels) < len(files):
-        raise InputError("The same gait file is named twice.")
+        raise InputError("The same gait file is given twice.")
     return labels

@@ -30,7 +30,7 @@ def print_json(data: dict[str, Any]) -> None:
     print(json.dumps(plain(data), indent=2, allow_nan=False))
 
 
-def print_written(path: Path, *, json: bool = False) -> None:
+def report_file(path: Path, *, json: bool = False) -> None:
     """Print the file that was written, on one line however long, or as a JSON object."""
     if json:
         print_json({"file": str(path)})
@@ -54,11 +54,11 @@ def print_gait(gait: Gait) -> None:
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     for name, text in tabulate_gait(gait):
-        table.add_row(name, _coloured(gait, name, text))
+        table.add_row(name, _colour_verdict(gait, name, text))
     out.print(table)
 
 
-def _coloured(gait: Gait, name: str, text: str) -> Text:
+def _colour_verdict(gait: Gait, name: str, text: str) -> Text:
     """Return a fact with its verdict, the part before the colon, in colour."""
     good = {"status": gait.status.ok, "replay": gait.verification is not None and gait.verification.passed}
     verdict, colon, rest = text.partition(":")

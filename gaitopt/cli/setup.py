@@ -14,7 +14,7 @@ import typer
 
 from gaitopt.cli.installed_scripts import read_scripts
 from gaitopt.cli.options import Json, Quiet, Verbose
-from gaitopt.cli.output import out, print_json, print_written, verdict_text
+from gaitopt.cli.output import out, print_json, report_file, verdict_text
 from gaitopt.errors import InputError
 
 PARTS = (
@@ -58,19 +58,19 @@ def new(
         _write_new(path, template.replace("NAME", path.stem))
     else:
         _copy_script(source, path)
-    print_written(path, json=json)
+    report_file(path, json=json)
     if not json and source is None:
         out.print(f"next: gaitopt solve {path}", soft_wrap=True)
 
 
 def _copy_script(source: str, path: Path) -> None:
     """Write a copy of an installed script, and beside it the scripts that it imports unless they are there already."""
-    (own, text), *imported = read_scripts(source).items()
+    (script, text), *imported = read_scripts(source).items()
     for beside, content in imported:
         target = path.with_name(beside)
         if target == path or (target.exists() and target.read_text(encoding="utf-8") != content):
-            raise InputError(f"{own} imports {beside}, but {target} is another file; choose another folder.")
-    _write_new(path, text.replace(f"problems/studies/{own}", str(path)).replace(f"problems/{own}", str(path)))
+            raise InputError(f"{script} imports {beside}, but {target} is another file; choose another folder.")
+    _write_new(path, text.replace(f"problems/studies/{script}", str(path)).replace(f"problems/{script}", str(path)))
     for beside, content in imported:
         if not path.with_name(beside).exists():
             _write_new(path.with_name(beside), content)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, Setting, Verbose
-from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, print_written
+from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
 from gaitopt.cli.progress import Display, show_progress
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
@@ -27,7 +27,7 @@ def solve(
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
-    Exit status 0 for a solved and verified gait, 1 if there is none, 2 for invalid input, 130 after an interrupt.
+    Exit status 0 for a solved and verified gait, 1 without one, 2 for invalid input, 130 after an interrupt.
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
@@ -54,7 +54,7 @@ def solve(
     else:
         print_gait(gait)
         if written:
-            print_written(written)
+            report_file(written)
         else:
             out.print("no verified gait; nothing was written")
     if gait.status is Status.INTERRUPTED:

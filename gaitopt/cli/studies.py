@@ -24,9 +24,9 @@ from gaitopt.cli.options import (
     SweepAxes,
     Verbose,
     Workers,
-    labelled,
+    label_files,
 )
-from gaitopt.cli.output import err, exit_incomplete, print_json, print_written
+from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
 from gaitopt.cli.progress import show_progress
 from gaitopt.cli.workers import worker_options
 from gaitopt.errors import InputError
@@ -83,7 +83,7 @@ def search(
         print_json({"ranked": ranking.records(), "complete": ranking.complete, "seconds": seconds})
     else:
         print_ranking(ranking)
-        print_written(output)
+        report_file(output)
     _exit(ranking.complete, ranking.findings[0].ranked)
 
 
@@ -102,7 +102,7 @@ def sweep(
 ) -> None:
     """Find the optimal gait of each contact sequence at every point of a grid: the frontier of lowest cost.
 
-    Safe to interrupt: the same command resumes.  Exit status 0 if there is a gait, 1 if there is none.
+    Safe to interrupt: the same command resumes.  Exit status 0 if there is a gait, 1 otherwise.
 
     Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
     """
@@ -128,7 +128,7 @@ def sweep(
         print_json(sweep_facts(table) | {"file": str(output), "seconds": time.perf_counter() - began})
     else:
         print_sweep(table)
-        print_written(output)
+        report_file(output)
     _exit(bool(table.attrs["complete"]), bool((table.status == "solved").any()))
 
 
@@ -173,7 +173,7 @@ def compare(
     from gaitopt.study.comparison import Comparison, label_by_sequence
     from gaitopt.study.comparison import compare as compare_gaits
 
-    named, path = labelled(files), output or Path("comparison.png")
+    named, path = label_files(files), output or Path("comparison.png")
     check_writable(path)
     comparison = compare_gaits(load_gaits(named, problem), multipliers=multipliers)
     written = save_figure(plot_comparison(Comparison(label_by_sequence(comparison.gaits), {})), path)
@@ -181,7 +181,7 @@ def compare(
         print_json({"gaits": comparison.records(), "figure": str(written)})
     else:
         print_comparison(comparison)
-        print_written(written)
+        report_file(written)
 
 
 def run(
@@ -220,7 +220,7 @@ def run(
         print_json({"figure": str(written), "numbers": numbers, "remarks": list(study.remarks)})
     else:
         print_numbers(numbers, study.remarks)
-        print_written(written)
+        report_file(written)
     raise typer.Exit(0 if all(n.agrees for n in study.numbers) else 1)
 
 

@@ -13,7 +13,7 @@ from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
-from gaitopt.study.basins.basin_file import basin_question, ending_labels, ending_shares
+from gaitopt.study.basins.basin_file import basin_key, ending_labels, ending_shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,9 +57,9 @@ def basin_facts(table: "xr.Dataset", engine: Engine, share: float | None) -> dic
     """Return a basin as plain data; `share` is that of the starts that end in the saved gait."""
     return {
         "engine": engine.name,
-        "robot": basin_question(table)["robot"],
+        "robot": basin_key(table)["robot"],
         "complete": bool(table.attrs["complete"]),
-        "axes": basin_question(table)["axes"],
+        "axes": basin_key(table)["axes"],
         "fractions": ending_shares(table),
         "saved_gait": share,
         "endings": ending_labels(table).tolist(),
@@ -78,12 +78,12 @@ def print_basin(table: "xr.Dataset", engine: Engine, share: float | None) -> Non
 def _multipliers(cycle: Cycle) -> list[str]:
     """Return the multipliers in lines; those of each side if the impact is on the boundary of its friction cone."""
     if not cycle.one_sided:
-        return [_spelled(value) for value in cycle.multipliers]
-    stick, slip = ([_spelled(value) for value in side] for side in cycle.one_sided_multipliers)
+        return [_format_multiplier(value) for value in cycle.multipliers]
+    stick, slip = ([_format_multiplier(value) for value in side] for side in cycle.one_sided_multipliers)
     return ["one-sided, impact sticks:", *stick, "impact slips:", *slip]
 
 
-def _spelled(value: complex) -> str:
+def _format_multiplier(value: complex) -> str:
     """Return a multiplier with 6 digits; parts below `ROUNDING` are printed as 0."""
     real, imaginary = (0.0 if abs(part) < ROUNDING else part for part in (value.real, value.imag))
     return f"{real:.6g} {imaginary:+.6g}i" if imaginary else f"{real:.6g}"

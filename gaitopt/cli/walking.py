@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
-from gaitopt.cli.law import OPEN_LOOP, feedback_named
+from gaitopt.cli.law import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
     CycleStarts,
     EngineName,
@@ -22,16 +22,13 @@ from gaitopt.cli.options import (
     TorqueLimit,
     Verbose,
 )
-from gaitopt.cli.output import print_json, print_written
+from gaitopt.cli.output import print_json, report_file
 from gaitopt.cli.progress import show_progress
 from gaitopt.cli.settings import read_numbers
 
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.simulation.simulator import Rollout
-
-MOST_STARTS = 10_000_000
-"""Largest grid of a basin: it takes 600 MB."""
 
 
 def stability(
@@ -50,7 +47,7 @@ def stability(
 ) -> None:
     """Find the periodic gaits of a walker, or take a saved gait, and compute their exact multipliers.
 
-    A saved gait is assessed in open loop, with its torques played back, or under the given feedback law.
+    A saved gait is assessed in open loop, with its torques replayed, or under the given feedback law.
 
     Exit status 0 if a gait was found (stable or not), 1 if none was.
 
@@ -60,7 +57,7 @@ def stability(
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.summary import summarise_cycle
 
-    feedback = feedback_named(law, gain, torque_limit, stance_angle)
+    feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("searching for periodic gaits", hidden=json):
         subject = read_input(request, starts)
@@ -91,7 +88,7 @@ def simulate(
 ) -> None:
     """Simulate steps from a periodic gait, or from a state nearby, and log every contact event.
 
-    A saved gait is simulated in open loop, with its torques played back, or under the given feedback law.
+    A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law.
 
     Exit status 0 if all steps were completed, 1 if the walk ended before.
 
@@ -104,7 +101,7 @@ def simulate(
 
     if output is not None:
         check_writable(output)
-    feedback = feedback_named(law, gain, torque_limit, stance_angle)
+    feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps)
@@ -114,7 +111,7 @@ def simulate(
     else:
         print_walk(walk)
         if written is not None:
-            print_written(written)
+            report_file(written)
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
 
 

@@ -1,4 +1,4 @@
-"""write_c: the dynamics of a robot and its controller as C that needs only a C99 compiler."""
+"""write_c: the dynamics of a robot and its controller as C99 code without dependencies."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,7 @@ import casadi as ca
 from gaitopt import __version__
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
-from gaitopt.export.c_controller import braced, controller_header, controller_source, law_functions
+from gaitopt.export.c_controller import controller_header, controller_source, initialiser, law_functions
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
@@ -31,7 +31,7 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
     law : Law
         Such as ``feedforward(robot, gait.motion)``.
     parameters : mapping of str to float
-        Those not named keep their defaults.
+        Parameters; those not named keep their defaults.
     path : str or Path
         Ends in ``.c``.
 
@@ -44,7 +44,7 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
     InputError
         If the suffix is another one, the file name gives no C name, or the law belongs to another robot.
     ArchiveError
-        If a file cannot be written.
+        If a file is not writable.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Arr
         f"/* Written by gaitopt {__version__}. */",
         f'#include "{prefix}.h"',
         generator.dump(),
-        f"const double {prefix}_parameters[{values.size}] = {braced(values)};",
+        f"const double {prefix}_parameters[{values.size}] = {initialiser(values)};",
         *(_call(prefix, function) for function in functions),
         controller_source(prefix, law),
     ]
@@ -147,12 +147,12 @@ def _call(prefix: str, function: ca.Function) -> str:
 
 
 def _generate(prefix: str, function: ca.Function) -> str:
-    """Return the name of a generated function, unlike any argument and any other in a program."""
+    """Return the name of a generated function, distinct from all arguments and names in a program."""
     return f"{prefix}_generated_{function.name()}"
 
 
 def _output(function: ca.Function, number: int) -> str:
-    """Return the name of an output, unlike that of any input."""
+    """Return the name of an output, distinct from those of all inputs."""
     name = str(function.name_out(number))
     return f"{name}_out" if name in function.name_in() else name
 

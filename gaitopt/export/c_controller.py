@@ -9,7 +9,7 @@ from gaitopt.control.law import Law
 from gaitopt.motion.motion import Array
 
 MOST_EVENTS = 20
-"""Largest number of events of the law that one sample takes note of."""
+"""Maximum number of events of the law that are processed in one sample."""
 
 
 def law_functions(law: Law) -> list[ca.Function]:
@@ -52,9 +52,9 @@ def controller_source(prefix: str, law: Law) -> str:
     place = "clock" if law.index is None else f"q[{law.index}]" if law.index < n_q else f"v[{law.index - n_q}]"
     return "\n".join(
         [
-            f"static const double breakpoints[{pieces}] = {braced(law.breakpoints)};",
+            f"static const double breakpoints[{pieces}] = {initialiser(law.breakpoints)};",
             f"static const double table[{pieces}][{max(rows, 1)}] = {{",
-            ",\n".join(braced(row if rows else np.zeros(1)) for row in table),
+            ",\n".join(initialiser(row if rows else np.zeros(1)) for row in table),
             "};",
             _CONTROL.format(prefix=prefix, signature=_control_signature(prefix), pieces=pieces, place=place)
             + _control_call(prefix, law),
@@ -127,8 +127,8 @@ def _step_signature(prefix: str) -> str:
     return f"void {prefix}_step({prefix}_state *state, {arguments})"
 
 
-def braced(values: Array | Sequence[float]) -> str:
-    """Return numbers as a C initialiser, every digit kept."""
+def initialiser(values: Array | Sequence[float]) -> str:
+    """Return numbers as a C initialiser with all digits."""
     return "{" + ", ".join(_number(float(value)) for value in values) + "}"
 
 

@@ -1,4 +1,4 @@
-"""write_csv: a motion as a table that any program reads."""
+"""write_csv: a motion as a CSV table."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,13 +15,13 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
 
     Columns are named by quantity and unit such as ``th1_rad`` or ``hip_torque_Nm``, in letters that MATLAB's
     ``readtable`` and Julia's ``CSV.jl`` take as they are.  Each phase has its own first and last sample, so a time
-    comes twice where a phase ends and the next begins.  Numbers have all their digits.  ``damping_work_J`` and
+    comes twice where a phase ends and the next begins.  Numbers are written with all digits.  ``damping_work_J`` and
     ``elastic_J`` are those of robots with dampers and springs; ``potential_J`` includes the elastic energy.
 
     Parameters
     ----------
     motion : Motion
-        Of a gait or of a simulated walk.
+        Motion of a gait or of a simulated walk.
     path : str or Path
         Usually ends in ``.csv``.
 
@@ -34,7 +34,7 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
     InputError
         If the motion has no samples.
     ArchiveError
-        If the file cannot be written; an older file of that name is then left as it was.
+        If the file is not writable; an older file of that name is then unchanged.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
     'step,mode,time_s,x_m,y_m,th1_rad,th2_rad,x_r'
     """
     if not motion.segments:
-        raise InputError("There is nothing to write: the motion stopped at its very start.")
+        raise InputError("The motion has no samples: the simulation stopped at its start.")
     path = Path(path)
     header = ["step", "mode", *(name for name, _ in _columns(motion, motion.segments[0]))]
     with write_atomically(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:

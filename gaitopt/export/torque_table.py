@@ -43,7 +43,7 @@ def write_torques(motion: Motion, path: str | Path, *, law: Law | None = None) -
     InputError
         If the motion has no actuators or no samples.
     ArchiveError
-        If the file cannot be written; an older file of that name is then left as it was.
+        If the file is not writable; an older file of that name is then unchanged.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def write_torques(motion: Motion, path: str | Path, *, law: Law | None = None) -
     (['ankle', 'hip'], 'N m', 0.0)
     """
     if not motion.actuators or not motion.segments:
-        raise InputError("There are no torques to write: the motion has no actuators or no samples.")
+        raise InputError("The motion has no torques: it has no actuators or no samples.")
     path = Path(path)
     text = json.dumps(_table(motion, law), indent=1, allow_nan=False)
     with write_atomically(path) as temporary:

@@ -1,4 +1,4 @@
-"""A periodic step played several times at the pace of a film: which instant each frame shows, and what is there."""
+"""Frames of an animation of a periodic step: the instant and the state that each frame shows."""
 
 from dataclasses import dataclass
 
@@ -8,22 +8,22 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array, Motion, Segment
 
 SHORTEST_SLIP = 0.6
-"""Time a slip phase lasts on the screen at least [s]: a slide of 20 ms would otherwise pass in a frame or two."""
+"""Minimum duration of a slip phase on the screen [s]; a slide of 20 ms would otherwise last one or two frames."""
 
 TOUCHDOWN_SHOWN = 0.3
-"""Time on the screen for which a touchdown, which lasts none, is pointed out [s]."""
+"""Time on the screen for which an instantaneous touchdown is marked [s]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SlideMark:
-    """A slide of a stance foot on the ground, as far as it has come.
+    """A slide of a stance foot on the ground, up to the current frame.
 
     A round foot rolls while it slides: the mark begins where it touched the ground when it began to slide.
 
     Attributes
     ----------
     step, order : int
-        In which step, and which of its slides it is, from 0.
+        Number of the step, and of the slide within the step, from 0.
     mode : Mode
     start, end : float
         Positions along the slope [m].
@@ -41,7 +41,7 @@ class SlideMark:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AnimationFrame:
-    """What a frame of the film shows.
+    """One frame of an animation.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class AnimationFrame:
     slowness : float
         Seconds on the screen for a second of motion.
     touchdown : bool
-        Whether a touchdown has just happened.
+        Whether a touchdown is marked in this frame.
     points : (2, n_points) array [m]
     foot : (2,) array [m]
         Where the stance foot touches the ground.
@@ -79,18 +79,18 @@ class AnimationFrame:
 
 
 class AnimationFrames:
-    """The frames of a film of a step that repeats, the legs swapping roles and places at each touchdown.
+    """The frames of an animation of a periodic step; the legs exchange roles at each touchdown.
 
     Parameters
     ----------
     motion : Motion
         One step.
     steps : int
-        How often it is played.
+        Number of repetitions.
     rate : float
         Frames per second on the screen.
     slow : float
-        Seconds on the screen for a second of motion, where nothing slips too shortly to be seen.
+        Seconds on the screen for a second of motion, outside short slip phases.
 
     Examples
     --------
@@ -138,21 +138,21 @@ class AnimationFrames:
         )
 
     def slides(self, frame: AnimationFrame) -> list[SlideMark]:
-        """Return the slides that have left a mark on the ground up to a frame, the one under way included."""
-        found = []
+        """Return the slides of the stance feet up to a frame, including the current one."""
+        marks = []
         for step in range(frame.step + 1):
             order, shift = 0, step * self.motion.travel
             for phase, segment in enumerate(self.motion.segments):
                 if (step, phase) > (frame.step, frame.phase):
                     break
                 if segment.mode.slips:
-                    here = (step, phase) == (frame.step, frame.phase)
-                    slid = frame.slide - shift - segment.q[0, 0] if here else segment.slide
+                    is_current = (step, phase) == (frame.step, frame.phase)
+                    slid = frame.slide - shift - segment.q[0, 0] if is_current else segment.slide
                     start = float(segment.contact[0, 0] + shift)
                     mark = {"start": start, "end": start + slid, "slide": segment.q[0, 0] + shift}
-                    found.append(SlideMark(step=step, order=order, mode=segment.mode, **mark))
+                    marks.append(SlideMark(step=step, order=order, mode=segment.mode, **mark))
                     order += 1
-        return found
+        return marks
 
 
 def _at(segment: Segment, values: Array, time: float) -> Array:

@@ -40,7 +40,7 @@ _SOLUTION_PARTS = ("unknowns", "constraints")
 
 
 def save(gait: Gait, path: str | Path) -> Path:
-    """Write a gait to a file, whole or not at all.
+    """Write a gait to a file atomically.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def save(gait: Gait, path: str | Path) -> Path:
     InputError
         If the suffix is another one; CSV, JSON and C are written by ``gaitopt export``.
     ArchiveError
-        If the file cannot be written; an older file of that name is then left as it was.
+        If the file is not writable; an older file of that name is then unchanged.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Files written whole or not at all, in a format that their suffix names."""
+"""Atomic writing of files in the format of their suffix."""
 
 import os
 import tempfile
@@ -19,7 +19,7 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     ArchiveError
-        If the folder is missing or cannot be written.
+        If the folder is missing or not writable.
 
     Examples
     --------
@@ -56,25 +56,25 @@ def _sync(path: Path, flags: int) -> None:
 
 
 def reserve(path: Path, size: int) -> None:
-    """Raise OSError unless a disk has room for a file of `size` bytes, for writers that cannot cope without."""
+    """Raise OSError unless a disk has room for a file of `size` bytes, for writers that fail on a full disk."""
     if hasattr(os, "posix_fallocate"):
         with path.open("wb") as file:
             os.posix_fallocate(file.fileno(), 0, max(1, size))
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise ArchiveError if a file could not be written at `path`, before any work is done for it."""
+    """Raise ArchiveError if `path` is not writable, before the computation of its content."""
     _temporary(Path(path)).unlink()
 
 
 def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:
-    """Return the suffix of a path in lower case, or raise InputError that names the possible ones.
+    """Return the suffix of a path in lower case, or raise InputError with the accepted ones.
 
     Parameters
     ----------
     path : Path
     kinds : mapping of str to str
-        What may be written: suffix with its dot, and a word on it.
+        Accepted suffixes with their dot, and a description of each.
 
     Examples
     --------
@@ -83,13 +83,13 @@ def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:
     >>> check_suffix(Path("gait.bmp"), {".png": "image"})
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: Cannot write gait.bmp: the suffix '.bmp' names no known format. Use .png (image).
+    gaitopt.errors.InputError: Cannot write gait.bmp: the suffix '.bmp' is not that of a known format. Use .png (image).
     """
     suffix = path.suffix.lower()
     if suffix in kinds:
         return suffix
-    possible = ", ".join(f"{kind} ({sequence})" for kind, sequence in kinds.items())
-    wrong = f"the suffix {suffix!r} names no known format" if suffix else "the file name has no suffix"
+    possible = ", ".join(f"{kind} ({description})" for kind, description in kinds.items())
+    wrong = f"the suffix {suffix!r} is not that of a known format" if suffix else "the file name has no suffix"
     raise InputError(f"Cannot write {path}: {wrong}. Use {possible}.")
 
 

@@ -1,8 +1,8 @@
-"""Contact sequences: a gait named by the contact phases of one step and the outcome of its impact.
+"""Contact sequences: the contact phases of one step and the outcome of its impact.
 
 ``"slip+ stick | slip+"`` reads: after the impact the foot slips forward, then sticks, until a touchdown whose
 impact makes the landing foot slip forward.  ``any`` in the place of a phase or of the impact leaves it open:
-``"slip+ stick | any"`` asks :func:`gaitopt.solve` to find what the impact does, ``"any | any"`` to find all of it.
+for ``"slip+ stick | any"`` :func:`gaitopt.solve` determines the impact, for ``"any | any"`` the whole sequence.
 """
 
 import re
@@ -22,14 +22,14 @@ class ContactSequence:
     Attributes
     ----------
     phases : tuple of Mode
-        Contact modes of the stance foot in order; ``Mode.ANY`` stands for one phase or several still to be found.
+        Contact modes of the stance foot in order; ``Mode.ANY`` stands for one or several phases to be determined.
     impact : Mode
-        What the landing foot does at touchdown; ``Mode.ANY`` where it is still to be found.
+        Contact mode of the landing foot after touchdown; ``Mode.ANY`` if it is to be determined.
 
     Raises
     ------
     SequenceError
-        If no step can have this contact sequence; the message says why.
+        If no step can have this contact sequence; the message states why.
 
     Examples
     --------
@@ -59,21 +59,21 @@ class ContactSequence:
 
     @property
     def is_open(self) -> bool:
-        """Whether a phase or the impact is still to be found."""
+        """Whether a phase or the impact is to be determined."""
         return Mode.ANY in (*self.phases, self.impact)
 
     @property
     def has_open_phases(self) -> bool:
-        """Whether a phase is still to be found."""
+        """Whether a phase is to be determined."""
         return Mode.ANY in self.phases
 
     def require_closed(self, purpose: str) -> "ContactSequence":
-        """Return the contact sequence itself if nothing in it is left open.
+        """Return the contact sequence itself if it has no open phase or impact.
 
         Parameters
         ----------
         purpose : str
-            What needs a closed contact sequence, as the subject of the error message.
+            Subject of the error message, such as ``"A walk"``.
 
         Raises
         ------
@@ -96,7 +96,7 @@ solve() closes it: use the sequence of the gait it returns.
         return self
 
     def admits(self, sequence: "ContactSequence") -> bool:
-        """Return whether a sequence can be read into this one's open places; an open phase takes any run of modes.
+        """Return whether a closed sequence fits this open one; an open phase stands for any number of phases.
 
         Examples
         --------
@@ -106,43 +106,42 @@ solve() closes it: use the sequence of the gait it returns.
         False
         """
         phases = "".join("(?:\\S+ )*" if mode is Mode.ANY else re.escape(f"{mode.value} ") for mode in self.phases)
-        spelled = "".join(f"{mode.value} " for mode in sequence.phases)
-        return self.impact in (sequence.impact, Mode.ANY) and re.fullmatch(phases, spelled) is not None
+        text = "".join(f"{mode.value} " for mode in sequence.phases)
+        return self.impact in (sequence.impact, Mode.ANY) and re.fullmatch(phases, text) is not None
 
     def check_periodic(self) -> "ContactSequence":
-        """Return the sequence itself if a periodic gait can have it: what follows the impact must begin the step.
+        """Return the sequence itself if it can be periodic: slip at the impact must continue in the first phase.
 
-        A single step of a walk that is not periodic may well land slipping and have begun sticking.
+        A single step of a walk that is not periodic may begin with stick and end with a slipping impact.
 
         Raises
         ------
         SequenceError
-            If the impact leaves the foot sliding another way than the first phase.
+            If the impact ends in slip of another direction than that of the first phase.
 
         Examples
         --------
         >>> ContactSequence.parse("stick | slip+").check_periodic()
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: The sequence 'stick | slip+' cannot be: an impact that ends in 'slip+' leaves the
-        foot \
-sliding, so the step must begin with 'slip+', not 'stick'.
+        gaitopt.errors.SequenceError: The sequence 'stick | slip+' is not periodic: after an impact that ends in \
+'slip+' the step must begin with 'slip+', not 'stick'.
         """
         if self.impact.slips and self.phases[0] not in (self.impact, Mode.ANY):
             raise SequenceError(
-                f"The sequence {str(self)!r} cannot be: an impact that ends in {self.impact.value!r} leaves the foot "
-                f"sliding, so the step must begin with {self.impact.value!r}, not {self.phases[0].value!r}."
+                f"The sequence {str(self)!r} is not periodic: after an impact that ends in {self.impact.value!r} "
+                f"the step must begin with {self.impact.value!r}, not {self.phases[0].value!r}."
             )
         return self
 
     @classmethod
     def parse(cls, text: "str | ContactSequence") -> "ContactSequence":
-        """Read a contact sequence from its spelling.
+        """Read a contact sequence from text.
 
         Raises
         ------
         SequenceError
-            If the spelling cannot be read or no step can be so.
+            If the text is invalid or no step can have the sequence.
 
         Examples
         --------

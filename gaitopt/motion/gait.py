@@ -1,4 +1,4 @@
-"""Gait: one optimised step, with the problem it answers, how well it was solved and whether it survived replay."""
+"""Gait: one optimised step with its problem, the report of the solver and its verification by replay."""
 
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Violation:
-    """A constraint or bound that is not met, by name.
+    """A violated constraint or bound, by name.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Violation:
     name : str
         Constraint or variable.
     size : float
-        By how much it is violated, in its own scaled unit.
+        Violation in its scaled unit.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class Violation:
 
 @dataclass(frozen=True, kw_only=True)
 class SolverReport(LazyRecord):
-    """What the solver did.
+    """Report of the solver on an optimisation.
 
     Attributes
     ----------
@@ -63,11 +63,11 @@ class SolverReport(LazyRecord):
     build_seconds, solve_seconds : float
         Time to transcribe and compile (0 when an earlier build was reused), and to solve.
     message : str
-        The solver's own return status.
+        Return status of the solver.
     violations : tuple of Violation
         The worst constraints, largest first; empty for a solution.
     warnings : tuple of str
-        What deserves a look in a solution, such as a duration that rests on its bound.
+        Remarks on a solution that need attention, such as a duration at its bound.
 
     Examples
     --------
@@ -90,26 +90,26 @@ class SolverReport(LazyRecord):
 
 @dataclass(frozen=True)
 class Verification:
-    """What the event-driven simulator made of a gait's torques.
+    """Verification of a gait: its torques replayed in the event-driven simulator.
 
     Attributes
     ----------
     passed : bool
     sequence : str
-        ContactSequence walked in replay, or what was walked until the simulation stopped.
+        Contact sequence of the replay, or of its part until the simulation stopped.
     stop : str
-        Why the replay ended.
+        Reason why the replay ended.
     state_error : float
         Largest difference of the post-impact state from the planned one (SI units).
     period_error : float [s]
     cost_of_transport : float
-        Of the replayed step.
+        Cost of transport of the replayed step.
     cone_margin : float
         Smallest 1 - abs(f_t) / (mu f_n) while sticking, between nodes too.
     energy_residual : float
         Relative closing error of the replayed energy ledger.
     reasons : tuple of str
-        Why it did not pass; empty when it did.
+        Reasons why it did not pass; empty if it did.
 
     Examples
     --------
@@ -139,21 +139,21 @@ class Gait(LazyRecord):
     robot : Robot
         Of a gait that was read from a file, restored when it is first used.
     sequence : ContactSequence
-        The contact sequence it was planned with.
+        Planned contact sequence.
     status : Status
-        Look at ``status.ok`` first.
+        Its ``ok`` states whether the gait is a solution.
     motion : Motion
         The planned step (of a gait that was not solved: the last iterate).
     problem : dict
         The fully resolved problem as plain data.
     solver : SolverReport
     solution : Solution or None
-        Unknowns and multipliers of the optimisation, to start another solve from.
+        Unknowns and multipliers of the optimisation, for warm starts.
     versions : dict of str to str
     verification : Verification or None
         None until :func:`gaitopt.verify` has replayed it.
     proposal : Proposal or None
-        How the contact sequence was found, for a problem whose contact sequence was left open.
+        Record of how the contact sequence was determined, for a problem with an open one.
 
     Examples
     --------
@@ -222,12 +222,12 @@ class Gait(LazyRecord):
         return cone_margin(self.motion)
 
     def require(self) -> "Gait":
-        """Return the gait itself if it is solved, and not refuted by replay.
+        """Return the gait itself if it is solved and did not fail its replay.
 
         Raises
         ------
         InputError
-            If it is not; the message says why.
+            If it is not; the message states why.
         """
         if not self.status.ok:
             worst = "; ".join(str(v) for v in self.solver.violations[:3])

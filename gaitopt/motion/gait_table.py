@@ -1,4 +1,4 @@
-"""The facts of a gait in words, the same in every table: on a terminal, in a report, in a notebook."""
+"""Table of the facts of a gait, the same in terminal, report and notebook."""
 
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
@@ -14,7 +14,7 @@ RELAXATIONS = {"l1_penalty": "exact penalty", "scholtes": "Scholtes", "fischer_b
 
 
 def tabulate_gait(gait: Gait) -> Facts:
-    """Return the facts of a gait as pairs of a name and a text, most important first; a name may come twice.
+    """Return the facts of a gait as pairs of a name and a text, most important first; names may repeat.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def _forces(energy: Ledger) -> str:
 
 
 def _origin(gait: Gait) -> Facts:
-    """Return how the contact sequence was found, if it was left open."""
+    """Return how the contact sequence was determined, if it was open."""
     proposal = gait.proposal
     if proposal is None:
         return []
@@ -115,12 +115,12 @@ def _zero(value: float) -> float:
 
 
 def _replay(gait: Gait) -> str:
-    verdict = gait.verification
-    if verdict is None:
+    replay = gait.verification
+    if replay is None:
         return "not replayed"
-    if not verdict.passed:
-        return f"failed: {'; '.join(verdict.reasons)}"
+    if not replay.passed:
+        return f"failed: {'; '.join(replay.reasons)}"
     return (
-        f"passed: contact sequence '{verdict.sequence}', state within {verdict.state_error:.1e}, "
-        f"cost of transport {verdict.cost_of_transport:.6f}"
+        f"passed: contact sequence '{replay.sequence}', state within {replay.state_error:.1e}, "
+        f"cost of transport {replay.cost_of_transport:.6f}"
     )

@@ -1,4 +1,4 @@
-"""HDF5 files: written whole or not at all, and read only if they are what they should be."""
+"""HDF5 files: written atomically, and read only if they are of the expected kind."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,19 +15,19 @@ READERS = {
     "sweep": "load_sweep reads it, and load_sweep_gait its gaits",
     "basin": "load_basin reads it",
 }
-"""What reads each kind of file."""
+"""Functions that read each kind of file."""
 
 
 @contextmanager
 def write_hdf5(path: str | Path) -> Iterator[h5py.File]:
-    """Yield an HDF5 file to fill, which takes the place of `path` when the block succeeds.
+    """Yield an HDF5 file for writing, which replaces `path` when the block succeeds.
 
-    It is filled in memory: the HDF5 library does not survive a disk that is full (segmentation fault, 1.14).
+    It is written in memory first: the HDF5 library crashes on a full disk (segmentation fault, version 1.14).
 
     Raises
     ------
     ArchiveError
-        If the folder is missing or cannot be written.
+        If the folder is missing or not writable.
 
     Examples
     --------
@@ -51,9 +51,9 @@ def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     ----------
     path : str or Path
     kind : str
-        What it holds, its attribute ``format`` without the ``gaitopt`` before it.
+        Kind of content: its attribute ``format`` without the prefix ``gaitopt``.
     version : int
-        The newest version of the format that can be read.
+        Newest readable version of the format.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     path = Path(path)
     if path.is_dir():
         inside = next(iter(sorted(path.glob("*.h5"))), None)
-        raise ArchiveError(f"{path} is a folder; name a file{f' in it, such as {inside}' if inside else ''}.")
+        raise ArchiveError(f"{path} is a folder; give a file{f' in it, such as {inside}' if inside else ''}.")
     if not path.is_file():
         raise ArchiveError(f"There is no file {path}.")
     try:
@@ -79,20 +79,20 @@ def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
             _check_format(file, path, kind, version)
             yield file
     except OSError as error:
-        raise ArchiveError(f"{path} cannot be read as HDF5; it is damaged or another kind of file ({error}).") from None
+        raise ArchiveError(f"{path} is not a readable HDF5 file: it is damaged or of another kind ({error}).") from None
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError, SequenceError) as error:
         raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
 
 
 def _check_format(file: h5py.File, path: Path, kind: str, version: int) -> None:
-    held = str(file.attrs.get("format", ""))
-    if held != f"gaitopt {kind}":
-        other = held.removeprefix("gaitopt ")
+    content = str(file.attrs.get("format", ""))
+    if content != f"gaitopt {kind}":
+        other = content.removeprefix("gaitopt ")
         if other in READERS:
             raise ArchiveError(f"{path} holds a {other}, not a {kind}; in Python {READERS[other]}.")
         raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
-    found = int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array
-    if found > version:
+    file_version = int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array
+    if file_version > version:
         raise ArchiveError(
-            f"{path} has format version {found}; this gaitopt reads up to {version}. Upgrade gaitopt to read it."
+            f"{path} has format version {file_version}; this gaitopt reads up to {version}. Upgrade gaitopt to read it."
         )

@@ -1,4 +1,4 @@
-"""Numbers of joints, by which every figure and report gives a joint one colour in all its panels."""
+"""Numbers of joints, by which a joint has the same colour in all panels of figures and reports."""
 
 from collections.abc import Iterable
 

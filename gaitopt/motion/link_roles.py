@@ -1,4 +1,4 @@
-"""Which lines of a walker's figure are its stance leg, its swing leg and its body, and how a slope is drawn."""
+"""Roles of the links of a walker (stance leg, swing leg, body), and the rotation of drawings by the slope."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,14 @@ Links = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True)
 class LinkRoles:
-    """The figure of a walker by roles.
+    """The links of a walker by their roles.
 
     Attributes
     ----------
     stance, swing, body : tuple of pairs of int
-        Links nearer to the stance foot, nearer to the landing foot, and as near to both.
+        Links nearer to the stance foot, nearer to the landing foot, and equally near to both.
     stance_foot, swing_foot : int
-        Points that stand, and that land.
+        Points of the stance foot and of the landing foot.
     joints : tuple of int
         Points where legs meet, such as the hip.
     """
@@ -32,9 +32,9 @@ class LinkRoles:
 
 
 def classify_links(motion: Motion) -> LinkRoles:
-    """Return the roles of the links of a motion, from where the feet are.
+    """Return the roles of the links of a motion from the positions of its feet.
 
-    The robot is not asked, so that a loaded file is enough.
+    The robot is not needed: the motion of a loaded file suffices.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def classify_links(motion: Motion) -> LinkRoles:
 
 
 def is_drawable(motion: Motion) -> bool:
-    """Return whether a motion takes time and is made of numbers; the last iterate of a failed solve may not be.
+    """Return whether a motion is finite and takes time; the last iterate of a failed solve may not be.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def _degree(motion: Motion, point: int) -> int:
 
 
 def _distances(motion: Motion, start: int) -> list[int]:
-    """Return how many links away from a point each point is."""
+    """Return the number of links between a point and each point."""
     unreached = len(motion.points) + 1
     distance = [unreached] * len(motion.points)
     distance[start] = 0

@@ -1,4 +1,4 @@
-"""Motion: what an optimised gait and a simulated walk have in common, as plain arrays."""
+"""Motion: the trajectories of an optimised gait or a simulated walk, as plain arrays."""
 
 from dataclasses import dataclass, field
 
@@ -13,13 +13,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Segment:
-    """A stretch of smooth motion in one contact mode, sampled at K instants.
+    """A smooth part of a motion in one contact mode, sampled at K instants.
 
     Attributes
     ----------
     mode : Mode
     step : int
-        Which step it belongs to, from 0.
+        Number of its step, from 0.
     time : (K,) array [s]
     q, v : (n_q, K) arrays
         Slide coordinate and gap of the stance foot [m] (the position of a point foot) and angles [rad]; their rates.
@@ -35,7 +35,7 @@ class Segment:
     kinetic, potential : (K,) arrays [J]
         The potential energy includes the elastic energy.
     points : (2, n_points, K) array [m]
-        Positions drawn, in the slope-fixed frame.
+        Positions of the drawn points, in the slope-fixed frame.
     damping_work : (K,) array, optional [J]
         Energy dissipated by dampers since the start of the segment; zero by default.
     elastic : (K,) array, optional [J]
@@ -100,7 +100,7 @@ class Segment:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Jump:
-    """A touchdown: impact of the landing foot, then the swap of the legs.
+    """A touchdown: impact of the landing foot, then the leg exchange.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Jump:
         The step it ends.
     time : float [s]
     mode : Mode
-        Outcome of the impact at the landing foot.
+        Contact mode of the landing foot after the impact.
     impulse : (2,) array [N s]
         (L_t, L_n).
     q, v_minus, v_plus : (n_q,) arrays
@@ -155,12 +155,12 @@ class Motion:
     angles, actuators, points : tuple of str
         Names of the rows of `q` after the foot, of the torques, and of the points drawn.
     links : tuple of pairs of int
-        Which points are joined by a line.
+        Pairs of points that a line connects.
     total_mass : float [kg]
     parameters : dict of str to float
         Every parameter of robot and ground, SI units.
     segments : tuple of Segment
-        Empty when a simulation stopped at its very start.
+        Empty if a simulation stopped at its start.
     jumps : tuple of Jump
 
     Examples
@@ -204,7 +204,7 @@ class Motion:
 
     @property
     def travel(self) -> float:
-        """Forward travel of the stance foot from the first state to the last swap, slide included [m]."""
+        """Forward travel of the stance foot from the first state to the last leg exchange, slide included [m]."""
         if not self.segments:
             return 0.0
         start = self.segments[0].q[0, 0]

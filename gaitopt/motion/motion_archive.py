@@ -48,7 +48,7 @@ def write_motion(group: h5py.Group, motion: Motion) -> None:
     group.attrs["total_mass_unit"] = "kg"
     group.create_group("parameters").attrs.update(motion.parameters)
     group.create_group("segments")
-    group.create_group("jumps")  # there even when empty
+    group.create_group("jumps")  # created even if empty
     for i, segment in enumerate(motion.segments):
         part = group.create_group(f"segments/{i:04d}")
         part.attrs.update(mode=segment.mode.value, step=segment.step)

@@ -1,4 +1,4 @@
-"""How the contact sequence of a gait was found, for a problem that left it open."""
+"""Proposal of a contact sequence, for a problem with an open one."""
 
 from dataclasses import dataclass
 
@@ -12,23 +12,23 @@ class Proposal:
     Attributes
     ----------
     sequence : str
-        The open contact sequence asked for.
+        Open contact sequence of the problem.
     relaxation : str
-        How the complementarity pairs were relaxed.
+        Relaxation of the complementarity pairs.
     steps : tuple of HomotopyIteration
         The relaxed problems, in order.
     complementarity : float
-        Residual of the last one: the largest of the products of the pairs' sides and of what is negative in a side,
-        from the impact law in m/s (impulses per mass), from friction with forces per weight.  Computed anew from the
-        motion, impulses and forces.
+        Residual of the last one: the largest product of the two sides of a pair or negative part of a side, in m/s for
+        the impact law (impulses per mass) and with forces per weight for friction.  Computed from the motion, impulses
+        and forces.
     sequences : tuple of str
-        The closed contact sequences it proposed, which were solved, cheapest first.
+        Proposed closed contact sequences, which were solved, in order of cost.
     stationarity : str
-        What is known of the optimality with respect to the choice of the contact sequence.
+        Stationarity with respect to the choice of the contact sequence, as far as known.
     cost_before, cost_after : float
         Objective of the last relaxed problem, and of the gait of the closed contact sequence.
     reason : str
-        What went wrong; empty when nothing did.
+        Reason of a failure; empty without one.
 
     Examples
     --------

@@ -1,4 +1,6 @@
-"""Segments and jumps from states: everything that follows from (t, q, v, torque) by the robot's own Functions."""
+"""Segments and jumps from states: the quantities that the Functions of the robot return for (t, q, v, torque)."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -7,56 +9,86 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 
 
-def make_segment(
-    robot: Robot,
-    p: Array,
-    *,
-    mode: Mode,
-    step: int,
-    time: Array,
-    q: Array,
-    v: Array,
-    torque: Array,
-    work: Array,
-    friction_work: Array,
-    damping_work: Array | None = None,
-) -> Segment:
-    """Return a segment with forces, powers, energies and drawn points filled in.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SegmentSamples:
+    """Samples of a segment, from which its other quantities follow.
+
+    Attributes
+    ----------
+    mode : Mode
+    step : int
+        Number of its step, from 0.
+    time : (K,) array [s]
+    q, v : (n_q, K) arrays
+        Stance foot (x, y) [m] and angles [rad]; their rates.
+    torque : (n_u, K) array [N m]
+    work : (n_u, K) array [J]
+        Work of each actuator since the start of the segment, signed.
+    friction_work : (K,) array [J]
+        Energy dissipated by sliding since the start of the segment.
+    damping_work : (K,) array, optional [J]
+        Energy dissipated by dampers since the start of the segment; zero by default.
+    """
+
+    mode: Mode
+    step: int
+    time: Array
+    q: Array
+    v: Array
+    torque: Array
+    work: Array
+    friction_work: Array
+    damping_work: Array | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TouchdownState:
+    """The impact of a touchdown, from which its other quantities follow.
+
+    Attributes
+    ----------
+    step : int
+        Number of the step that it ends, from 0.
+    time : float [s]
+    mode : Mode
+        Contact mode of the landing foot after the impact.
+    impulse : (2,) array [N s]
+    q, v_minus, v_plus : (n_q,) arrays
+        Configuration, and rates before and after, in the coordinates of the step that ends.
+    """
+
+    step: int
+    time: float
+    mode: Mode
+    impulse: Array
+    q: Array
+    v_minus: Array
+    v_plus: Array
+
+
+def make_segment(robot: Robot, p: Array, samples: SegmentSamples) -> Segment:
+    """Return a segment with the forces, powers, energies and drawn points of its samples.
 
     Parameters
     ----------
     robot : Robot
     p : (n_p,) array
         Parameter vector.
-    mode : Mode
-    step : int
-    time : (K,) array [s]
-    q, v : (n_q, K) arrays
-    torque : (n_u, K) array [N m]
-    work : (n_u, K) array [J]
-    friction_work : (K,) array [J]
-    damping_work : (K,) array, optional [J]
-        Zero by default.
+    samples : SegmentSamples
     """
-    count, n_points = time.size, len(robot.points)
+    count, n_points = samples.time.size, len(robot.points)
+    q, v, torque = samples.q, samples.v, samples.torque
     tiled = np.tile(p[:, None], (1, count))
-    _, force = robot.acceleration[mode].map(count)(q, v, torque, tiled)
+    _, force = robot.acceleration[samples.mode].map(count)(q, v, torque, tiled)
     kinetic, potential = robot.energy.map(count)(q, v, tiled)
     rates = np.asarray(robot.joint_rates.map(count)(q, v, tiled)).reshape(robot.n_u, count)
     elastic = robot.force_powers.map(count)(q, v, tiled)[0] if robot.has_springs else np.zeros(count)
     points = np.asarray(robot.figure.map(count)(q, tiled)).reshape(2, count, n_points)
     return Segment(
-        mode=mode,
-        step=step,
-        time=time,
-        q=q,
-        v=v,
-        torque=torque,
+        **{name: value for name, value in vars(samples).items() if name != "damping_work"},
+        damping_work=np.zeros(count) if samples.damping_work is None else samples.damping_work,
         force=np.asarray(force),
         power=torque * rates,
-        work=work,
-        friction_work=friction_work,
-        damping_work=np.zeros(count) if damping_work is None else damping_work,
         kinetic=np.asarray(kinetic).ravel(),
         potential=np.asarray(potential).ravel(),
         elastic=np.asarray(elastic).ravel(),
@@ -72,35 +104,21 @@ def _sample_rims(robot: Robot, q: Array, tiled: Array) -> Array | None:
     return np.swapaxes(rims, 1, 2) if np.any(rims[2]) else None
 
 
-def make_jump(
-    robot: Robot,
-    p: Array,
-    *,
-    step: int,
-    time: float,
-    mode: Mode,
-    impulse: Array,
-    q: Array,
-    v_minus: Array,
-    v_plus: Array,
-) -> Jump:
-    """Return a touchdown with the swapped state and the energy lost.
+def make_jump(robot: Robot, p: Array, touchdown: TouchdownState) -> Jump:
+    """Return a touchdown with the state after the leg exchange and the energy lost.
 
     Parameters
     ----------
-    q, v_minus, v_plus : (n_q,) arrays
-        In the coordinates of the step that ends.
+    robot : Robot
+    p : (n_p,) array
+        Parameter vector.
+    touchdown : TouchdownState
     """
+    q, v_minus, v_plus = touchdown.q, touchdown.v_minus, touchdown.v_plus
     q_next, v_next = (np.asarray(part).ravel() for part in robot.swap(q, v_plus, p))
     before, after = (float(robot.energy(q, v, p)[0]) for v in (v_minus, v_plus))
     return Jump(
-        step=step,
-        time=time,
-        mode=mode,
-        impulse=impulse,
-        q=q,
-        v_minus=v_minus,
-        v_plus=v_plus,
+        **vars(touchdown),
         q_next=q_next,
         v_next=v_next,
         energy_lost=before - after,
@@ -111,7 +129,7 @@ def make_jump(
 def make_motion(
     robot: Robot, values: dict[str, float], segments: tuple[Segment, ...], jumps: tuple[Jump, ...]
 ) -> Motion:
-    """Return a motion of a robot with the given parameter values."""
+    """Return a motion of a robot with these parameter values."""
     return Motion(
         angles=robot.angles,
         actuators=robot.actuators,

@@ -1,4 +1,4 @@
-"""The answer of a nonlinear programme as named tables, to start another solve from."""
+"""Solution of an NLP as named tables, for warm starts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,9 +16,9 @@ class Table:
         Names of the quantities.
     values : (n_rows, n_places) array
     multipliers : (n_rows, n_places) array
-        Of their bounds.
+        Multipliers of their bounds.
     keys : tuple of str
-        Identifiers of the rows, by which another solve finds them, whatever is printed; `rows` if not given.
+        Identifiers of the rows in warm starts, independent of their printed names; `rows` by default.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A gait in plain data: what ``--json`` prints and what tables are made from."""
+"""Summary of a gait as plain data, for ``--json`` and tables."""
 
 import dataclasses
 import math
@@ -9,7 +9,7 @@ from gaitopt.motion.gait import Gait
 
 
 def summarise(gait: Gait) -> dict[str, Any]:
-    """Return the facts of a gait as plain data that any JSON reader takes (nan becomes null, inf the text "inf").
+    """Return the facts of a gait as plain data for JSON (nan becomes null, inf the text "inf").
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def ledger_facts(energy: Ledger) -> dict[str, float]:
 
 
 def plain(value: Any) -> Any:
-    """Return nested data with every number JSON can carry: nan becomes None, infinities the text "inf" or "-inf"."""
+    """Return nested data with numbers that are valid in JSON: nan becomes None, infinities the text "inf" or "-inf"."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Versions of gaitopt and of what its numbers depend on."""
+"""Versions of gaitopt and of the packages on which its results depend."""
 
 import functools
 import platform
@@ -6,13 +6,13 @@ from importlib import metadata
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of gaitopt and of what its numbers depend on."""
+    """Return the versions of gaitopt and of the packages on which its results depend."""
     names = ("gaitopt", "casadi", "numpy", "scipy")
-    return {name: _installed(name) for name in names} | {"python": platform.python_version()}
+    return {name: _version_of(name) for name in names} | {"python": platform.python_version()}
 
 
 @functools.cache
-def _installed(name: str) -> str:
+def _version_of(name: str) -> str:
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:

@@ -1,12 +1,12 @@
 """Numbers of a solve: the structure, data and bounds of one problem."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
@@ -16,22 +16,6 @@ from gaitopt.ocp.transcription.nlp_builder import MARGINS
 from gaitopt.ocp.transcription.phase_complementarity import TimeStepping
 from gaitopt.ocp.transcription.relaxation import Relaxation
 from gaitopt.ocp.transcription.transcription import Structure, Transcription
-
-
-@dataclass(frozen=True, eq=False)
-class Bounds:
-    """Bounds of variables and constraint rows.
-
-    Attributes
-    ----------
-    x_lower, x_upper : (n_variables,) arrays
-    g_lower, g_upper : (n_constraints,) arrays
-    """
-
-    x_lower: Array
-    x_upper: Array
-    g_lower: Array
-    g_upper: Array
 
 
 def structure(

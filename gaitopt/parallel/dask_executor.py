@@ -76,12 +76,12 @@ class DaskExecutor(Executor):
         """
         now = time.monotonic()
         if not self._connected:
-            raise self._lost()
+            raise self._connection_error()
         if now - self._counted >= _COUNT_INTERVAL:
             try:
                 threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER)
             except (OSError, TimeoutError, RuntimeError) as error:
-                raise self._lost() from error
+                raise self._connection_error() from error
             self._workers, self._counted = len(threads), now
             if self._workers:
                 self._seen = now
@@ -131,13 +131,13 @@ class DaskExecutor(Executor):
             if self._connected:
                 self._send(call, future)
             else:
-                _resolve(future, error=self._lost())
+                _resolve(future, error=self._connection_error())
         except KilledWorker as error:
             _resolve(future, error=BrokenExecutor(str(error)))
         except CommClosedError:  # the client may not know yet that it is disconnected
-            _resolve(future, error=self._lost())
+            _resolve(future, error=self._connection_error())
         except BaseException as error:  # raised by the task, or by a lost connection
-            _resolve(future, error=error if self._connected else self._lost())
+            _resolve(future, error=error if self._connected else self._connection_error())
         else:
             _resolve(future, answer)
 
@@ -145,7 +145,7 @@ class DaskExecutor(Executor):
     def _connected(self) -> bool:
         return bool(self._client.status == "running")
 
-    def _lost(self) -> GaitoptError:
+    def _connection_error(self) -> GaitoptError:
         return GaitoptError(
             f"The Dask scheduler at {self.address} was lost. {_RESUME} Start the scheduler and its workers first, or "
             "use the processes of this machine instead."

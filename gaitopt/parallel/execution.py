@@ -6,7 +6,7 @@ from concurrent.futures import Executor
 from attrs import field, frozen
 
 from gaitopt.parallel.shared_payload import Prepare
-from gaitopt.parameters import callable_with, counted, instance_of, optional
+from gaitopt.parameters import callable_with, instance_of, optional, whole_number
 
 TaskObserver = Callable[[int, int], None]
 """Called with (tasks done, tasks in all)."""
@@ -39,7 +39,7 @@ class Execution:
     4
     """
 
-    workers: int = field(default=1, validator=counted())
+    workers: int = field(default=1, validator=whole_number())
     executor: Executor | None = field(
         default=None, validator=optional(instance_of(Executor, example="a concurrent.futures.Executor"))
     )

@@ -55,8 +55,7 @@ class TaskExecutor(ABC):
 class LocalProcesses(TaskExecutor):
     """Processes of this machine with one thread of linear algebra each; Ctrl-C does not reach them.
 
-    They exit when this process ends.  Processes are started afresh: forking one that holds compiled code and threads is
-    not safe.
+    They exit when this process ends.  Processes are spawned: forking one with compiled code and threads is not safe.
     """
 
     most_deaths = 3

@@ -32,7 +32,7 @@ def run_tasks(
     known: Mapping[str, Any] | None = None,
     execution: Execution | None = None,
 ) -> Generator[TaskOutcome, None, None]:
-    """Yield the outcome of each task when it has ended.
+    """Yield the outcome of each task when it ends.
 
     The inputs of a task follow from the list alone, so results depend neither on the number of workers nor on which of
     them finishes first; only the order in which they come does.  Results that no later task needs are not kept in
@@ -59,7 +59,7 @@ def run_tasks(
     Raises
     ------
     InputError
-        If a task comes before one it needs, or `shared` cannot be sent to a process.
+        If a task comes before one it needs, or `shared` is not picklable.
     GaitoptError
         If no worker is left, or a worker cannot load `shared`.
 
@@ -146,7 +146,7 @@ def _run_on(executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord
         if not running:
             return
         lost = []
-        for future in _wait_for_ended(executor, running, interrupt):
+        for future in _wait_for_any(executor, running, interrupt):
             task = running.pop(future)
             if _lost_its_worker(future):
                 lost.append(task)
@@ -170,15 +170,15 @@ def _submit(executor: TaskExecutor, queue: TaskQueue, task: Task) -> Future:
         return future
 
 
-def _wait_for_ended(executor: TaskExecutor, running: Mapping[Future, Task], interrupt: InterruptRecord) -> list[Future]:
-    """Wait for one future at least, and return those that have ended, successes first: they are kept in any case.
+def _wait_for_any(executor: TaskExecutor, running: Mapping[Future, Task], interrupt: InterruptRecord) -> list[Future]:
+    """Wait for one future at least, and return the finished ones, successes first, so that their results are stored.
 
-    If a worker died all futures are waited for, which are lost with it, or end elsewhere.
+    If a worker died, wait for all futures, which are lost with it or end in other workers.
     """
     ended = _wait(executor, running, FIRST_COMPLETED, interrupt)
     if any(map(_lost_its_worker, ended)):
         ended = _wait(executor, running, ALL_COMPLETED, interrupt)
-    return sorted(ended, key=_failed)
+    return sorted(ended, key=_has_failed)
 
 
 def _wait(
@@ -196,5 +196,5 @@ def _lost_its_worker(future: Future) -> bool:
     return future.cancelled() or isinstance(future.exception(), BrokenExecutor)
 
 
-def _failed(future: Future) -> bool:
+def _has_failed(future: Future) -> bool:
     return future.cancelled() or future.exception() is not None

@@ -42,7 +42,7 @@ class SharedPayload:
         Raises
         ------
         InputError
-            If it cannot be pickled.
+            If it is not picklable.
         """
         import cloudpickle
 
@@ -50,7 +50,7 @@ class SharedPayload:
             content = cloudpickle.dumps((prepare, cloudpickle.dumps(shared)))
         except Exception as error:  # whatever custom classes raise when they are pickled
             raise InputError(
-                f"The problem cannot be sent to worker processes ({_describe(error)}): it must not hold threads, "
+                f"The problem is not picklable for worker processes ({_describe(error)}): it must not hold threads, "
                 "locks, open files or other things of this process. Remove them, or use workers=1."
             ) from error
         return cls(hashlib.sha256(content).hexdigest(), content)
@@ -78,7 +78,7 @@ def init_worker(digest: str, file: Path, parent: "Connection") -> None:
 
 def call_in_worker(work: Work, digest: str, argument: Any, needed: list[Any]) -> Any:
     """Do a task in a worker that :func:`init_worker` has prepared."""
-    return work(_shared(digest), argument, *needed)
+    return work(_shared_object(digest), argument, *needed)
 
 
 def call_with_payload(work: Work, payload: SharedPayload, argument: Any, needed: list[Any]) -> Any:
@@ -96,7 +96,7 @@ def call_with_payload(work: Work, payload: SharedPayload, argument: Any, needed:
                 raise
             except Exception as error:
                 raise _start_error(error) from error
-        shared = _shared(payload.digest)
+        shared = _shared_object(payload.digest)
     return work(shared, argument, *needed)
 
 
@@ -110,7 +110,7 @@ def _unpickle(content: bytes, prepare: Prepare | None) -> Any:
     return pickle.loads(content)
 
 
-def _shared(digest: str) -> Any:
+def _shared_object(digest: str) -> Any:
     shared = _unpickled[digest]
     if isinstance(shared, GaitoptError):
         raise shared

@@ -31,7 +31,7 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class TaskOutcome:
-    """A task that has ended: with its result, or with the reason why there is none."""
+    """A task that has ended: with its result or the reason of its failure."""
 
     task: Task
     result: Any
@@ -68,7 +68,7 @@ class TaskQueue:
 
     def __init__(self, tasks: Sequence[Task], known: Mapping[str, Any]) -> None:
         _check_order(tasks)
-        self._tasks = _select_required(tasks, known)
+        self._tasks = _required_tasks(tasks, known)
         self._places = {task.key: place for place, task in enumerate(self._tasks)}
         self._ready: list[int] = []  # places of tasks that may run, a heap
         self._uses = Counter(need for task in self._tasks for need in task.needs)
@@ -104,7 +104,7 @@ class TaskQueue:
         return outcome
 
 
-def _select_required(tasks: Sequence[Task], known: Mapping[str, Any]) -> list[Task]:
+def _required_tasks(tasks: Sequence[Task], known: Mapping[str, Any]) -> list[Task]:
     """Return the tasks to run: unknown, and either of use by themselves or needed by another one that is to run."""
     serving = {need for task in tasks for need in task.needs}
     required: list[Task] = []

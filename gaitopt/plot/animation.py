@@ -34,7 +34,7 @@ def animate(
 
     The step repeats, the legs swapping roles.  Slides are drawn to scale with their length written beside them, and
     again under a magnifying glass with a ruler.  A slip phase is slowed further where it would be too short to be
-    seen; every frame says how slow it is.
+    seen; every frame states the slow-down.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def animate(
     path : str or Path
         Ends in ``.gif`` or ``.mp4``.
     steps : int
-        How often the step is played.
+        Number of repetitions of the step.
     fps : int
         Frames per second; a GIF keeps time in hundredths of a second, so 30 becomes 33.3, and 50 is its most.
     slow : float
@@ -57,9 +57,9 @@ def animate(
     Raises
     ------
     InputError
-        If the suffix is another one, `steps`, `fps` or `slow` is not positive, or the gait holds nan.
+        If the suffix is another one, `steps`, `fps` or `slow` is not positive, or the gait contains nan.
     ArchiveError
-        If the file cannot be written; an older file of that name is then left as it was.
+        If the file is not writable; an older file of that name is then unchanged.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def animate(
     path = Path(path)
     suffix = check_suffix(path, _KINDS)
     _check(gait, steps, fps, slow)
-    # A GIF holds a frame for whole hundredths of a second, and viewers take fewer than two for a mistake.
+    # A GIF holds a frame for whole hundredths of a second, and viewers ignore fewer than two.
     rate = 100 / max(2, round(100 / fps)) if suffix == ".gif" else float(fps)
     film = AnimationFrames(gait.motion, steps=steps, rate=rate, slow=slow)
     with write_atomically(path) as temporary, rc_context(FigureStyle().settings):
@@ -92,11 +92,13 @@ def _check(gait: Gait, steps: int, fps: int, slow: float) -> None:
         if not value > 0 or not np.isfinite(value):
             raise InputError(f"An animation needs {name} greater than 0, got {value}.")
     if not is_drawable(gait.motion):
-        raise InputError(f"This gait cannot be animated: its motion is not made of numbers ({gait.status.key}).")
+        raise InputError(
+            f"The motion of this gait is not finite ({gait.status.key}); an animation needs finite positions."
+        )
 
 
 def _report_frames(pictures: Iterator[Picture], total: int, observer: FrameObserver | None) -> Iterator[Picture]:
-    """Yield pictures, telling the observer each time one has been used."""
+    """Yield pictures, and notify the observer after each."""
     for number, picture in enumerate(pictures):
         yield picture
         if observer is not None:
@@ -104,7 +106,7 @@ def _report_frames(pictures: Iterator[Picture], total: int, observer: FrameObser
 
 
 def _write_gif(pictures: Iterator[Picture], rate: float, path: Path) -> None:
-    """Write pictures one by one, so that a long film need not fit in memory before it is written."""
+    """Write pictures one by one, so that a long film need not fit in memory."""
     from PIL import Image
 
     images = (
@@ -112,21 +114,21 @@ def _write_gif(pictures: Iterator[Picture], rate: float, path: Path) -> None:
         for picture in pictures
     )
     first = next(images)
-    # Disposal 1, draw over what is there, lets Pillow store only what changes.
+    # Disposal 1, drawing over the former frame, lets Pillow store only the changes.
     settings = {"duration": round(1000 / rate), "loop": 0, "disposal": 1}
     with path.open("wb") as file:
         first.save(file, "GIF", save_all=True, append_images=images, **settings)
 
 
 def _write_mp4(pictures: Iterator[Picture], rate: float, path: Path) -> None:
-    """Write pictures with the ffmpeg of imageio-ffmpeg, in H.264 and the colour format that every player knows."""
+    """Write pictures with the ffmpeg of imageio-ffmpeg, in H.264 and the colour format that all players support."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
     first = next(pictures)
     height, width, _ = first.shape
     source = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{width}x{height}", "-r", f"{rate:g}", "-i", "-"]
     target = ["-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(path)]
-    # Complaints go to a file: a pipe nobody reads would fill up and stop ffmpeg.
+    # Messages go to a file: a pipe that is not read would fill up and stop ffmpeg.
     with TemporaryFile() as complaints:
         command = [get_ffmpeg_exe(), "-y", "-v", "error", *source, *target]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints) as ffmpeg:
@@ -137,11 +139,11 @@ def _write_mp4(pictures: Iterator[Picture], rate: float, path: Path) -> None:
                 for picture in pictures:
                     ffmpeg.stdin.write(picture.tobytes())
             except BrokenPipeError:
-                pass  # ffmpeg gave up; its exit status and complaint say why
+                pass  # ffmpeg has stopped; its exit status and message state why
             except BaseException:
                 ffmpeg.kill()
                 raise
         if ffmpeg.returncode != 0:
             complaints.seek(0)
             said = complaints.read().decode(errors="replace").strip().splitlines() or ["no message"]
-            raise ArchiveError(f"The film cannot be written: ffmpeg stopped with {said[-1]!r}.")
+            raise ArchiveError(f"Cannot write the film: ffmpeg stopped with {said[-1]!r}.")

@@ -1,4 +1,4 @@
-"""The figure of a comparison: gaits drawn over each other, and the terms of their costs of transport."""
+"""The figure of a comparison: overlaid trajectories of gaits, and the terms of their costs of transport."""
 
 import textwrap
 from collections.abc import Callable
@@ -154,7 +154,7 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
         }
         axes.annotate(f"{total:#.4g}".rstrip("."), (place, above[place]), (0, 2), **number)
     if labelled:
-        axes.set_xticks(places, [_folded(label) for label in comparison.gaits])
+        axes.set_xticks(places, [_wrap_label(label) for label in comparison.gaits])
     else:
         _draw_line_samples(axes, len(terms))
     axes.set_xlim(-0.6, len(terms) - 0.4)
@@ -178,7 +178,7 @@ def _cost_terms(gait: Gait) -> dict[str, float]:
     return {name: value / weight for name, value in energy_per_distance(gait).items()}
 
 
-def _folded(label: str) -> str:
+def _wrap_label(label: str) -> str:
     """Return a label on several lines, a contact sequence at its impact."""
     lines = label.replace(" | ", "\n| ").replace(", ", ",\n").replace(" (", "\n(").splitlines()
     return "\n".join(textwrap.fill(line, LABEL_LETTERS) for line in lines)

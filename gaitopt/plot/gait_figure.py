@@ -41,7 +41,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     """Draw a gait: its step as stick figures; angles, torques, force ratio in the friction cone, and foot speed.
 
     Slip phases are shaded, and enlarged beside the time axis where they are too short to be read.  A gait that is not
-    a solution says so in the figure.
+    a solution is marked in the figure.
 
     Parameters
     ----------
@@ -85,13 +85,13 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
             heights = [WARNING_HEIGHT, stick_height, height - warned * WARNING_HEIGHT - stick_height - above]
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
-            figure.text(0.5, 0.5, "The last iterate is not made of numbers: there is nothing to draw.", ha="center")
+            figure.text(0.5, 0.5, "The last iterate is not finite and is not drawn.", ha="center")
         figure.draw_without_rendering()  # the layout of axes of equal aspect needs a second draw
     return figure
 
 
 def _describe(gait: Gait, title: str | None) -> str:
-    """Return the title: what it is, its contact sequence, and the numbers that sum it up."""
+    """Return the title: name, contact sequence, and main numbers."""
     slope = np.rad2deg(gait.motion.parameters["slope"])
     facts = [
         f"cost of transport {_number(gait, 'cost_of_transport', '.4g')}",
@@ -107,7 +107,7 @@ def _describe(gait: Gait, title: str | None) -> str:
 
 
 def _number(gait: Gait, name: str, form: str) -> str:
-    """Return a number of a gait as text; the last iterate of a failed solve may have gone nowhere, or in no time."""
+    """Return a number of a gait as text; it may be undefined for the last iterate of a failed solve."""
     try:
         return format(getattr(gait, name), form)
     except ZeroDivisionError:
@@ -115,7 +115,7 @@ def _number(gait: Gait, name: str, form: str) -> str:
 
 
 def _warn(axes: "Axes", gait: Gait) -> None:
-    """Say in a box that the gait is not a solution, and why."""
+    """Draw a box which states that the gait is not a solution, and why."""
     text = f"NOT A SOLUTION ({gait.status.key})\n{textwrap.fill(gait.status.hint, 100)}"
     box = {"boxstyle": "round", "facecolor": "#FFF0F0", "edgecolor": WARNING, "linewidth": 1.5}
     axes.text(0.5, 0.5, text, color=WARNING, ha="center", va="center", transform=axes.transAxes, bbox=box)

@@ -1,4 +1,4 @@
-"""Figures saved to files, whole or not at all."""
+"""Figures saved to files atomically."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ _KINDS = {".png": "image", ".pdf": "vector, for papers", ".svg": "vector, for we
 
 
 def save_figure(figure: "Figure", path: str | Path) -> Path:
-    """Write a figure to a file in the format its suffix names, whole or not at all.
+    """Write a figure to a file in the format of its suffix, atomically.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def save_figure(figure: "Figure", path: str | Path) -> Path:
     InputError
         If the suffix is another one.
     ArchiveError
-        If the folder is missing or cannot be written.
+        If the folder is missing or not writable.
 
     Examples
     --------

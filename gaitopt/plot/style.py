@@ -1,4 +1,4 @@
-"""Colours, line styles and sizes every drawing shares; nothing here touches matplotlib's global settings."""
+"""Colours, line styles and sizes of all drawings; the global settings of matplotlib are unchanged."""
 
 import re
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from gaitopt.parameters import positive
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette, which colour-blind readers can tell apart; dashes tell the lines apart in grey print.
+# The palette of Okabe and Ito is distinguishable for colour-blind readers; dashes distinguish lines in grey print.
 LINES = (
     ("#0072B2", "-"),
     ("#D55E00", (0, (5, 1.5))),
@@ -53,7 +53,7 @@ MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK
 
 @frozen
 class FigureStyle:
-    """Size and lettering of a figure, and the colours that mean the same in all of them.
+    """Size and fonts of a figure, and the colours with the same meaning in all figures.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class FigureStyle:
     font : str
         Family, one that matplotlib finds.
     titled : bool
-        Whether figures say what they show; in a paper the caption does.
+        Whether figures have a title; in a paper the caption replaces it.
 
     Raises
     ------
@@ -88,7 +88,7 @@ class FigureStyle:
     titled: bool = True
 
     limit_line: ClassVar[dict[str, Any]] = LIMIT
-    """How a line that bounds something is drawn."""
+    """Style of the line of a limit."""
     mode_fill: ClassVar[dict[Mode, str]] = MODE_FILL
     """Colour of areas and wide lines by contact mode."""
 
@@ -161,7 +161,7 @@ def line_style(number: int) -> dict[str, Any]:
 
 
 def angle_symbol(name: str) -> str:
-    r"""Return how an angle is written in a figure: Greek for ``th1`` or ``theta``, else its name.
+    r"""Return the text of an angle in a figure: Greek for ``th1`` or ``theta``, otherwise its name.
 
     Examples
     --------

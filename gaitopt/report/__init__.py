@@ -1,4 +1,4 @@
-"""Reports: gaits as one self-contained page, and as what a notebook shows of them.
+"""Reports: gaits as one self-contained page, and their display in notebooks.
 
 :func:`write_report` writes an HTML page with charts and a player that needs neither network nor server.
 """

@@ -7,14 +7,14 @@ from gaitopt.report.chart import Axis
 from gaitopt.report.markup import Element, element
 
 WIDTH, ROW, NAMES = 420, 30, 112
-"""Width of the bars, height of one, and room for their names [px]."""
+"""Width of the bars, height of a bar, and width of their names [px]."""
 
 SIDE, LARGEST = 170, 3.0
-"""Width of the picture of the unit circle [px]; multipliers beyond this modulus are drawn at its rim."""
+"""Width of the picture of the unit circle [px]; multipliers of larger modulus are drawn at its rim."""
 
 
 def draw_ledger(energy: Ledger) -> Element:
-    """Return the entries of an energy ledger as bars: what comes in above, where it goes below.
+    """Return the entries of an energy ledger as bars: energy supplied above, energy lost below.
 
     The entries of dampers and springs are drawn where they are not zero.
 

@@ -1,4 +1,4 @@
-"""Line charts as SVG: drawn once, with a mark that a player may move along them."""
+"""Line charts as SVG, with marks that a player moves along the lines."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ LEFT, RIGHT, TOP, BOTTOM = 54, 10, 10, 38
 """Size of a chart and its margins [px]."""
 
 COLOURS = 7
-"""Colours of lines in the style sheet."""
+"""Number of line colours in the style sheet."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Curve:
     label : str
     x, y : tuple of (K,) arrays
     joint : int or None
-        Number of the joint, which decides the colour; None for a line that belongs to no joint.
+        Number of the joint, which determines the colour; None for a line without a joint.
     """
 
     label: str
@@ -78,10 +78,10 @@ class Chart:
     Attributes
     ----------
     title, x_label, y_label, unit : str
-        The unit follows the value a player reads off.
-    lines : sequence of Line
+        The unit follows the values that a player shows.
+    lines : sequence of Curve
     bands : sequence of (from, to, Mode)
-        Stretches of x that are shaded.
+        Shaded intervals of x.
     limits : sequence of float
         Levels of y marked by a dashed line.
     closed : bool
@@ -123,7 +123,7 @@ class Chart:
         return self.x_axis(x), self.y_axis(y)
 
     def write(self, value: float) -> str:
-        """Return a value of y with as many decimals as can be told apart in the chart."""
+        """Return a value of y with as many decimals as the chart resolves."""
         axis = self.y_axis
         decimals = max(0, 3 - math.ceil(math.log10(axis.high - axis.low)))
         return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
@@ -162,7 +162,7 @@ class Chart:
 
 
 def _range(arrays: Sequence[Array]) -> tuple[float, float]:
-    """Return the least and the greatest of all numbers, kept apart where they are all the same."""
+    """Return the smallest and the largest number; if all are equal, an interval around them."""
     joined = np.concatenate(arrays)
     low, high = float(joined.min()), float(joined.max())
     if high - low < 1e-9 * max(abs(low), abs(high), 1.0):

@@ -1,4 +1,4 @@
-"""HTML and SVG from nested elements, so that no text of a user can ever be taken for markup."""
+"""HTML and SVG from nested elements, which escape the texts of users."""
 
 import json
 from collections.abc import Sequence
@@ -16,9 +16,9 @@ def element(tag: str, *content: Content, **attributes: object) -> Element:
     ----------
     tag : str
     *content : Element, str or None
-        What it holds, in order; None holds nothing.
+        Content in order; None is skipped.
     **attributes
-        ``class_`` stands for class, and an underscore for a hyphen; one that is None is left out.
+        ``class_`` stands for class, and an underscore for a hyphen; an attribute that is None is omitted.
 
     Examples
     --------
@@ -28,7 +28,7 @@ def element(tag: str, *content: Content, **attributes: object) -> Element:
     made = Element(tag)
     for name, value in attributes.items():
         if value is not None:
-            made.set(name.rstrip("_").replace("_", "-"), _spelled(value))
+            made.set(name.rstrip("_").replace("_", "-"), _format_value(value))
     for part in content:
         if isinstance(part, Element):
             made.append(part)
@@ -45,7 +45,7 @@ def to_html(made: Element) -> str:
 
 
 def data_element(data: Any, **attributes: object) -> Element:
-    r"""Return a script element that holds data as JSON, which cannot end the script whatever its texts say.
+    r"""Return a script element that contains data as JSON, with its texts escaped.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def data_element(data: Any, **attributes: object) -> Element:
 
 
 def table(rows: Sequence[Sequence[str]], head: Sequence[str] = (), *, name: str) -> Element:
-    """Return a table whose first column names the rows, in a box that scrolls where it is too wide.
+    """Return a table whose first column names the rows, in a box that scrolls if it is too wide.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str] = (), *, name: str)
     head : sequence of str
         Names of the columns; none for a table of facts.
     name : str
-        Said by screen readers.
+        Label for screen readers.
     """
     cells = [
         element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])) for row in rows
@@ -83,8 +83,8 @@ def points(*places: tuple[float, float]) -> str:
     >>> points((1, 2), (3.14159, 4))
     '1,2 3.14,4'
     """
-    return " ".join(f"{_spelled(round(x, 2))},{_spelled(round(y, 2))}" for x, y in places)
+    return " ".join(f"{_format_value(round(x, 2))},{_format_value(round(y, 2))}" for x, y in places)
 
 
-def _spelled(value: object) -> str:
+def _format_value(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,7 +1,6 @@
-"""What a notebook shows of gaits, walks, cycles and comparisons: the parts of the report, registered with IPython.
+"""Display of gaits, walks, cycles and comparisons in notebooks, made of the parts of the report.
 
-The results themselves know nothing of pages.  IPython is told by name which function draws which class, so that
-nothing is imported before something is shown.
+IPython is given the function for each class by name, so that nothing is imported before a result is displayed.
 """
 
 from collections.abc import Callable
@@ -24,7 +23,7 @@ CARDS: dict[type, Callable[[Any], Element]] = {
 
 
 def show_in_notebook(result: Gait | Rollout | Cycle | Comparison) -> str:
-    """Return a result as the HTML that a notebook shows for it, light or dark as the reader's screen is.
+    """Return a result as HTML for a notebook, in the light or dark colour scheme of the reader.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""write_report: gaits as one HTML page that needs nothing but a browser."""
+"""write_report: gaits as one self-contained HTML page for any browser."""
 
 from collections.abc import Mapping
 from importlib.resources import files
@@ -13,20 +13,20 @@ from gaitopt.report.sections import comparison_section, gait_section
 
 
 def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "Gait report") -> Path:
-    """Write gaits as one self-contained HTML page, to look at, share and keep.
+    """Write gaits as one self-contained HTML page.
 
-    Each gait can be played and scrubbed: the walker with its contact force in the friction cone and the marks of its
-    slides, and with it a mark on every chart.  The page tells energy, multipliers (of the torques played back in open
-    loop), the resolved problem and versions; several gaits are compared in a table.  It loads nothing from the network.
+    A player shows the walker of each gait with its contact force in the friction cone and the marks of its slides, and
+    moves a mark on every chart.  The page contains energy, multipliers (of the torques replayed in open loop), the
+    resolved problem and versions; several gaits are compared in a table.  It loads nothing from the network.
 
     Parameters
     ----------
     gaits : mapping of str to Gait
-        By the title of each.
+        Gaits by title.
     path : str or Path
         Usually ends in ``.html``.
     title : str
-        Of the page.
+        Title of the page.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "G
     InputError
         If there are no gaits.
     ArchiveError
-        If the file cannot be written; an older file of that name is then left as it was.
+        If the file is not writable; an older file of that name is then unchanged.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The charts of a motion: what is drawn over time, and its phase portraits."""
+"""The charts of a motion: quantities over time and phase portraits."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,7 +17,7 @@ def time_charts(motion: Motion, torque_limits: Mapping[str, Any]) -> list[Chart]
     ----------
     motion : Motion
     torque_limits : mapping of str to float
-        Of the actuators [N m], empty for none; inf is not drawn.
+        Torque limits of the actuators [N m], or empty; inf is not drawn.
     """
     friction = motion.parameters["friction"]
     cone = (friction, -friction) if np.isfinite(friction) else ()
@@ -67,7 +67,7 @@ def _over_time(
     rows: list[Array],
     limits: tuple[float, ...] = (),
 ) -> Chart:
-    """Return a chart of one line a label; `rows` holds an (n, K) array for each segment."""
+    """Return a chart with one line per label; `rows` has an (n, K) array for each segment."""
     time = tuple(part.time for part in motion.segments)
     joints = number_joints(motion.angles, motion.actuators)
     return Chart(
@@ -85,5 +85,5 @@ def _over_time(
 
 
 def _landing(motion: Motion, step: int) -> float:
-    """Return where the stance foot of a step landed [m]."""
+    """Return the landing position of the stance foot of a step [m]."""
     return float(next(part.q[0, 0] for part in motion.segments if part.step == step))

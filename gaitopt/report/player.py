@@ -12,19 +12,19 @@ from gaitopt.report.markup import Element, data_element, element
 from gaitopt.report.stage import Stage
 
 STEPS, RATE, SLOW = 2, 60, 2.0
-"""Steps shown, frames a second, and seconds on the screen for a second of motion."""
+"""Number of steps, frames per second, and seconds on the screen for a second of motion."""
 
 
 def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
-    """Return the player of a gait, which moves its own stage and the marks of the charts beside it.
+    """Return the player of a gait, which moves its stage and the marks of the charts beside it.
 
     Parameters
     ----------
     gait : Gait
     charts : list of Chart
-        In the order in which they stand in the section of the player.
+        Charts in the order of the section of the player.
     name : str
-        Unlike that of any other player of the page.
+        Unique name among the players of the page.
     """
     film = AnimationFrames(gait.motion, steps=1, rate=RATE, slow=SLOW)
     stage = Stage(film, steps=STEPS, name=name)
@@ -59,7 +59,7 @@ def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
 
 
 def _sequence(gait: Gait) -> Element:
-    """Return the contact sequence of the gait, each token of which lights up in its turn."""
+    """Return the contact sequence of the gait, whose current mode is highlighted."""
     tokens = [
         element("span", mode.label, class_=f"token {mode.name.lower()}", data_phase=phase)
         for phase, mode in enumerate(gait.sequence.phases)
@@ -90,7 +90,7 @@ def _key() -> Element:
 
 
 def _marks(chart: Chart, gait: Gait, frame: AnimationFrame) -> list[list[Any]]:
-    """Return for each line of a chart where its mark is, and what it reads."""
+    """Return the position and the value of the mark of each line of a chart."""
     return [_mark(chart, line, gait, frame) for line in chart.lines]
 
 

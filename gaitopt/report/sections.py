@@ -22,18 +22,18 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.study.comparison import Comparison
 
 MOST_EVENTS, MOST_STEPS = 40, 10
-"""Events of a walk that are listed, and steps that are drawn."""
+"""Number of events of a walk that are listed, and of steps that are drawn."""
 
 
 def gait_section(gait: Gait, *, title: str, name: str) -> Element:
-    """Return everything about a gait: player, charts, energy, multipliers, problem and versions.
+    """Return the section of a gait: player, charts, energy, multipliers, problem and versions.
 
     Parameters
     ----------
     gait : Gait
     title : str
     name : str
-        Unlike that of any other section of the page.
+        Unique name among the sections of the page.
     """
     drawable = is_drawable(gait.motion)
     charts = [*_time_charts(gait), *portraits(gait.motion)] if drawable else []
@@ -63,7 +63,7 @@ def gait_section(gait: Gait, *, title: str, name: str) -> Element:
 
 
 def gait_card(gait: Gait) -> Element:
-    """Return a gait in short: its facts, force ratio and energy."""
+    """Return a summary of a gait: its facts, force ratio and energy."""
     drawings = []
     if is_drawable(gait.motion):
         drawings = [chart_figure(_time_charts(gait)[-2]), _energy(gait.motion)]
@@ -71,7 +71,7 @@ def gait_card(gait: Gait) -> Element:
 
 
 def walk_card(walk: Rollout) -> Element:
-    """Return a simulated walk: why it ended, its events, and its angles over time."""
+    """Return a simulated walk: the reason of its end, its events, and its angles over time."""
     rows = [
         (str(event.step + 1), f"{event.time:.6f}", event.name, event.before, event.after)
         for event in walk.events[:MOST_EVENTS]
@@ -83,7 +83,7 @@ def walk_card(walk: Rollout) -> Element:
         "div",
         element("p", f"{len(walk.motion.jumps)} steps: {walk.stop.hint} (engine {walk.engine})"),
         table(rows, ("step", "time [s]", "event", "from", "to"), name="Events"),
-        element("p", f"and {more} events more") if more > 0 else None,
+        element("p", f"and {more} more events") if more > 0 else None,
         element("div", *map(chart_figure, charts[:1]), class_="grid-of-figures"),
     )
 
@@ -111,12 +111,12 @@ def cycle_card(cycle: Cycle) -> Element:
 
 
 def comparison_section(gaits: Mapping[str, Gait]) -> Element:
-    """Return gaits by title side by side, one column each."""
+    """Return a comparison of gaits by title, one column each."""
     return element("section", element("h2", "Comparison"), _side_by_side(gaits), class_="comparison")
 
 
 def comparison_card(found: Comparison) -> Element:
-    """Return gaits side by side, what energy each spends, and the multipliers that were assessed."""
+    """Return a comparison of gaits, the energy ledger of each, and the assessed multipliers."""
     energies = [
         _figure(f"Energy of the step, {label}", draw_ledger(gait.energy))
         for label, gait in found.gaits.items()
@@ -141,7 +141,7 @@ def facts_table(gait: Gait) -> Element:
 
 
 def chart_figure(chart: Chart) -> Element:
-    """Return a chart with its title, and for each line its key and the value a player reads off."""
+    """Return a chart with its title, and the key and current value of each line."""
     keys = [
         element("span", element("i", class_=f"key-line {line.style}"), line.label, " ", element("output"))
         for line in chart.lines
@@ -164,26 +164,26 @@ def _energy(motion: Motion) -> Element:
 
 
 def _stability(gait: Gait) -> Element:
-    """Return the multipliers of the gait's torques played back in open loop, or why there are none."""
+    """Return the multipliers of the torques replayed in open loop, or the reason why they are missing."""
     try:
         cycle = assess_stability(gait)
     except InputError as error:
-        return _figure("Multipliers, torques played back", element("p", f"Not assessed. {error}", class_="note"))
+        return _figure("Multipliers, torques replayed", element("p", f"Not assessed. {error}", class_="note"))
     verdict = "stable" if cycle.stable else "unstable"
     note = element("p", f"{verdict}: largest modulus {cycle.radius:.4g} (engine {cycle.engine})", class_="note")
-    title = "Multipliers, torques played back"
+    title = "Multipliers, torques replayed"
     return _figure(title, _multipliers(cycle.multipliers.tolist()), note)
 
 
 def _multipliers(values: list[complex]) -> Element:
-    """Return multipliers as a picture, and beside it as numbers."""
+    """Return multipliers as a picture and as a table."""
     rows = [(spell_complex(value), spell_complex(abs(value))) for value in values]
     numbers = table(rows, ("multiplier", "modulus"), name="Multipliers")
     return element("div", draw_multipliers(values), numbers, class_="side-by-side")
 
 
 def _nothing_to_draw() -> Element:
-    return element("p", "The last iterate is not made of numbers: there is nothing to draw.", class_="warning")
+    return element("p", "The last iterate is not finite and is not drawn.", class_="warning")
 
 
 def _details(title: str, rows: list[tuple[str, str]]) -> Element:

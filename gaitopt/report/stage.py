@@ -1,4 +1,4 @@
-"""The walker on its ground as SVG, and where everything in it goes in each frame of a film."""
+"""The walker on its ground as SVG, and the positions of all its parts in each frame of an animation."""
 
 from typing import Any
 
@@ -12,23 +12,23 @@ from gaitopt.motion.motion import Array
 from gaitopt.report.markup import Element, element, points
 
 TALL, WIDEST, FLOOR = 360, 720, 46
-"""Height and greatest width of the picture, and the room below the ground for the labels of slides [px]."""
+"""Height and maximum width of the picture, and the space below the ground for the labels of slides [px]."""
 
 WEIGHT_DRAWN = 0.45
-"""Length of a force as large as the weight, in heights of the walker."""
+"""Length of a force equal to the weight, in heights of the walker."""
 
 
 class Stage:
-    """The picture of a step that repeats.
+    """The picture of a periodic step.
 
     Parameters
     ----------
     film : AnimationFrames
-        Of one step.
+        Frames of one step.
     steps : int
-        How often it is played; the legs swap roles each time.
+        Number of repetitions; the legs exchange roles each time.
     name : str
-        Unlike that of any other stage of the page.
+        Unique name among the stages of the page.
 
     Examples
     --------
@@ -56,12 +56,12 @@ class Stage:
         return tuple((a, b, role) for role, pairs in roles for a, b in pairs)
 
     def shift(self) -> list[float]:
-        """Return by how much a step moves everything on [px]."""
+        """Return the displacement of the walker in a step [px]."""
         start, end = (self._pixels(np.array([x, 0.0])) for x in (0.0, self._film.motion.travel))
-        return _rounded(end - start)
+        return _round_pixels(end - start)
 
     def frames(self) -> list[dict[str, Any]]:
-        """Return the pixels of everything that moves, for each frame of one step."""
+        """Return the pixel positions of all moving parts, for each frame of one step."""
         return [self._positions(self._film.frame(number)) for number in range(len(self._film))]
 
     def draw(self) -> Element:
@@ -100,7 +100,7 @@ class Stage:
         )
 
     def _frame_view(self, x: Array, y: Array) -> None:
-        """Choose scale and origin so that all steps and the force are seen."""
+        """Choose scale and origin so that all steps and the force are visible."""
         low, high = float(x.min()), float(x.max()) + (self._steps - 1) * self._film.motion.travel
         corners = tilt(np.array([[low, low, high, high], [0.0, float(y.max()), 0.0, float(y.max())]]), self._slope)
         margin = 0.22 * self._tall
@@ -121,16 +121,16 @@ class Stage:
         joints = self._pixels(frame.points)
         force = self._scale * self._newton * tilt(frame.force, self._slope)
         return {
-            "links": [_rounded([*joints[:, a], *joints[:, b]]) for a, b, _ in self.links],
-            "joints": [_rounded(joints[:, point]) for point in self._skeleton.joints],
+            "links": [_round_pixels([*joints[:, a], *joints[:, b]]) for a, b, _ in self.links],
+            "joints": [_round_pixels(joints[:, point]) for point in self._skeleton.joints],
             "rims": [] if frame.rims is None else [self._placed(rim) for rim in frame.rims.T],
-            "foot": _rounded(self._pixels(frame.foot)),
-            "force": _rounded([force[0], -force[1]]),
+            "foot": _round_pixels(self._pixels(frame.foot)),
+            "force": _round_pixels([force[0], -force[1]]),
         }
 
     def _placed(self, rim: Array) -> list[float]:
         """Return the centre [px] and the clockwise angle [deg] of a rim, shape (4,), as it is seen on the slope."""
-        return _rounded([*self._pixels(rim[:2]), np.rad2deg(rim[3] + self._slope)])
+        return _round_pixels([*self._pixels(rim[:2]), np.rad2deg(rim[3] + self._slope)])
 
     def _round_feet(self, frame: AnimationFrame, places: list[list[float]]) -> list[Element]:
         """Return the arcs of round feet, with marks that make their turning visible."""
@@ -165,7 +165,7 @@ class Stage:
         return points((0.0, 0.0), *((float(x), -float(y)) for x, y in rim.T))
 
     def _mark(self, step: int, phase: int) -> Element | None:
-        """Return the mark of a slide: a pointer where it begins, its line to scale, and its length in words."""
+        """Return the mark of a slide: a pointer at its start, its line to scale, and its length as text."""
         segment = self._film.motion.segments[phase]
         if not segment.mode.slips:
             return None
@@ -185,5 +185,5 @@ class Stage:
         )
 
 
-def _rounded(values: Any) -> list[float]:
+def _round_pixels(values: Any) -> list[float]:
     return [round(float(value), 2) for value in values]

@@ -12,7 +12,7 @@ from gaitopt.model.contacts.event import SINGULAR
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.active_piece import ActivePiece
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
@@ -38,7 +38,7 @@ class ScipyEngine:
 
     relative: float = field(default=1e-12, validator=positive())
     absolute: float = field(default=1e-14, validator=positive())
-    samples: int = field(default=4, validator=counted())
+    samples: int = field(default=4, validator=whole_number())
     name = "scipy"
 
     def flow(

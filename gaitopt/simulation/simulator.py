@@ -12,7 +12,7 @@ from gaitopt.model.contacts.impact import Impact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
-from gaitopt.motion.sampling import make_motion, make_segment
+from gaitopt.motion.sampling import SegmentSamples, make_motion, make_segment
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Arc, Engine
@@ -186,9 +186,7 @@ def _segment(walker: Walker | DelayedWalker, step: int, start_time: float, mode:
     robot, n = walker.robot, walker.robot.n_q
     torque = [walker.torque(mode, t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
     energy = np.zeros((robot.n_works, arc.time.size)) if arc.energy is None else arc.energy
-    return make_segment(
-        robot,
-        walker.p,
+    samples = SegmentSamples(
         mode=mode,
         step=step,
         time=start_time + arc.time,
@@ -199,6 +197,7 @@ def _segment(walker: Walker | DelayedWalker, step: int, start_time: float, mode:
         friction_work=energy[robot.n_u],
         damping_work=energy[-1] if robot.has_dampers else None,
     )
+    return make_segment(robot, walker.p, samples)
 
 
 def _jump(

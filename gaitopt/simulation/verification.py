@@ -8,7 +8,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
 from gaitopt.motion.motion import Motion
-from gaitopt.parameters import bounded
+from gaitopt.parameters import number_within
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
@@ -39,10 +39,10 @@ class Tolerances:
     1e-06
     """
 
-    state: float = field(default=1e-6, validator=bounded(lower=0.0, infinite=True))
-    period: float = field(default=1e-6, validator=bounded("s", lower=0.0, infinite=True))
-    cost_of_transport: float = field(default=5e-3, validator=bounded(lower=0.0, infinite=True))
-    energy: float = field(default=1e-8, validator=bounded(lower=0.0, infinite=True))
+    state: float = field(default=1e-6, validator=number_within(lower=0.0, infinite=True))
+    period: float = field(default=1e-6, validator=number_within("s", lower=0.0, infinite=True))
+    cost_of_transport: float = field(default=5e-3, validator=number_within(lower=0.0, infinite=True))
+    energy: float = field(default=1e-8, validator=number_within(lower=0.0, infinite=True))
 
 
 def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollout:

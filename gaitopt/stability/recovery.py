@@ -8,7 +8,7 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import VerificationStep
 from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -93,9 +93,9 @@ class PushTest:
     30
     """
 
-    starts: int = field(default=200, validator=counted())
-    seed: int = field(default=0, validator=counted(0))
-    steps: int = field(default=30, validator=counted())
+    starts: int = field(default=200, validator=whole_number())
+    seed: int = field(default=0, validator=whole_number(0))
+    steps: int = field(default=30, validator=whole_number())
     tolerance: float = field(default=1e-4, validator=positive())
     largest: float = field(default=2.0, validator=positive("rad/s"))
     resolution: float = field(default=0.05, validator=positive(upper=1.0))

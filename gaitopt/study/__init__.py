@@ -1,7 +1,7 @@
 """Studies over many gaits: sweeps, searches, basins, comparisons and robustness.
 
 :func:`sweep` solves a problem over a grid, :func:`search` over contact sequences, :func:`basin` maps which initial
-states lead to which gait, and :func:`compare` sets gaits side by side.  Long studies run in parallel and resume.
+states lead to which gait, and :func:`compare` tabulates gaits.  Long studies run in parallel and can be resumed.
 """
 
 from gaitopt.lazy_exports import export_lazily

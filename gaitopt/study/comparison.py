@@ -1,4 +1,4 @@
-"""Gaits side by side."""
+"""Comparison of gaits: a table of their metrics and multipliers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,19 +17,19 @@ from gaitopt.study.gait_metrics import braking_work, force_ratio, peak_torques
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Gaits by label, and the multipliers of those that were assessed.
+    """Gaits by label, with the multipliers of those whose stability was assessed.
 
     Attributes
     ----------
     gaits : dict of str to Gait
     multipliers : dict of str to tuple of complex
-        Of the torques played back in open loop; empty if not asked for.
+        Floquet multipliers under the torques replayed in open loop; empty unless requested.
 
     Examples
     --------
     >>> from gaitopt import compare, load
-    >>> found = compare([load("docs/examples/compass_slip.h5")], multipliers=True)
-    >>> found.records()[0]["largest_multiplier"] < 1
+    >>> comparison = compare([load("docs/examples/compass_slip.h5")], multipliers=True)
+    >>> comparison.records()[0]["largest_multiplier"] < 1
     True
     """
 
@@ -39,18 +39,18 @@ class Comparison:
     def records(self) -> list[dict[str, Any]]:
         """Return a record for each gait, as plain data in SI units.
 
-        The terms of `energy_per_distance` [J/m] add up to ``absolute_work``: what is lost at impact, by friction and
-        by dampers, less what gravity gives, and twice what the actuators take out of the motion only to put it back.
+        The terms of `energy_per_distance` [J/m] add up to ``absolute_work``: the energy lost at impact, by friction and
+        by dampers, minus the work of gravity, plus twice the braking work of the actuators.
         """
         return [plain(self._record(label, gait)) for label, gait in self.gaits.items()]
 
     def _record(self, label: str, gait: Gait) -> dict[str, Any]:
-        verdict = gait.verification
+        verification = gait.verification
         record: dict[str, Any] = {
             "label": label,
             "sequence": str(gait.sequence),
             "status": gait.status.key,
-            "verified": None if verdict is None else verdict.passed,
+            "verified": None if verification is None else verification.passed,
             "friction": gait.motion.parameters["friction"],
             "cost_of_transport": gait.cost_of_transport,
             "speed": gait.speed,
@@ -70,7 +70,7 @@ class Comparison:
 
 
 def energy_per_distance(gait: Gait) -> dict[str, float]:
-    """Return the absolute work of a gait per distance and the terms it is made of [J/m].
+    """Return the absolute work of a gait per distance and the terms that add up to it [J/m].
 
     The term ``damping_loss`` is there if it is not zero.
 
@@ -95,14 +95,14 @@ def energy_per_distance(gait: Gait) -> dict[str, float]:
 
 
 def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False) -> Comparison:
-    """Set gaits side by side.
+    """Compare gaits by their metrics and, if requested, by their multipliers.
 
     Parameters
     ----------
     gaits : mapping of str to Gait, or sequence of Gait
-        With labels, or labelled by their contact sequences and frictions.
+        By label; the gaits of a sequence are labelled by their contact sequences and frictions.
     multipliers : bool
-        Whether to compute those of the torques played back in open loop.
+        Whether to compute the Floquet multipliers under the torques replayed in open loop.
 
     Returns
     -------
@@ -112,23 +112,23 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
     Raises
     ------
     InputError
-        If there is nothing to compare, or multipliers are wanted of a gait that is no solution.
+        If there is no gait, or multipliers are requested of a gait that is not a solution.
 
     Examples
     --------
     >>> from gaitopt import compare, load
-    >>> found = compare({"slip": load("docs/examples/compass_slip.h5")})
-    >>> [(record["label"], record["sequence"]) for record in found.records()]
+    >>> comparison = compare({"slip": load("docs/examples/compass_slip.h5")})
+    >>> [(record["label"], record["sequence"]) for record in comparison.records()]
     [('slip', 'slip+ stick | slip+')]
     """
     if isinstance(gaits, Gait):
         raise InputError("A comparison needs several gaits: a list, or a mapping of labels to gaits.")
-    labelled = dict(gaits) if isinstance(gaits, Mapping) else _labelled(gaits)
+    labelled = dict(gaits) if isinstance(gaits, Mapping) else _label_gaits(gaits)
     if not labelled:
-        raise InputError("There is nothing to compare: give at least one gait.")
+        raise InputError("A comparison needs at least one gait.")
     assessed = labelled.items() if multipliers else ()
-    found = {label: assess_stability(gait).multipliers for label, gait in assessed}
-    return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in found.items()})
+    multipliers_of = {label: assess_stability(gait).multipliers for label, gait in assessed}
+    return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in multipliers_of.items()})
 
 
 def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
@@ -148,8 +148,8 @@ def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
     }
 
 
-def _labelled(gaits: Sequence[Gait]) -> dict[str, Gait]:
-    """Return gaits by sequence, with the friction where sequences repeat, numbered where that does not help."""
+def _label_gaits(gaits: Sequence[Gait]) -> dict[str, Gait]:
+    """Return gaits by sequence; if sequences repeat, friction is added, and a number if labels still repeat."""
     sequences = [str(gait.sequence) for gait in gaits]
     labels = [
         sequence if sequences.count(sequence) == 1 else f"{sequence}, friction {gait.motion.parameters['friction']:g}"

@@ -1,4 +1,4 @@
-"""What studies measure on a gait: names, units and meanings, the same in every table and file."""
+"""Metrics of a gait: names, units and meanings, the same in every table and file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from gaitopt.motion.gait import Gait
 
 @dataclass(frozen=True)
 class GaitMetric:
-    """A number that is read off a gait.
+    """A scalar computed from a gait.
 
     Attributes
     ----------
     name : str
         Identifier, the same in Python, files and JSON.
     unit : str
-        ``"1"`` for a pure number.
+        ``"1"`` if it is dimensionless.
     meaning : str
-        A phrase for people.
+        Meaning as a phrase, for legends and tables.
     read : callable
-        From a gait to the number.
+        Returns the number of a gait.
     """
 
     name: str
@@ -72,8 +72,8 @@ def peak_torques(gait: Gait) -> dict[str, float]:
 def braking_work(gait: Gait) -> float:
     """Return the work the actuators take out of the motion in a step, as a positive number [J].
 
-    Absolute work = impact loss + friction loss + damping loss - gravity's work + 2 braking work of a periodic gait:
-    without braking, the work equals the losses.
+    Absolute work = impact loss + friction loss + damping loss - work of gravity + 2 * braking work: without braking,
+    the actuators only replace the energy that is lost.
 
     Examples
     --------
@@ -89,7 +89,7 @@ def braking_work(gait: Gait) -> float:
 
 MEASURES = (
     GaitMetric("cost_of_transport", "1", "absolute joint work over weight and travel", lambda g: g.cost_of_transport),
-    GaitMetric("objective", "", "what was minimised, in a unit of its own", lambda gait: gait.solver.objective),
+    GaitMetric("objective", "", "the minimised objective, in its unit", lambda gait: gait.solver.objective),
     GaitMetric("achieved_speed", "m/s", "average forward speed", lambda gait: gait.speed),
     GaitMetric("travel", "m", "forward travel in a step, foot slide included", lambda gait: gait.step_length),
     GaitMetric("period", "s", "duration of a step", lambda gait: gait.period),

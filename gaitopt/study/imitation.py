@@ -1,4 +1,4 @@
-"""Imitation gaits: a passive gait's angles over time walked by motors on other ground."""
+"""Imitation gaits: the joint angles of a passive gait, reproduced by actuators on other ground."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -30,23 +30,23 @@ class Imitation:
     ----------
     robot : Robot
     motion : Motion
-        What the simulator walked; stick and slip are decided afresh by the forces on this ground.
+        Simulated step; the forces on this ground decide between stick and slip.
     stop : Stop
-        Why it ended.
+        Reason why the simulation ended.
     feasible : bool
         Whether the step reached its touchdown (no lift-off, the trailing foot separates) and repeats.
     reasons : tuple of str
-        Why it is not feasible.
+        Reasons why it is not feasible.
     cost_of_transport : float
     cone_margin : float
         Smallest 1 - abs(f_t) / (mu f_n) while sticking.
     largest_torque : float [N m]
     gap : float
-        Largest difference between the state after the step and that at its start.
+        Largest difference between the states after the step and at its start.
 
     Examples
     --------
-    Made by :func:`gaitopt.study.imitate`, turned into a gait by its method:
+    Returned by :func:`gaitopt.study.imitate`; its method returns it as a gait:
 
     >>> Imitation.gait.__name__
     'gait'
@@ -64,16 +64,16 @@ class Imitation:
 
     @property
     def sequence(self) -> ContactSequence | None:
-        """What was walked; None if the step did not reach its touchdown."""
+        """Simulated contact sequence; None if the step did not reach its touchdown."""
         return self.motion.sequence()
 
     def gait(self, *, samples: int = 60) -> Gait:
-        """Return the step as a gait, to be saved, replayed, assessed and given feedback like an optimised one.
+        """Return the step as a gait, which can be saved, replayed, assessed and stabilised like an optimised one.
 
         Parameters
         ----------
         samples : int
-            About how many samples its torques, linear in between, are kept at.
+            Approximate number of samples of its torques, which are linear in between.
 
         Raises
         ------
@@ -81,33 +81,33 @@ class Imitation:
             If the imitation is not feasible.
         """
         if not self.feasible or self.sequence is None:
-            raise InputError(f"This imitation cannot be walked: {' '.join(self.reasons)}")
+            raise InputError(f"This imitation is not feasible: {' '.join(self.reasons)}")
         return _as_gait(
             self.robot, self.sequence, thin_samples(self.motion, samples), self.gap, "imitation of a passive gait"
         )
 
 
 def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tolerance: float = 1e-3) -> Imitation:
-    """Walk the angles of a passive gait on other ground: its torques follow from them, stick and slip from the forces.
+    """Simulate the joint angles of a passive gait on other ground, with torques by inverse dynamics.
 
-    The start is the gait's own.  While the foot slides, its motion follows from the angles and from friction; the
-    torques follow by inverse dynamics in the mode the foot is in.
+    The initial state is that of the gait.  While the foot slides, its motion follows from the angles and from friction;
+    the torques follow by inverse dynamics in the current contact mode.
 
     Parameters
     ----------
     robot : Robot
-        With an actuator for each angle.
+        Robot with an actuator for each angle.
     cycle : Cycle
-        A gait of one step.
+        Passive gait of one step.
     parameters : mapping of str to float
-        What changes, such as ``{"slope": 0.0}``; the rest as in the gait.
+        Changed parameters, such as ``{"slope": 0.0}``; all others keep the values of the gait.
     tolerance : float
-        Largest difference between the state after the step and that at its start of a step that repeats.
+        Largest difference between the states after the step and at its start for which the step counts as periodic.
 
     Raises
     ------
     InputError
-        If the gait has several steps, or a parameter cannot be.
+        If the gait has several steps, or a parameter is invalid.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     (True, 'stick | stick', 0.0175)
     """
     if len(cycle.sequences) != 1:
-        raise InputError(f"Only gaits of one step can be imitated, not {cycle.sequence!r}.")
+        raise InputError(f"The imitated gait must have one step, got the contact sequences {cycle.sequence!r}.")
     law = passive(robot)
     start = cycle.section.embed(cycle.z)
     walker = make_walker(robot, law, cycle.parameters)
@@ -156,28 +156,28 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
 
 
 def controlled_gait(gait: Gait, law: Law, *, samples: int = 100) -> Gait:
-    """Return the periodic gait of a walker under a law as a gait of its own: a plan that keeps the law's torque limits.
+    """Return the periodic gait under a control law as a gait: a plan within the torque limits of the law.
 
     Parameters
     ----------
     gait : Gait
-        A periodic gait is looked for near this one, which itself may ask for more torque than there is.
+        Initial guess of the periodic gait; its torques may exceed the limits.
     law : Law
     samples : int
-        About how many samples its torques, linear in between, are kept at.
+        Approximate number of samples of its torques, which are linear in between.
 
     Raises
     ------
     InputError
-        If there is no periodic gait near it.
+        If no periodic gait is found near it.
 
     Examples
     --------
     >>> from gaitopt import joint_pd, load
     >>> from gaitopt.study import controlled_gait
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> walked = controlled_gait(gait, joint_pd(gait.robot, gait.motion, damping=2, torque_limit=8))
-    >>> str(walked.sequence), abs(walked.cost_of_transport - gait.cost_of_transport) < 1e-5
+    >>> limited = controlled_gait(gait, joint_pd(gait.robot, gait.motion, damping=2, torque_limit=8))
+    >>> str(limited.sequence), abs(limited.cost_of_transport - gait.cost_of_transport) < 1e-5
     ('slip+ stick | slip+', True)
     """
     cycle = assess_stability(gait, law)
@@ -189,16 +189,16 @@ def controlled_gait(gait: Gait, law: Law, *, samples: int = 100) -> Gait:
 
 
 def thin_samples(motion: Motion, samples: int) -> Motion:
-    """Return a motion with about as many samples per step, the ends of its segments among them."""
+    """Return a motion with approximately `samples` samples per step, including the ends of its segments."""
     step = motion.period / max(len(motion.jumps), 1) / samples
     return replace(motion, segments=tuple(_thin_samples(segment, step) for segment in motion.segments))
 
 
 def _thin_samples(segment: Segment, step: float) -> Segment:
     count = max(round(segment.duration / step), 8)
-    wanted = np.linspace(segment.time[0], segment.time[-1], count + 1)
-    after = np.clip(np.searchsorted(segment.time, wanted), 1, segment.time.size - 1)
-    nearer = after - (wanted - segment.time[after - 1] < segment.time[after] - wanted)
+    target = np.linspace(segment.time[0], segment.time[-1], count + 1)
+    after = np.clip(np.searchsorted(segment.time, target), 1, segment.time.size - 1)
+    nearer = after - (target - segment.time[after - 1] < segment.time[after] - target)
     keep = np.unique(np.concatenate([[0], nearer, [segment.time.size - 1]]))
     values = {entry.name: getattr(segment, entry.name) for entry in fields(segment)}
     series: dict[str, Any] = {name: x[..., keep] for name, x in values.items() if isinstance(x, np.ndarray)}

@@ -1,4 +1,4 @@
-"""Studies: a figure with the numbers it stands on, beside published ones."""
+"""Reproductions: the figure of a study and its numbers, compared with published values."""
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -9,19 +9,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PublishedValue:
-    """A computed number beside a published one.
+    """A computed value and the published one.
 
     Attributes
     ----------
     name : str
     value : float
-        Ours.
+        Computed value.
     reference : float
-        The published one.
+        Published value.
     tolerance : float
-        Largest difference its printed digits allow.
+        Largest difference that the printed digits permit.
     source : str
-        Where it is published, or how it was obtained independently.
+        Publication, or the independent method.
     unit : str
 
     Examples
@@ -39,26 +39,26 @@ class PublishedValue:
 
     @property
     def difference(self) -> float:
-        """Ours minus the published one."""
+        """Computed minus published value."""
         return self.value - self.reference
 
     @property
     def agrees(self) -> bool:
-        """Whether the difference is within what the printed digits allow."""
+        """Whether the difference is within the tolerance."""
         return bool(abs(self.difference) <= self.tolerance)
 
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """What a study script returns.
+    """Result of a study script: a figure, its numbers and remarks.
 
     Attributes
     ----------
     figure : matplotlib Figure
-    numbers : tuple of Number
+    numbers : tuple of PublishedValue
         May be empty.
     remarks : tuple of str
-        What a reader should know, such as a published number that does not come out.
+        Remarks for readers, such as a published number that is not reproduced.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import TuningObserver, TuningStep
 from gaitopt.reductions import rank_of, worst
 from gaitopt.simulation.engine import Engine
@@ -52,10 +52,10 @@ class GainSearchOptions:
     2
     """
 
-    samples: int = field(default=8, validator=counted(0))
-    starts: int = field(default=2, validator=counted())
-    evaluations: int = field(default=60, validator=counted())
-    seed: int = field(default=0, validator=counted(0))
+    samples: int = field(default=8, validator=whole_number(0))
+    starts: int = field(default=2, validator=whole_number())
+    evaluations: int = field(default=60, validator=whole_number())
+    seed: int = field(default=0, validator=whole_number(0))
     tolerance: float = field(default=1e-3, validator=positive())
 
 

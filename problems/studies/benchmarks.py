@@ -9,7 +9,7 @@ import math
 import numpy as np
 from drawing import STYLE
 from numpy.polynomial import Polynomial
-from published import CLOSED_FORM, OWN, published
+from published import CLOSED_FORM, OWN, check_value
 from rimless_closed_forms import gait_speed, velocity_ratio
 
 from gaitopt import compass_biped, find_cycles, rimless_wheel, trace_branch
@@ -95,8 +95,10 @@ def _simplest_numbers(limit):
 def _goswami_numbers(cycle):
     printed = {"th1": "-0.2710286805", "th1_rate": "1.0923835899", "th2_rate": "-0.3773739489"}
     units = {"th1": "rad", "th1_rate": "rad/s", "th2_rate": "rad/s"}
-    states = [published(f"Goswami's compass: {k}", cycle.state[k], text, units[k], OWN) for k, text in printed.items()]
-    return (*states, published("Goswami's compass: period", cycle.period, "0.7343464", "s", OWN))
+    states = [
+        check_value(f"Goswami's compass: {k}", cycle.state[k], text, units[k], OWN) for k, text in printed.items()
+    ]
+    return (*states, check_value("Goswami's compass: period", cycle.period, "0.7343464", "s", OWN))
 
 
 def _draw_limit(axes, masses, light, limit):

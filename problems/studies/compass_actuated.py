@@ -4,7 +4,7 @@ Both are computed by optimal control and replayed in open loop by the event-driv
 """
 
 from drawing import STYLE, draw_by_mode, key_of_modes
-from published import OWN, published
+from published import OWN, check_value
 
 from gaitopt import GaitProblem, Limits, Mode, MultipleShooting, compass_biped, solve, verify
 from gaitopt.study import PublishedValue, Reproduction
@@ -19,7 +19,7 @@ def study(speed=0.633, step_length=0.4713, friction=0.14, torque_limit=6.0, inte
     for sequence, printed in PRINTED.items():
         gait = verify(solve(_problem(sequence, speed, step_length, friction, torque_limit, intervals)).require())
         gaits.append(gait)
-        numbers.append(published(f"{sequence}: cost of transport", gait.cost_of_transport, printed, source=OWN))
+        numbers.append(check_value(f"{sequence}: cost of transport", gait.cost_of_transport, printed, source=OWN))
         error, source = gait.verification.state_error, f"{OWN}: within 3e-7"
         numbers.append(PublishedValue(f"{sequence}: error of the replayed state", error, 0.0, 3e-7, source))
     with STYLE.figure(4.8) as figure:

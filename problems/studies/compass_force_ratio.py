@@ -8,7 +8,7 @@ import math
 
 from compass_setup import FRICTION, SEQUENCES, gait, walk
 from drawing import STYLE, draw_by_mode, key_of_modes
-from published import published
+from published import check_value
 
 from gaitopt import Mode
 from gaitopt.study import PublishedValue, Reproduction
@@ -26,11 +26,11 @@ def study(friction=FRICTION, starts=100):
         panels[0].set(ylabel="force ratio $f_t/f_n$", ylim=(-0.21, 0.21))
         key_of_modes(figure, (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), IMPULSE)
     numbers = (
-        published("Gait A: critical friction", need.friction, "0.17492"),
+        check_value("Gait A: critical friction", need.friction, "0.17492"),
         PublishedValue(
             "Gait A: time of the critical friction", need.time, 0.0, 1e-9, "Gamus & Or 2015: just after the impact", "s"
         ),
-        published("Gait A: impulse ratio at touchdown", cycles["A"].impact_ratio, "-0.14467"),
+        check_value("Gait A: impulse ratio at touchdown", cycles["A"].impact_ratio, "-0.14467"),
     )
     return Reproduction(figure, numbers)
 

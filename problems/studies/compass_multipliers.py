@@ -6,7 +6,7 @@ import numpy as np
 from compass_setup import FRICTION, gait
 from drawing import GAIT_STYLE, STYLE
 from matplotlib.ticker import NullFormatter, ScalarFormatter
-from published import published
+from published import check_value
 
 from gaitopt import compass_biped, trace_branch
 from gaitopt.study import PublishedValue, Reproduction
@@ -68,14 +68,14 @@ def _numbers(cycles):
     """Return the multipliers of each gait with the published values."""
     a, b, c = (cycles[name].multipliers for name in "ABC")
     numbers = [
-        published("Gait A: real part of multipliers 1, 2", a[0].real, "0.48361"),
-        published("Gait A: imaginary part of multipliers 1, 2", abs(a[0].imag), "0.51892"),
-        published("Gait A: modulus of multipliers 1, 2", abs(a[0]), "0.70933"),
-        published("Gait A: multiplier 3", a[2].real, "0.38575"),
-        published("Gait B: largest modulus of a multiplier", abs(b[0]), "0.8206"),
+        check_value("Gait A: real part of multipliers 1, 2", a[0].real, "0.48361"),
+        check_value("Gait A: imaginary part of multipliers 1, 2", abs(a[0].imag), "0.51892"),
+        check_value("Gait A: modulus of multipliers 1, 2", abs(a[0]), "0.70933"),
+        check_value("Gait A: multiplier 3", a[2].real, "0.38575"),
+        check_value("Gait B: largest modulus of a multiplier", abs(b[0]), "0.8206"),
     ]
     for number, printed in enumerate(("1.8235", "-1.0695", "0.0579")):
-        numbers.append(published(f"Gait C: multiplier {number + 1}", c[number].real, printed))
+        numbers.append(check_value(f"Gait C: multiplier {number + 1}", c[number].real, printed))
     numbers.append(PublishedValue("Gait C: modulus of multiplier 4", abs(c[3]), 0.0, 1e-10, "Gamus & Or 2015"))
     return tuple(numbers)
 

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 from compass_setup import FRICTION, SEQUENCES, gait, walk
-from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spelled
-from published import energy_balance, published
+from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, format_sequence, key_of_modes
+from published import check_value, energy_balance
 
 from gaitopt import Mode
 from gaitopt.study import Reproduction
@@ -45,7 +45,7 @@ def study(friction=FRICTION, starts=100):
             _draw_leg(column[0], motion)
             _draw_foot_speed(column[1], motion)
             place = "unlimited friction" if name == "A" else rf"$\mu$ = {friction:g}"
-            column[0].set_title(f"Gait {name}, {place}\n{spelled(cycle.sequence)}")
+            column[0].set_title(f"Gait {name}, {place}\n{format_sequence(cycle.sequence)}")
             column[0].set(xlabel="angle of a leg [deg]", ylim=(-1.25, 1.15))
             column[0].tick_params(labelleft=name == "A")
             column[1].set_xlabel("time [s]")
@@ -79,7 +79,7 @@ def _numbers(cycles):
         cycle = cycles[name]
         values = {**cycle.state, "period": cycle.period, "step length": cycle.travel}
         for quantity, digits in printed.items():
-            numbers.append(published(f"Gait {name}: {quantity}", values[quantity], digits, UNITS[quantity]))
+            numbers.append(check_value(f"Gait {name}: {quantity}", values[quantity], digits, UNITS[quantity]))
         mass = 2 * cycle.parameters["leg_mass"] + cycle.parameters["hip_mass"]
         numbers.append(energy_balance(f"Gait {name}", cycle, mass))
     return tuple(numbers)

@@ -49,6 +49,6 @@ def key_of_modes(figure, modes=(Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), *others)
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-def spelled(sequence):
+def format_sequence(sequence):
     """Return a contact sequence with true minus signs."""
     return str(sequence).replace("-", "\N{MINUS SIGN}")

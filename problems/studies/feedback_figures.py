@@ -10,7 +10,7 @@ from compass_setup import FRICTION, gait
 from drawing import STYLE
 from feedback_setup import IMITATED, LABEL, LAW_STYLE, LAWS, OPEN_LOOP, assess_open_loop, plan, tune_law, walker
 from matplotlib.ticker import MaxNLocator
-from published import published
+from published import check_value
 
 from gaitopt import absolute_work, compass_biped
 from gaitopt.simulation.simulator import record_walk
@@ -51,7 +51,7 @@ def study(laws=LAWS, evaluations=60, starts=200, steps=16, pushes=9, largest=0.0
 def _numbers(closed_loops):
     before, *after = (cycle.radius for _, cycle in closed_loops.values())
     return (
-        published("passive Gait C on its slope: largest multiplier", gait("C", FRICTION).radius, "1.8235"),
+        check_value("passive Gait C on its slope: largest multiplier", gait("C", FRICTION).radius, "1.8235"),
         PublishedValue("imitation in open loop: unstable (1 = yes)", float(before > 1), 1.0, 0.0, "claim"),
         PublishedValue("under every law: stable (1 = yes)", float(max(after) < 1), 1.0, 0.0, "claim"),
     )

@@ -9,7 +9,7 @@ speed (divided by the leg length).
 from typing import NamedTuple
 
 import numpy as np
-from drawing import STYLE, spelled
+from drawing import STYLE, format_sequence
 from feedback_setup import (
     FEEDBACK_LIMIT,
     IMITATED,
@@ -88,7 +88,7 @@ def _numbers(rows):
 def _remarks(rows):
     for name, by_law in rows.items():
         cost = plan(name).cost_of_transport
-        sequence = spelled(plan(name).sequence)
+        sequence = format_sequence(plan(name).sequence)
         limit = f"{FEEDBACK_LIMIT:g} N m"
         yield f"{TITLES[name]}, {sequence}: cost of transport {cost:.5f}, stabilised with at most {limit}."
         for law, row in by_law.items():

@@ -6,7 +6,7 @@ sticks throughout, and the limit of each motor is 30 N m. Costs are plotted on a
 """
 
 import numpy as np
-from drawing import STYLE, spelled
+from drawing import STYLE, format_sequence
 from frontier_setup import SEQUENCE_STYLE, STANDARD, standard_numbers, walker
 
 from gaitopt import Execution, Ipopt, WarmStart, solve, sweep, verify
@@ -30,7 +30,7 @@ MOTORS = {
 
 def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), speeds=(0.4, 0.7, 7), workers=2):
     """Return the study; `limits` of the ankle decrease [N m], `speeds` are (least, most, count) [m/s]."""
-    weakened = {pair: list(_weakened(*pair, limits)) for pair in WEAKENED}
+    weakened = {pair: list(_weaken_ankle(*pair, limits)) for pair in WEAKENED}
     speed = np.round(np.linspace(*speeds), 6)
     alone = {
         name: _costs_over(walker(friction=HIGH_FRICTION, torque=torque), speed, workers)
@@ -44,7 +44,10 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
             if gaits:
                 points = [(limit, gait.cost_of_transport) for limit, gait in gaits]
                 left.plot(
-                    *zip(*points, strict=True), label=rf"{spelled(sequence)}, $\mu$ = {friction:g}", **style, **fill
+                    *zip(*points, strict=True),
+                    label=rf"{format_sequence(sequence)}, $\mu$ = {friction:g}",
+                    **style,
+                    **fill,
                 )
         for name, (_, style) in MOTORS.items():
             right.plot(speed, alone[name], label=name, markersize=4, linewidth=1.2, **style)
@@ -66,7 +69,7 @@ def _costs_over(problem, speed, workers):
     return sweep(problem, {"speed": speed}, execution=Execution(workers=workers)).cost_of_transport[0].values
 
 
-def _weakened(sequence, friction, limits):
+def _weaken_ankle(sequence, friction, limits):
     """Yield limits and gaits, each warm-started from the previous one, until one is not found or fails the replay."""
     gait = None
     for limit in limits:

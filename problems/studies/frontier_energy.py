@@ -7,7 +7,7 @@ exceeds the cost of slip and braking, until friction is so high that slip would 
 """
 
 import numpy as np
-from drawing import STYLE, spelled
+from drawing import STYLE, format_sequence
 from frontier_setup import walker
 
 from gaitopt import Execution, sweep
@@ -30,7 +30,7 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
         left, right = figure.subplots(1, 2)
         for sequence, shift in ((STICK, -0.2), (SLIP, 0.2)):
             _stack(left, shift, 0.36, [terms[name].sel(sequence=sequence).values for name, *_ in TERMS])
-        left.set(xlabel=f"friction $\\mu$ (left bar {spelled(STICK)}, right bar {spelled(SLIP)})")
+        left.set(xlabel=f"friction $\\mu$ (left bar {format_sequence(STICK)}, right bar {format_sequence(SLIP)})")
         left.set(ylabel="work of the motors over distance [J/m]", ylim=(0, None))
         _stack(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
         right.plot(sum(map(_difference, terms.values())), "D", color="0.1", markeredgecolor="white", label="total")

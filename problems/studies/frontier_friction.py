@@ -7,7 +7,7 @@ is, an active bound.
 """
 
 import numpy as np
-from drawing import STYLE, spelled
+from drawing import STYLE, format_sequence
 from frontier_setup import FRICTION, SEQUENCE_STYLE, at_minimum_duration, standard_numbers, walker
 from matplotlib.lines import Line2D
 
@@ -53,7 +53,8 @@ def _draw(table, sequences, changes):
             above.axvspan(low, high, 0.97, 1, color=SEQUENCE_STYLE[sequence]["color"], linewidth=0)
         above.set(ylabel="cost of transport", ylim=(None, 1.05 * np.nanmax(reference)))
         keys = [
-            Line2D([], [], label=spelled(sequence), markersize=4, **SEQUENCE_STYLE[sequence]) for sequence in sequences
+            Line2D([], [], label=format_sequence(sequence), markersize=4, **SEQUENCE_STYLE[sequence])
+            for sequence in sequences
         ]
         above.legend(handles=keys, loc="upper center", bbox_to_anchor=(0.5, 0.95))
         below.set(xlabel=r"friction $\mu$", ylabel="extra cost over sticking [%]", ylim=(-7.5, 4.5))

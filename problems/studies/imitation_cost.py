@@ -9,7 +9,7 @@ import math
 
 from compass_setup import FRICTION, SEQUENCES, gait
 from drawing import GAIT_STYLE, STYLE
-from published import OWN, published
+from published import OWN, check_value
 
 from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve, trace_branch, verify
 from gaitopt.study import Reproduction, imitate
@@ -29,7 +29,7 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.24), starts=100, torque
     for sequence, printed in OPTIMAL.items():
         least = optima[sequence][frictions.index(FRICTION)]
         numbers.append(
-            published(f"{sequence}: minimum cost of transport at friction {FRICTION:g}", least, printed, source=OWN)
+            check_value(f"{sequence}: minimum cost of transport at friction {FRICTION:g}", least, printed, source=OWN)
         )
     remarks = [_remark(name, imitations[name][FRICTION]) for name in SEQUENCES if FRICTION in imitations[name]]
     level = imitations["C"][FRICTION]

@@ -9,7 +9,7 @@ OWN = "independent computation"
 CLOSED_FORM = "closed form"
 
 
-def published(name, value, printed, unit="1", source=STUDY):
+def check_value(name, value, printed, unit="1", source=STUDY):
     """Return a computed value with a published number; they agree within half a unit of its last digit.
 
     Parameters
@@ -23,7 +23,7 @@ def published(name, value, printed, unit="1", source=STUDY):
 
     Examples
     --------
-    >>> published("speed", 0.8760312, "0.876031").agrees
+    >>> check_value("speed", 0.8760312, "0.876031").agrees
     True
     """
     decimals = len(printed.partition(".")[2])

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from basin_map import draw_map
 from drawing import STYLE
-from published import published
+from published import check_value
 from rimless_closed_forms import fastest_speed, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
@@ -36,7 +36,7 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
         axes.set(xlabel=r"friction $\mu$", ylabel=rf"initial rate $\dot\theta$ [{RATE}]")
         figure.legend(handles=handles, loc="outside right upper")
     numbers = tuple(
-        published(f"basin of Type {kind}, mu = {friction:g}: upper end", _upper_end(friction), printed, "rad/tau_c")
+        check_value(f"basin of Type {kind}, mu = {friction:g}: upper end", _upper_end(friction), printed, "rad/tau_c")
         for kind, friction, printed in (("B", 0.3, "1.142"), ("A", 1.0, "1.137"))
     )
     return Reproduction(figure, numbers)

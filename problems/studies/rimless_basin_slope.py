@@ -9,7 +9,7 @@ import math
 import numpy as np
 from basin_map import draw_map
 from drawing import STYLE
-from published import CLOSED_FORM, published
+from published import CLOSED_FORM, check_value
 from rimless_closed_forms import fastest_speed, gait_speed, slope_range, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
@@ -61,8 +61,8 @@ def _numbers():
     place = f"basin of Type A, alpha = {SLOPE:g} deg, unlimited friction"
     exact = fastest_speed(SPOKES, INERTIA_RATIO, math.radians(SLOPE))
     return (
-        published(f"{place}: lower end", lower, "0.0872", "rad/tau_c"),
-        published(f"{place}: upper end", upper, "0.9595", "rad/tau_c"),
+        check_value(f"{place}: lower end", lower, "0.0872", "rad/tau_c"),
+        check_value(f"{place}: upper end", upper, "0.9595", "rad/tau_c"),
         PublishedValue(f"{place}: upper end, closed form", upper, exact, 1e-8, CLOSED_FORM, "rad/tau_c"),
     )
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from drawing import GAIT_STYLE, STYLE
-from published import OWN, published
+from published import OWN, check_value
 from rimless_setup import RATE, SLOPE, gait, speed_of
 from scipy.optimize import brentq
 
@@ -58,18 +58,18 @@ def _numbers(branches):
     sticks, slips = "Type B, stick slip+ | stick", "Type B, slip+ stick slip+ | stick"
     still = brentq(lambda friction: _complete_slip(branches, friction).drift, 0.2, 0.28, xtol=1e-9)
     return (
-        published(f"{sticks}: least friction", _end(branches["B, towards C"]), "0.2676", source=OWN),
-        published(f"{sticks}: greatest friction", _end(branches["B"]), "0.9141", source=OWN),
-        published(f"{slips}: least friction", _end(branches["B, slip first"]), "0.2450", source=OWN),
-        published("Type B: least friction, rounded", _end(branches["B, slip first"]), "0.25"),
-        published("Type B: greatest friction, rounded", _end(branches["B"]), "0.91"),
-        published("Type C: least friction (tan alpha)", _end(branches["C"]), "0.23087", source=OWN),
-        published("Type C: greatest friction", _end(branches["C, towards B"]), "0.2450", source=OWN),
-        published("Type C: least friction, rounded", _end(branches["C"]), "0.24"),
-        published("Type C: greatest friction, rounded", _end(branches["C, towards B"]), "0.25"),
-        published("Type D: least friction", _end(branches["D, less friction"]), "0.10"),
-        published("Type D: greatest friction (lifts off)", _end(branches["D"]), "0.32"),
-        published("Type D: friction at which xd is constant (tan alpha)", still, "0.23087"),
+        check_value(f"{sticks}: least friction", _end(branches["B, towards C"]), "0.2676", source=OWN),
+        check_value(f"{sticks}: greatest friction", _end(branches["B"]), "0.9141", source=OWN),
+        check_value(f"{slips}: least friction", _end(branches["B, slip first"]), "0.2450", source=OWN),
+        check_value("Type B: least friction, rounded", _end(branches["B, slip first"]), "0.25"),
+        check_value("Type B: greatest friction, rounded", _end(branches["B"]), "0.91"),
+        check_value("Type C: least friction (tan alpha)", _end(branches["C"]), "0.23087", source=OWN),
+        check_value("Type C: greatest friction", _end(branches["C, towards B"]), "0.2450", source=OWN),
+        check_value("Type C: least friction, rounded", _end(branches["C"]), "0.24"),
+        check_value("Type C: greatest friction, rounded", _end(branches["C, towards B"]), "0.25"),
+        check_value("Type D: least friction", _end(branches["D, less friction"]), "0.10"),
+        check_value("Type D: greatest friction (lifts off)", _end(branches["D"]), "0.32"),
+        check_value("Type D: friction at which xd is constant (tan alpha)", still, "0.23087"),
     )
 
 

@@ -5,8 +5,8 @@ comes to rest, the type of the gait changes.
 """
 
 import numpy as np
-from drawing import STYLE, spelled
-from published import published
+from drawing import STYLE, format_sequence
+from published import check_value
 from rimless_setup import RATE, SPEED, gait, speed_of, walk
 
 from gaitopt.study import PublishedValue, Reproduction
@@ -18,7 +18,7 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # initial: [rad/t
     """Return the study."""
     motion = walk(rate, friction, foot_speed, steps).motion
     after = np.array([jump.v_next for jump in motion.jumps])  # per step: foot speed, 0, rate
-    sequences = [spelled(motion.sequence(step)) for step in range(len(after))]
+    sequences = [format_sequence(motion.sequence(step)) for step in range(len(after))]
     before, final = gait("D", friction), gait("B", friction)
     with STYLE.figure(4.8) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
@@ -35,7 +35,7 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # initial: [rad/t
     rest = 1 + int(np.argmax(after[:, 0] <= 0))
     source = "its periodic gait, computed by gaitopt"
     numbers = (
-        published("step in which xd reaches zero", rest, "15"),
+        check_value("step in which xd reaches zero", rest, "15"),
         PublishedValue("thd after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"),
     )
     return Reproduction(figure, numbers)

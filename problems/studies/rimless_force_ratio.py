@@ -5,7 +5,7 @@ The maximum of its modulus is the critical friction of the gait; the impulse rat
 
 import numpy as np
 from drawing import STYLE
-from published import CLOSED_FORM, published
+from published import CLOSED_FORM, check_value
 from rimless_closed_forms import force, gait_speed, velocity_ratio
 from rimless_setup import HALF, INERTIA_RATIO, SLOPE, SPOKES, gait, speed_of, walk
 
@@ -17,15 +17,15 @@ def study():
     cycle = gait("A", np.inf)
     need, slope = cycle.critical_friction, np.deg2rad(SLOPE)
     numbers = (
-        published("Type A: thd*", speed_of(cycle), "0.876031", "rad/tau_c"),
-        published("Type A: multiplier", cycle.multipliers[0].real, "0.734042"),
+        check_value("Type A: thd*", speed_of(cycle), "0.876031", "rad/tau_c"),
+        check_value("Type A: multiplier", cycle.multipliers[0].real, "0.734042"),
         _exact("thd*", speed_of(cycle), gait_speed(SPOKES, INERTIA_RATIO, slope), "rad/tau_c"),
         _exact("multiplier", cycle.multipliers[0].real, velocity_ratio(SPOKES, INERTIA_RATIO) ** 2, "1"),
-        published("Type A: critical friction", need.friction, "0.914"),
+        check_value("Type A: critical friction", need.friction, "0.914"),
         PublishedValue(
             "Type A: theta at the critical friction", need.state[2], HALF, 1e-6, "Gamus & Or 2015: +pi/10", "rad"
         ),
-        published("Type A: impulse ratio at touchdown", cycle.impact_ratio, "-0.2374"),
+        check_value("Type A: impulse ratio at touchdown", cycle.impact_ratio, "-0.2374"),
     )
     return Reproduction(_draw(cycle, slope), numbers)
 

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, key_of_modes, spelled
-from published import CLOSED_FORM, energy_balance, published
+from drawing import JUMP_LINE, STYLE, draw_by_mode, draw_jump, format_sequence, key_of_modes
+from published import CLOSED_FORM, check_value, energy_balance
 from rimless_setup import HALF, RATE, SPEED, gait, speed_of, walk
 
 from gaitopt import Mode
@@ -18,11 +18,11 @@ def study(foot_speed=0.3, steps=3):  # of Type D: initial value [l/tau_c], numbe
     """Return the study."""
     cycles = {kind: gait(kind, friction) for kind, friction in FRICTION.items()}
     numbers = (
-        published("Type B, mu = 0.3: thd*", speed_of(cycles["B"]), "0.88075", "rad/tau_c"),
-        published("Type B, mu = 0.3: multiplier", cycles["B"].radius, "0.7623"),
-        published("Type D, mu = 0.3: thd*", speed_of(cycles["D"]), "1.07204", "rad/tau_c"),
-        published("Type D, mu = 0.3: multiplier", cycles["D"].radius, "0.356"),
-        published("Type D, mu = 0.3: change of xd per step", cycles["D"].drift, "-0.0517", "l/tau_c"),
+        check_value("Type B, mu = 0.3: thd*", speed_of(cycles["B"]), "0.88075", "rad/tau_c"),
+        check_value("Type B, mu = 0.3: multiplier", cycles["B"].radius, "0.7623"),
+        check_value("Type D, mu = 0.3: thd*", speed_of(cycles["D"]), "1.07204", "rad/tau_c"),
+        check_value("Type D, mu = 0.3: multiplier", cycles["D"].radius, "0.356"),
+        check_value("Type D, mu = 0.3: change of xd per step", cycles["D"].drift, "-0.0517", "l/tau_c"),
         _drift(cycles["D"]),
         *(energy_balance(f"Type {kind}", cycles[kind], 1.0) for kind in "ABC"),
     )
@@ -33,7 +33,7 @@ def study(foot_speed=0.3, steps=3):  # of Type D: initial value [l/tau_c], numbe
             motion = walk(speed_of(cycle), FRICTION[kind], start, steps if kind == "D" else 1).motion
             _draw_portrait(column[0], motion, 2, "q_next")
             _draw_portrait(column[1], motion, 0, "q_next")
-            column[0].set_title(f"Type {kind}, $\\mu$ = {FRICTION[kind]:g}\n{spelled(cycle.sequence)}")
+            column[0].set_title(f"Type {kind}, $\\mu$ = {FRICTION[kind]:g}\n{format_sequence(cycle.sequence)}")
             column[1].set_xlabel(r"angle $\theta$ [deg]")
             column[1].set_xticks([-18, 0, 18])
         for axes in rows[0]:

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 from drawing import STYLE
-from published import published
+from published import check_value
 from rimless_closed_forms import gait_speed, slope_range
 from rimless_setup import INERTIA_RATIO, SPOKES, walk
 
@@ -48,8 +48,8 @@ def study(
     lower, upper = np.rad2deg(slope_range(SPOKES, INERTIA_RATIO))
     place = f"n = {SPOKES}, kappa = 1/3"
     numbers = (
-        published(f"least slope of Type A, {place} (rolls over)", lower, "1.40", "deg"),
-        published(f"greatest slope of Type A, {place} (keeps contact)", upper, "14.71", "deg"),
+        check_value(f"least slope of Type A, {place} (rolls over)", lower, "1.40", "deg"),
+        check_value(f"greatest slope of Type A, {place} (keeps contact)", upper, "14.71", "deg"),
     )
     return Reproduction(figure, numbers, tuple(wrong))
 

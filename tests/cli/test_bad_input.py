@@ -133,7 +133,7 @@ def test_gait_files_that_cannot_be(command, folder, slip_file, verb):
     refused(command(verb, "gait.h5"), folder, ["gait.h5"], said="gait.h5")
     (folder / "gait.h5").write_text("not HDF5")
     refused(command(verb, "gait.h5"), folder, ["gait.h5"], said="gait.h5")
-    refused(command(verb, folder), folder, ["gait.h5"], said="is a folder; name a file in it, such as")
+    refused(command(verb, folder), folder, ["gait.h5"], said="is a folder; give a file in it, such as")
 
 
 @pytest.mark.parametrize("verb", ["show", "verify"])

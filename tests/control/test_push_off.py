@@ -17,6 +17,7 @@ from gaitopt import (
     simulate,
 )
 from gaitopt.control import control_function, law_inputs, make_memory
+from gaitopt.control.torque_noise import add_torque_noise
 from gaitopt.model.contacts.event import EventKind, law_event
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.delay import DelayedWalker
@@ -24,7 +25,6 @@ from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
-from gaitopt.study.robustness.torque_noise import add_torque_noise
 
 ROBOT, LEVEL = compass_biped(), {"slope": 0.0, "friction": 0.5}
 START = np.array([0, 0, -0.15, -0.15, 0, 0, 0.75, -0.5])

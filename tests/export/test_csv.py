@@ -55,7 +55,7 @@ def test_a_walk_of_several_steps(tmp_path, compass):
 def test_nothing_to_write(tmp_path):
     walk = simulate(compass_biped(), [0, 0, 1.6, 0], [0, 0, 1, 0], {})
     if not walk.motion.segments:
-        with pytest.raises(InputError, match="nothing to write"):
+        with pytest.raises(InputError, match="has no samples"):
             write_csv(walk.motion, tmp_path / "none.csv")
 
 

@@ -26,24 +26,24 @@ def fails(path, says):
 
 def test_missing_file(tmp_path):
     fails(tmp_path / "none.h5", "There is no file")
-    fails(tmp_path, "is a folder; name a file.")
+    fails(tmp_path, "is a folder; give a file.")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.9, 0.999])
 def test_truncated_file(path, share):
     content = path.read_bytes()
     path.write_bytes(content[: int(share * len(content))])
-    fails(path, "cannot be read as HDF5")
+    fails(path, "not a readable HDF5 file")
 
 
 def test_random_bytes(path, rng):
     path.write_bytes(rng.bytes(20_000))
-    fails(path, "cannot be read as HDF5")
+    fails(path, "not a readable HDF5 file")
 
 
 def test_text_file(path):
     path.write_text("this is not a gait\n" * 100)
-    fails(path, "cannot be read as HDF5")
+    fails(path, "not a readable HDF5 file")
 
 
 @pytest.mark.parametrize("error", [RuntimeError, OSError, ValueError, AttributeError])

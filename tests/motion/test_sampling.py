@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Mode
-from gaitopt.motion.sampling import make_jump, make_motion, make_segment
+from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, make_motion, make_segment
 from tests.newton_euler.compass import HandCompass
 
 
@@ -21,14 +21,16 @@ def test_a_segment_has_the_forces_powers_and_energies_of_its_states(compass, han
     made = make_segment(
         compass,
         p,
-        mode=Mode.STICK,
-        step=2,
-        time=np.arange(5.0),
-        q=q,
-        v=v,
-        torque=torque,
-        work=np.zeros((2, count)),
-        friction_work=np.zeros(count),
+        SegmentSamples(
+            mode=Mode.STICK,
+            step=2,
+            time=np.arange(5.0),
+            q=q,
+            v=v,
+            torque=torque,
+            work=np.zeros((2, count)),
+            friction_work=np.zeros(count),
+        ),
     )
     assert made.points.shape == (2, 3, count)
     for k in range(count):
@@ -46,14 +48,16 @@ def test_a_robot_without_actuators_gets_empty_torques(wheel):
     made = make_segment(
         wheel,
         p,
-        mode=Mode.STICK,
-        step=0,
-        time=np.arange(2.0),
-        q=np.zeros((3, 2)),
-        v=np.zeros((3, 2)),
-        torque=empty,
-        work=empty,
-        friction_work=np.zeros(2),
+        SegmentSamples(
+            mode=Mode.STICK,
+            step=0,
+            time=np.arange(2.0),
+            q=np.zeros((3, 2)),
+            v=np.zeros((3, 2)),
+            torque=empty,
+            work=empty,
+            friction_work=np.zeros(2),
+        ),
     )
     assert made.power.shape == (0, 2)
     np.testing.assert_allclose(made.force, [[0, 0], [9.8, 9.8]], atol=1e-14)
@@ -66,13 +70,15 @@ def test_a_jump_loses_the_kinetic_energy_and_swaps_the_legs(compass, hand):
     made = make_jump(
         compass,
         p,
-        step=0,
-        time=0.7,
-        mode=Mode.STICK,
-        impulse=impulse,
-        q=np.array([0.3, 0, *th]),
-        v_minus=v,
-        v_plus=after,
+        TouchdownState(
+            step=0,
+            time=0.7,
+            mode=Mode.STICK,
+            impulse=impulse,
+            q=np.array([0.3, 0, *th]),
+            v_minus=v,
+            v_plus=after,
+        ),
     )
     before, left = (sum(m * w @ w / 2 for m, _, w in hand.bodies(th, rate[:2], rate[2:])) for rate in (v, after))
     assert made.energy_lost == pytest.approx(before - left, rel=1e-10)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, Limits, Newton, Status, WarmStart, solve, verify
-from gaitopt.ocp.bounds import Bounds
 from gaitopt.ocp.nlp import active_set
+from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
 from gaitopt.progress import silent
 

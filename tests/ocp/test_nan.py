@@ -9,8 +9,9 @@ import pytest
 
 from gaitopt import Collocation, Ipopt, Limits, Newton, Status, solve
 from gaitopt.ocp import solver as solver_module
-from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point
+from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult

@@ -78,7 +78,7 @@ def test_an_error_in_a_task_comes_through_and_ends_the_workers():
 
 
 def test_what_cannot_be_pickled_is_refused_before_anything_runs():
-    with pytest.raises(InputError, match=r"cannot be sent to worker processes \(TypeError: cannot pickle '_thread"):
+    with pytest.raises(InputError, match=r"is not picklable for worker processes \(TypeError: cannot pickle '_thread"):
         results(works.add, chain(2), threading.Lock(), execution=TWO)
 
 

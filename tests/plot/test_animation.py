@@ -81,7 +81,7 @@ def test_a_setting_that_cannot_be_is_named(slipping, tmp_path, setting):
 
 
 def test_a_gait_of_nan_is_refused(not_a_number, tmp_path):
-    with pytest.raises(InputError, match="not made of numbers"):
+    with pytest.raises(InputError, match="not finite"):
         animate(not_a_number, tmp_path / "gait.gif")
 
 

@@ -19,7 +19,7 @@ from gaitopt import (
 )
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.study import basin_edges, ending_labels, ending_shares, save_basin
-from gaitopt.study.basins.basin_file import Endings, basin_question, endings_of, make_basin
+from gaitopt.study.basins.basin_file import Endings, basin_key, endings_of, make_basin
 from gaitopt.study.basins.basin_record import BasinRecord
 from gaitopt.study.basins.basin_walk import walk_over
 
@@ -123,7 +123,7 @@ def test_file_of_another_basin_is_not_overwritten(tmp_path):
     with pytest.raises(InputError, match=r"holds another study \(another axes\)"):
         basin(rimless_wheel(), WHEEL, {"theta_rate": [2.1]}, path=path)
     with pytest.raises(
-        InputError, match=r"\(another parameters: slope 0\.2268.* there, 0\.2 here\): name another place"
+        InputError, match=r"\(another parameters: slope 0\.2268.* stored, 0\.2 requested\): give another path"
     ):
         basin(rimless_wheel(), {"slope": 0.2}, {"theta_rate": [2.0]}, path=path)
 
@@ -163,12 +163,12 @@ def test_many_values_of_an_axis_fit_into_the_file(tmp_path):
         rimless_wheel(), WHEEL, {"theta_rate": rates}, passive(rimless_wheel()), SettlingCriterion(), ScipyEngine()
     )
     path = save_basin(walk.basin(walk.pending()), tmp_path / "basin.nc")
-    assert basin_question(load_basin(path)) == walk.question()
+    assert basin_key(load_basin(path)) == walk.key()
 
 
 def test_a_file_of_the_first_version_is_read_and_resumed(tmp_path):
     path, found = tmp_path / "basin.h5", basin(rimless_wheel(), WHEEL, GRID)
-    ends, question = endings_of(found), basin_question(found)
+    ends, question = endings_of(found), basin_key(found)
     outcome = ends.outcome.copy()
     outcome[3:] = -1
     with h5py.File(path, "w") as file:

@@ -40,7 +40,7 @@ def test_labels_tell_gaits_apart(pair, slip_gait):
     assert list(compare({"a": pair[0]}).gaits) == ["a"]
     with pytest.raises(InputError, match="a list, or a mapping of labels"):
         compare(load("docs/examples/compass_slip.h5"))
-    with pytest.raises(InputError, match="nothing to compare"):
+    with pytest.raises(InputError, match="needs at least one gait"):
         compare([])
 
 

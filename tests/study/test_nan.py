@@ -53,7 +53,7 @@ def test_no_step_repeats_within_nan(compass):
 
 
 def test_a_place_in_a_sweep_that_is_nan_is_refused(problem, tmp_path):
-    sweep(problem, friction=[0.19], starts=1, path=tmp_path / "found.nc")
+    sweep(problem, {"friction": [0.19]}, starts=1, path=tmp_path / "found.nc")
     assert load_sweep_gait(tmp_path / "found.nc", "stick | stick", friction=0.19).status is Status.SOLVED
     with pytest.raises(InputError, match="friction must be a finite number, got nan"):
         load_sweep_gait(tmp_path / "found.nc", "stick | stick", friction=np.nan)

@@ -16,8 +16,8 @@ from gaitopt import (
     load,
     step_lqr,
 )
+from gaitopt.control.torque_noise import add_torque_noise
 from gaitopt.study import WalkTest, assess_robustness
-from gaitopt.study.robustness.torque_noise import add_torque_noise
 
 
 @pytest.fixture(scope="module")

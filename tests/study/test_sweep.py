@@ -177,7 +177,7 @@ def test_a_full_disk_loses_nothing(whole, tmp_path, full_disk):
 def test_another_sweep_is_not_mixed_in(tmp_path):
     path = tmp_path / "frontier.nc"
     sweep(quick_problem(), {"friction": [0.18]}, starts=1, path=path)
-    with pytest.raises(InputError, match=r"holds another study \(another axes\): name another place"):
+    with pytest.raises(InputError, match=r"holds another study \(another axes\): give another path"):
         sweep(quick_problem(), {"friction": [0.19]}, starts=1, path=path)
     with pytest.raises(InputError, match="another problem"):
         sweep(quick_problem(speed=0.6), {"friction": [0.18]}, starts=1, path=path)

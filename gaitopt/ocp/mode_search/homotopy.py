@@ -7,11 +7,11 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.transcription.relaxation import ExactPenalty, Relaxation
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.parameters import bounded, counted, instance_of
+from gaitopt.parameters import instance_of, number_within, whole_number
 from gaitopt.progress import HomotopyIteration, SolveObserver
 
 LEAST_BARRIER, MOST_BARRIER = 1e-8, 1e-2
@@ -50,11 +50,11 @@ class Homotopy:
     relaxation: Relaxation = field(
         factory=ExactPenalty, validator=instance_of(Relaxation, example="a relaxation such as ExactPenalty()")
     )
-    first: float = field(default=0.1, validator=bounded(lower=1e-7, upper=1e3))
-    factor: float = field(default=0.01, validator=bounded(lower=1e-4, upper=0.9))
-    tolerance: float = field(default=1e-6, validator=bounded(lower=1e-7, upper=1e-2))
-    max_steps: int = field(default=10, validator=counted(1, 100))
-    intervals: int = field(default=40, validator=counted(10, 400))
+    first: float = field(default=0.1, validator=number_within(lower=1e-7, upper=1e3))
+    factor: float = field(default=0.01, validator=number_within(lower=1e-4, upper=0.9))
+    tolerance: float = field(default=1e-6, validator=number_within(lower=1e-7, upper=1e-2))
+    max_steps: int = field(default=10, validator=whole_number(1, 100))
+    intervals: int = field(default=40, validator=whole_number(10, 400))
 
 
 @dataclass(frozen=True, eq=False)

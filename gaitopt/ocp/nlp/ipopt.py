@@ -14,11 +14,11 @@ from attrs import field, frozen
 from gaitopt.errors import InputError, suggest
 from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.bounds import Bounds
+from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
@@ -82,7 +82,7 @@ class Ipopt:
     """
 
     tolerance: float = field(default=1e-8, validator=positive())
-    max_iterations: int = field(default=500, validator=counted(0, MOST_ITERATIONS))
+    max_iterations: int = field(default=500, validator=whole_number(0, MOST_ITERATIONS))
     time_limit: float = field(default=math.inf, validator=positive("s", infinite=True))
     linear_solver: str = field(default="mumps", validator=_check_linear_solver)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.ocp.sparse_entries import Entries, scatter
+from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

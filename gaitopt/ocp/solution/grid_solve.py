@@ -11,9 +11,10 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.solution import Solution
-from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, transfer_solution
+from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem

@@ -10,7 +10,7 @@ from scipy.integrate import DOP853
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
-from gaitopt.motion.sampling import make_jump, make_motion, make_segment
+from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, make_motion, make_segment
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
@@ -70,9 +70,7 @@ def _segment(
     n = len(robot.angles)
     slide, speed = (states[2 * n], states[2 * n + 1]) if phase.mode.slips else np.zeros((2, samples))
     still = np.zeros(samples)
-    return make_segment(
-        robot,
-        p,
+    sampled = SegmentSamples(
         mode=phase.mode,
         step=0,
         time=time + np.linspace(0, duration, samples),
@@ -83,6 +81,7 @@ def _segment(
         friction_work=energy[n_u],
         damping_work=energy[-1] if robot.has_dampers else None,
     )
+    return make_segment(robot, p, sampled)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,9 +209,7 @@ def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Ju
     speed = x[layout[Unknown.SLIDE, first.number][1, 0]] if first.mode.slips else 0.0
     v_next = np.concatenate([[speed, 0.0], x[layout[Unknown.RATES][:, 0]]])
     q = last.q[:, -1]
-    return make_jump(
-        robot,
-        p,
+    touchdown = TouchdownState(
         step=0,
         time=float(last.time[-1]),
         mode=transcription.structure.sequence.impact,
@@ -221,3 +218,4 @@ def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Ju
         v_minus=last.v[:, -1],
         v_plus=np.asarray(robot.unswap(q, v_next, p)).ravel(),
     )
+    return make_jump(robot, p, touchdown)

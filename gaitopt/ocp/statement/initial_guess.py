@@ -14,7 +14,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
-from gaitopt.parameters import bounded, counted
+from gaitopt.parameters import number_within, whole_number
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,8 +176,8 @@ class RandomPerturbation(Guess):
     'scattered line, seed 3'
     """
 
-    seed: int = field(validator=counted(0))
-    amplitude: float = field(default=0.1, validator=bounded("rad", lower=0.0))
+    seed: int = field(validator=whole_number(0))
+    amplitude: float = field(default=0.1, validator=number_within("rad", lower=0.0))
 
     def durations(self, setting: Setting) -> Array:
         """Return typical durations."""

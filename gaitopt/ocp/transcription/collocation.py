@@ -22,7 +22,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.scheme import Point, Scheme
-from gaitopt.parameters import counted
+from gaitopt.parameters import whole_number
 
 MOST_POINTS = 6
 """Refinement raises the order up to this many points; beyond, the torque's grid is what limits a plan."""
@@ -129,7 +129,7 @@ class Collocation(Method):
     'collocation, 4 Lobatto points'
     """
 
-    points: int = field(default=4, validator=counted(3, 8))
+    points: int = field(default=4, validator=whole_number(3, 8))
 
     @property
     def name(self) -> str:

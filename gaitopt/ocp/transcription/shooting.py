@@ -9,7 +9,7 @@ from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.nlp.keys import Key
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.scheme import Point, Scheme
-from gaitopt.parameters import counted
+from gaitopt.parameters import whole_number
 
 MOST_SUBSTEPS = 8
 """Refinement of the integration ends here; a plan still too coarse then fails its replay and is reported as such."""
@@ -77,7 +77,7 @@ class MultipleShooting(Method):
     (10, 40)
     """
 
-    substeps: int = field(default=1, validator=counted(1, 64))
+    substeps: int = field(default=1, validator=whole_number(1, 64))
 
     @property
     def name(self) -> str:

@@ -8,7 +8,7 @@ from attrs import field, frozen
 from gaitopt.model.contacts.event import HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.taylor.compiled_programs import program_with_outputs, program_with_variations
@@ -37,7 +37,7 @@ class HeyokaEngine:
 
     tolerance: float = field(default=1e-15, validator=positive())
     compact_mode: bool = True
-    samples: int = field(default=8, validator=counted())
+    samples: int = field(default=8, validator=whole_number())
     name = "heyoka"
 
     def flow(

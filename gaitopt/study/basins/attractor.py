@@ -1,4 +1,4 @@
-"""Where a walk ends: step by step until it repeats or fails."""
+"""Attractors: a walk is simulated step by step until it repeats or fails."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from attrs import field, frozen
 
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
@@ -17,16 +17,16 @@ UNSETTLED = "unsettled"
 
 @dataclass(frozen=True, eq=False)
 class WalkEnding:
-    """How a walk ended.
+    """The ending of a walk.
 
     Attributes
     ----------
     label : str
-        Contact sequences of the gait it settled in, the key of a :class:`gaitopt.Stop`, or ``"unsettled"``.
+        Contact sequences of the gait it converged to, the key of a :class:`gaitopt.Stop`, or ``"unsettled"``.
     z : (n_z,) array
         Last point on the section with foot speed.
     steps : int
-        Steps taken.
+        Number of steps.
     """
 
     label: str
@@ -36,16 +36,16 @@ class WalkEnding:
 
 @frozen(kw_only=True)
 class SettlingCriterion:
-    """When a walk counts as settled.
+    """Criterion by which a walk counts as converged to a gait.
 
     Attributes
     ----------
     steps : int
-        Most steps taken.
+        Maximum number of steps.
     tolerance : float
-        Largest change of the state over a period, for two periods in a row, of a walk that repeats.
+        Largest change of the state over a period, for two consecutive periods, for which the walk repeats.
     longest_period : int
-        Longest period looked for, in steps; the contact sequences of its steps are joined by ``"; "``.
+        Longest period that is detected, in steps; the contact sequences of its steps are joined by ``"; "``.
 
     Examples
     --------
@@ -53,16 +53,17 @@ class SettlingCriterion:
     1e-06
     """
 
-    steps: int = field(default=100, validator=counted())
+    steps: int = field(default=100, validator=whole_number())
     tolerance: float = field(default=1e-6, validator=positive())
-    longest_period: int = field(default=4, validator=counted())
+    longest_period: int = field(default=4, validator=whole_number())
 
 
 def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None = None) -> WalkEnding:
-    """Walk from a point of the section with foot speed until the walk repeats, fails, or patience ends.
+    """Walk from a point of the section with foot speed until it repeats, fails, or reaches the maximum number of steps.
 
-    A gait that slips throughout repeats in all but its foot speed, and is settled only if that speed drifts away from
-    zero; where it drifts towards zero the foot comes to rest sooner or later and the walk goes on to another gait.
+    A gait that slips throughout repeats in all coordinates but its foot speed, and counts as converged only if that
+    speed drifts away from zero; if it drifts towards zero, the foot comes to rest and the walk converges to another
+    gait.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None =
     patience = patience or SettlingCriterion()
     section = Section(walker.robot, walker.p, sliding=True)
     state, places = section.embed(z), section.places
-    # Floats: for so few numbers much faster than arrays.
+    # Floats are much faster than arrays for a few numbers.
     point, strides = state[places].tolist(), list[Stride]()
     points, calm, tolerance = [point], [0] * (patience.longest_period + 1), patience.tolerance
     for step in range(1, patience.steps + 1):
@@ -84,7 +85,7 @@ def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None =
         state, point = stride.following, stride.following[places].tolist()
         for period in range(1, min(step, patience.longest_period) + 1):
             before = points[-period]
-            # Most walks that do not repeat show it in their first coordinate.
+            # The first coordinate shows that most walks do not repeat.
             if abs(point[0] - before[0]) > tolerance or not _repeats(before, point, stride, tolerance):
                 calm[period] = 0
                 continue
@@ -97,7 +98,7 @@ def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None =
 
 
 def _repeats(before: list[float], after: list[float], stride: Stride, tolerance: float) -> bool:
-    """Return whether two points are the same; in complete slip, up to a foot speed that drifts away from zero."""
+    """Return whether two points are equal; in complete slip, except for a foot speed that drifts away from zero."""
     if stride.impact is not None and slips_throughout(stride.modes, stride.impact.mode):
         if (after[-1] - before[-1]) * after[-1] <= 0:
             return False
@@ -106,7 +107,7 @@ def _repeats(before: list[float], after: list[float], stride: Stride, tolerance:
 
 
 def _label(strides: list[Stride]) -> str:
-    """Return the contact sequences of a period from the first in alphabetical order on, whichever step came last."""
+    """Return the contact sequences of a period, starting with the first in alphabetical order."""
     sequences = [
         str(ContactSequence(stride.modes, stride.impact.mode))
         for stride in strides

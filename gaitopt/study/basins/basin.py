@@ -1,4 +1,4 @@
-"""Basins: in which gait, or how, walks end that start on a grid."""
+"""Basins of attraction: the endings of walks from a grid of initial states."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.study.basins.attractor import SettlingCriterion
-from gaitopt.study.basins.basin_file import PENDING, basin_question, endings_of, load_basin
+from gaitopt.study.basins.basin_file import PENDING, basin_key, endings_of, load_basin
 from gaitopt.study.basins.basin_record import BasinRecord
 from gaitopt.study.basins.basin_walk import axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHUNK = 200
-"""Starts in a task."""
+"""Number of starts in a task."""
 
 
 def basin(
@@ -41,7 +41,7 @@ def basin(
     execution: Execution | None = None,
     path: str | Path | None = None,
 ) -> "xr.Dataset":
-    """Return where walks end that start on a grid of one or two axes.
+    """Return the endings of walks that start on a grid of one or two axes.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def basin(
     execution : Execution, optional
         Workers, and the observer of (starts done, starts in all); this process alone by default.
     path : str or Path, optional
-        NetCDF file that keeps what is done; the same call with the same file resumes.
+        NetCDF file that stores finished starts; the same call with the same file resumes.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def basin(
     InputError
         If an axis, a parameter or a coordinate is unknown or its value invalid, or the file belongs to another basin.
     ArchiveError
-        If the file cannot be written, such as on a full disk; what it held is kept.
+        If the file is not writable, such as on a full disk; its earlier content is kept.
 
     Examples
     --------
@@ -89,9 +89,9 @@ def basin(
     walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law, robot))
     known = walk.pending()
     if path is not None and path.exists():
-        held = load_basin(path)
-        check_same_study(basin_question(held), walk.question(), path)
-        known = endings_of(held)
+        stored = load_basin(path)
+        check_same_study(basin_key(stored), walk.key(), path)
+        known = endings_of(stored)
     pending = np.flatnonzero(known.outcome == PENDING)
     planned = [Task(str(i), pending[i : i + CHUNK]) for i in range(0, pending.size, CHUNK)]
     record, observer = BasinRecord(known, walk.basin, path), execution.observer
@@ -111,12 +111,12 @@ def basin_edges(
     patience: SettlingCriterion | None = None,
     engine: Engine | None = None,
 ) -> tuple[tuple[float, str, str], ...]:
-    """Return where the ending of walks changes along one axis: (value, ending below, ending above).
+    """Return the values at which the ending changes along one axis: (value, ending below, ending above).
 
     Parameters
     ----------
     fixed : mapping of str to float
-        As of :func:`basin`.
+        As in :func:`basin`.
     axes : mapping of str to sequence of float
         One coordinate of the section or parameter with increasing values, at least two: each change of the ending
         between neighbours is located by bisection.
@@ -142,8 +142,8 @@ def basin_edges(
     Parameter("tolerance", 1e-9, "1", "", lower=0, lower_open=True).check(tolerance)
     if len(axes) != 1:
         raise InputError(f"Edges of a basin need one axis, got {len(axes)}: {', '.join(axes) or 'none'}.")
-    ((name, given),) = axes.items()
-    points, law = axis_values_of(name, given), law or passive(robot)
+    ((name, values),) = axes.items()
+    points, law = axis_values_of(name, values), law or passive(robot)
     if points.size < 2 or np.any(np.diff(points) <= 0):
         raise InputError(f"The axis {name!r} needs increasing values, at least two, got {points.tolist()}.")
     walk = walk_over(

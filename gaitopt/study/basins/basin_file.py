@@ -1,4 +1,4 @@
-"""Basins as labelled datasets, and in NetCDF files."""
+"""Basins as labelled datasets and as NetCDF files."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 KIND, VERSION, PENDING = "basin", 2, -1
 
 SAME_STATE = 1e-4
-"""Largest difference of the last state of a walk from that of a gait in which it has ended (SI units)."""
+"""Largest difference between the last state of a walk and a gait for which the walk ends in that gait (SI units)."""
 
 _SEPARATOR = ", "
-"""Between labels in the attribute ``flag_meanings``; labels hold blanks, but no commas."""
+"""Separator of labels in the attribute ``flag_meanings``; labels contain blanks, but no commas."""
 
 _UNITS = {"_rate": "rad/s", "foot_speed": "m/s"}
-"""Units of coordinates of the section by the ends of their names; others are angles."""
+"""Units of section coordinates by the suffix of their names; all others are angles."""
 
 
 @dataclass(frozen=True, eq=False)
 class Endings:
-    """How walks ended.
+    """The endings of walks.
 
     Attributes
     ----------
@@ -53,26 +53,24 @@ class Endings:
     final: Array
 
 
-def make_basin(
-    question: dict[str, Any], units: dict[str, str], coordinates: Sequence[str], ends: Endings
-) -> "xr.Dataset":
+def make_basin(key: dict[str, Any], units: dict[str, str], coordinates: Sequence[str], ends: Endings) -> "xr.Dataset":
     """Return a basin as a dataset.
 
     Parameters
     ----------
-    question : dict
+    key : dict
         Robot, parameters, base, axes and method, as returned by
-        :meth:`gaitopt.study.basins.basin_walk.BasinWalk.question`.
+        :meth:`gaitopt.study.basins.basin_walk.BasinWalk.key`.
     units : dict of str to str
         Units of the robot's parameters.
     coordinates : sequence of str
         Names of the n_z coordinates of the section.
     ends : Endings
-        Of the starts in C order of the axes.
+        Endings of the starts, in C order of the axes.
     """
     import xarray as xr
 
-    axes = {name: np.array(values) for name, values in question["axes"].items()}
+    axes = {name: np.array(values) for name, values in key["axes"].items()}
     dims, shape = tuple(axes), tuple(values.size for values in axes.values())
     flags = {
         "long_name": "how the walk ends",
@@ -86,13 +84,13 @@ def make_basin(
         "final": ((*dims, "coordinate"), ends.final.reshape(*shape, -1), {"long_name": "last point on the section"}),
     }
     named: dict[str, Any] = {name: (name, values, {"units": _unit(name, units)}) for name, values in axes.items()}
-    asked = {name: part for name, part in question.items() if name != "axes"}
+    stored = {name: part for name, part in key.items() if name != "axes"}
     attributes = {
-        "title": f"{question['robot']}: where walks end",
+        "title": f"{key['robot']}: where walks end",
         "format": f"gaitopt {KIND}",
         "format_version": VERSION,
         "complete": int(np.all(ends.outcome != PENDING)),
-        "question": json.dumps(plain(asked)),
+        "question": json.dumps(plain(stored)),
         "versions": json.dumps(versions()),
     }
     return xr.Dataset(table, named | {"coordinate": list(coordinates)}, attributes)
@@ -102,8 +100,8 @@ def _unit(name: str, units: dict[str, str]) -> str:
     return units.get(name) or next((unit for end, unit in _UNITS.items() if name.endswith(end)), "rad")
 
 
-def basin_question(table: "xr.Dataset") -> dict[str, Any]:
-    """Return the question of a basin: robot, parameters, base, axes and method, as plain data."""
+def basin_key(table: "xr.Dataset") -> dict[str, Any]:
+    """Return the key of a basin: robot, parameters, base, axes and method, as plain data."""
     axes = {str(name): table[name].values.tolist() for name in table.ending.dims}
     return json.loads(table.attrs["question"]) | {"axes": axes}
 
@@ -177,12 +175,12 @@ def fraction_at(table: "xr.Dataset", state: Mapping[str, float], coordinates: Se
 
 
 def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
-    """Write a basin to a NetCDF file, whole or not at all.
+    """Write a basin to a NetCDF file atomically.
 
     Raises
     ------
     ArchiveError
-        If the file cannot be written, such as on a full disk.
+        If the file is not writable or the disk is full.
 
     Examples
     --------
@@ -221,9 +219,9 @@ def load_basin(path: str | Path) -> "xr.Dataset":
 
 
 def _read_version_1(file: Any) -> "xr.Dataset":
-    """Return a basin in the format before NetCDF, whose file does not name the coordinates of the last points."""
-    question = json.loads(file.attrs["question"])
-    axes = {name: file[f"axes/{name}"][...].tolist() for name in question["axes"]}
+    """Return a basin in the format before NetCDF, in which the coordinates of the last points have no names."""
+    key = json.loads(file.attrs["question"])
+    axes = {name: file[f"axes/{name}"][...].tolist() for name in key["axes"]}
     ends = Endings(
         labels=tuple(json.loads(file.attrs["labels"])),
         outcome=file["outcome"][...],
@@ -231,4 +229,4 @@ def _read_version_1(file: Any) -> "xr.Dataset":
         final=file["final"][...],
     )
     coordinates = list(map(str, range(ends.final.shape[1])))
-    return make_basin(question | {"axes": axes}, {}, coordinates, ends)
+    return make_basin(key | {"axes": axes}, {}, coordinates, ends)

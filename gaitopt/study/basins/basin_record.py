@@ -1,4 +1,4 @@
-"""A basin that is being computed, in memory and from time to time in its file."""
+"""Record of a basin while it is computed, in memory and periodically in its file."""
 
 import time
 from collections.abc import Callable
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAVE_EVERY, SAVE_SHARE = 1.0, 20.0
-"""Least time between two savings of the file [s], and in units of what one takes: a million starts take 50 MB."""
+"""Minimum time between two writes of the file [s], and as a multiple of the duration of a write."""
 
 Index = NDArray[np.intp]
 
 
 class BasinRecord:
-    """Endings by task, held in arrays: some fifty bytes a start.  A context, which ends with the file written.
+    """Endings of all starts in arrays, about fifty bytes per start; a context manager that writes the file on exit.
 
     Parameters
     ----------
     known : Endings
-        Endings of all starts, pending ones included; not changed.
+        Endings of all starts, pending ones included; it is not modified.
     make : callable
-        Makes the dataset of a basin from its endings.
+        Returns the dataset of a basin from its endings.
     path : Path or None
-        The file.
+        File of the basin.
     """
 
     def __init__(self, known: Endings, make: "Callable[[Endings], xr.Dataset]", path: Path | None) -> None:
@@ -41,7 +41,7 @@ class BasinRecord:
         self.finished = int(np.sum(known.outcome != PENDING))
 
     def __contains__(self, key: object) -> bool:
-        return False  # only starts that are pending become tasks
+        return False  # only pending starts become tasks
 
     def __setitem__(self, key: str, walked: tuple[Index, Endings]) -> None:
         index, endings = walked
@@ -53,7 +53,7 @@ class BasinRecord:
             self._save()
 
     def endings(self) -> Endings:
-        """Return the endings so far; labels are sorted, whatever came first."""
+        """Return the endings so far; labels are sorted, so that they do not depend on the order of the tasks."""
         names = list(self._numbers)
         order = sorted(range(len(names)), key=names.__getitem__)
         renumbered = np.full(len(self._numbers) + 1, PENDING, dtype=np.int16)  # the last one stands for PENDING, -1
@@ -69,7 +69,7 @@ class BasinRecord:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if not isinstance(error, ArchiveError):  # the file could not be written a moment ago
+        if not isinstance(error, ArchiveError):  # the last write of the file has failed
             self._save()
 
     def _save(self) -> None:

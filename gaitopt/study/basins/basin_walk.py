@@ -1,4 +1,4 @@
-"""What a basin asks of its workers: to walk from starts given by their values on axes."""
+"""Walks of a basin, simulated by workers from starts that are defined by their values on the axes."""
 
 import functools
 import itertools
@@ -29,19 +29,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class BasinWalk:
-    """A walker, and what its starts have in common; sent to a worker once.
+    """A walker and the common data of its starts; sent to each worker once.
 
     Attributes
     ----------
     robot : Robot
     parameters : dict of str to float
-        All of them; the values of axes take the place of theirs.
+        All parameters; the values of axes replace theirs.
     base : dict of str to float
-        Coordinates of the start that are no axes.
+        Coordinates of the start that are not axes.
     axes : dict of str to (n,) array
         Coordinates of the start, or parameters.
     law : Law
-    patience : Patience
+    patience : SettlingCriterion
     engine : Engine
     """
 
@@ -54,7 +54,7 @@ class BasinWalk:
     engine: Engine
 
     def method(self) -> dict[str, Any]:
-        """Return what the answer depends on besides robot, parameters and starts, as plain data."""
+        """Return the other data on which the result depends: the law and the criterion, as plain data."""
         return {"law": self.law.name, "law_digest": self.law.digest(), **attrs.asdict(self.patience)}
 
     @functools.cached_property
@@ -62,17 +62,17 @@ class BasinWalk:
         """Names of the coordinates of the section with foot speed."""
         return Section(self.robot, self.robot.vector(self.parameters), sliding=True).names
 
-    def question(self) -> dict[str, Any]:
-        """Return what the basin answers, as plain data: two with equal questions have equal answers."""
+    def key(self) -> dict[str, Any]:
+        """Return the key of the basin, as plain data: two basins with equal keys have equal results."""
         fixed = {name: value for name, value in self.parameters.items() if name not in self.axes}
-        question = {"robot": self.robot.name, "parameters": fixed, "base": self.base}
+        key = {"robot": self.robot.name, "parameters": fixed, "base": self.base}
         axes = {name: values.tolist() for name, values in self.axes.items()}
-        return plain(question | {"axes": axes, "method": self.method()})
+        return plain(key | {"axes": axes, "method": self.method()})
 
     def basin(self, ends: Endings) -> "xr.Dataset":
         """Return the basin with these endings of its starts."""
         units = {parameter.name: parameter.unit for parameter in self.robot.parameters}
-        return make_basin(self.question(), units, self.coordinates, ends)
+        return make_basin(self.key(), units, self.coordinates, ends)
 
     def pending(self) -> Endings:
         """Return the endings of a basin of which nothing is computed."""
@@ -81,18 +81,18 @@ class BasinWalk:
         return Endings((), outcome, steps, np.full((size, len(self.coordinates)), np.nan))
 
     def endings(self, points: Iterable[tuple[float, ...]]) -> Iterator[WalkEnding]:
-        """Walk from starts given by their values on the axes, one after another."""
+        """Walk from starts that are defined by their values on the axes, one after another."""
         robot = self.robot
         known = {parameter.name for parameter in robot.parameters}
         walker, last = None, None
         for point in points:
-            given = dict(zip(self.axes, point, strict=True))
-            parameters = {name: value for name, value in given.items() if name in known}
+            values = dict(zip(self.axes, point, strict=True))
+            parameters = {name: value for name, value in values.items() if name in known}
             if walker is None or parameters != last:
                 p = robot.vector(robot.resolve({**self.parameters, **parameters}))
                 walker, last = Walker(robot, self.law, p, self.engine), parameters
                 section = Section(robot, p, sliding=True)
-            start = {**self.base, **given}
+            start = {**self.base, **values}
             with defer_interrupt():
                 ending = classify_walk(walker, np.array([start[name] for name in section.names]), self.patience)
             yield ending
@@ -125,10 +125,10 @@ def walk_over(
     for name, values in varied.items():
         for value in values:
             known[name].check(value)
-    given = {name: value for name, value in fixed.items() if name in known and name not in axes}
-    # Bounds between parameters hold everywhere if they do in the corners.
+    constant = {name: value for name, value in fixed.items() if name in known and name not in axes}
+    # Bounds between parameters are satisfied on the whole grid if they are in its corners.
     corners = itertools.product(*((values.min(), values.max()) for values in varied.values()))
-    resolved = [robot.resolve({**given, **dict(zip(varied, corner, strict=True))}) for corner in corners]
+    resolved = [robot.resolve({**constant, **dict(zip(varied, corner, strict=True))}) for corner in corners]
     coordinates = Section(robot, robot.vector(resolved[0]), sliding=True).names
     for name in (*axes, *fixed):
         if name not in (*coordinates, *known):
@@ -140,11 +140,11 @@ def walk_over(
 
 
 def walk_starts(walk: BasinWalk, index: Index) -> tuple[Index, Endings]:
-    """Do a task: walk from some starts, given by their numbers in C order of the axes."""
+    """Run a task: walk from the starts with these numbers, in C order of the axes."""
     places = np.unravel_index(index, tuple(values.size for values in walk.axes.values()))
     columns = [values[place].tolist() for values, place in zip(walk.axes.values(), places, strict=True)]
-    found = list(walk.endings(zip(*columns, strict=True)))
-    labels = tuple(dict.fromkeys(ending.label for ending in found))
-    outcome = np.array([labels.index(ending.label) for ending in found], dtype=np.int16)
-    steps = np.array([ending.steps for ending in found], dtype=np.int32)
-    return index, Endings(labels, outcome, steps, np.array([ending.z for ending in found]))
+    endings = list(walk.endings(zip(*columns, strict=True)))
+    labels = tuple(dict.fromkeys(ending.label for ending in endings))
+    outcome = np.array([labels.index(ending.label) for ending in endings], dtype=np.int16)
+    steps = np.array([ending.steps for ending in endings], dtype=np.int32)
+    return index, Endings(labels, outcome, steps, np.array([ending.z for ending in endings]))

@@ -1,4 +1,4 @@
-"""How much a controlled gait takes: the largest disturbance of each kind it survives, by bisection."""
+"""Robustness margins of a controlled gait: the largest disturbance of each kind that it survives, by bisection."""
 
 import functools
 import math
@@ -9,23 +9,23 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.control.law import Law
+from gaitopt.control.torque_noise import add_torque_noise
 from gaitopt.errors import GaitoptError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
-from gaitopt.parameters import counted, positive
+from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker, make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
-from gaitopt.study.robustness.torque_noise import add_torque_noise
 
 DOUBLINGS = 6
-"""Between the first disturbance tried and the largest: what is survived among large ones may not be among small."""
+"""Number of doublings from the first disturbance to the largest; survival may not be monotonic in between."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class RobustnessMargins:
     ----------
     kind : str
     survived : float
-        The largest found to be survived, like all smaller ones tried; 0 where none is.
+        Largest disturbance survived, like all smaller ones tried; 0 if none is.
     failed : float or None
-        The smallest found not to be; None where the largest tried is survived.
+        Smallest disturbance not survived; None if the largest tried is survived.
     unit : str
 
     Examples
@@ -55,17 +55,18 @@ class RobustnessMargins:
 
 @frozen(kw_only=True)
 class WalkTest:
-    """How long a disturbed walker must walk, and how closely limits are located.
+    """Test of a disturbed walk: its number of steps, and the resolution of the margins.
 
     Attributes
     ----------
     steps : int
+        Number of steps that count as survival.
     patch : int
-        Steps on a patch of other friction.
+        Number of steps on a patch of other friction.
     seed : int
-        Of noise.
+        Seed of the torque noise.
     resolution : float
-        Relative width to which the largest disturbance is located.
+        Relative width to which a margin is located.
 
     Examples
     --------
@@ -73,9 +74,9 @@ class WalkTest:
     50
     """
 
-    steps: int = field(default=50, validator=counted())
-    patch: int = field(default=5, validator=counted())
-    seed: int = field(default=0, validator=counted(0))
+    steps: int = field(default=50, validator=whole_number())
+    patch: int = field(default=5, validator=whole_number())
+    seed: int = field(default=0, validator=whole_number(0))
     resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
@@ -92,17 +93,18 @@ def assess_robustness(
     """Return the largest disturbances a controlled gait survives, one kind at a time.
 
     Push: a change of the state after touchdown, from which all seeded starts return to the gait (:class:`Recovery`).
-    Slope: walked on for all steps, uphill and downhill.  Friction patch: the drop of friction over some steps in the
-    middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step and
-    added before the torque limits.  Sensor delay: age of the state the law reads (:mod:`gaitopt.simulation.delay`), up
-    to half the period.  In all but the push, surviving means to walk all steps, if need be in another gait.
+    Slope: a change of slope for all steps, uphill and downhill.  Friction patch: the drop of friction over some steps
+    in the middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step
+    and added before the torque limits.  Sensor delay: age of the state the law reads (:mod:`gaitopt.simulation.delay`),
+    up to half the period.  Except for the push, a disturbance is survived if all steps are walked, even in another
+    gait.
 
     Parameters
     ----------
     robot : Robot
     law : Law
     cycle : Cycle
-        Its gait of one step.
+        Gait of one step under the law.
     walking : WalkTest, optional
     test : PushTest, optional
     engine : Engine, optional
@@ -113,7 +115,7 @@ def assess_robustness(
     Raises
     ------
     GaitoptError
-        If worker processes die of a kind.
+        If worker processes repeatedly terminate while they try a kind.
 
     Examples
     --------
@@ -132,20 +134,20 @@ def assess_robustness(
         kinds.append("friction patch")
     if robot.n_u:
         kinds += ["torque noise", "sensor delay"]
-    planned, found = [Task(kind, kind) for kind in kinds], {}
+    planned, margins = [Task(kind, kind) for kind in kinds], {}
     execution = execution or Execution()
-    for done in run_tasks(_endured, planned, setting, execution=execution):
+    for done in run_tasks(_find_margin, planned, setting, execution=execution):
         if done.failure:
-            raise GaitoptError(f"The {done.task.key} could not be tried: {done.failure}.")
-        found[done.task.key] = done.result
+            raise GaitoptError(f"The margin of the {done.task.key} was not computed: {done.failure}.")
+        margins[done.task.key] = done.result
         if execution.observer is not None:
-            execution.observer(len(found), len(kinds))
-    return tuple(found[kind] for kind in kinds)
+            execution.observer(len(margins), len(kinds))
+    return tuple(margins[kind] for kind in kinds)
 
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """A controlled gait about to be disturbed."""
+    """A controlled gait and the tests of its disturbed walks."""
 
     robot: Robot
     law: Law
@@ -159,7 +161,7 @@ class _Setting:
         return make_walker(self.robot, law or self.law, parameters, period=period, engine=self.engine)
 
     def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> RobustnessMargins:
-        """Double the size of a disturbance until one is not survived, `most` at the latest, and bisect the rest."""
+        """Double a disturbance until one is not survived, up to `most`, and bisect the last interval."""
         lower, upper = 0.0, most / 2**DOUBLINGS
         while survives(upper):
             if upper == most:
@@ -170,16 +172,17 @@ class _Setting:
             lower, upper = (middle, upper) if survives(middle) else (lower, middle)
         return RobustnessMargins(kind, lower, upper, unit)
 
-    def pushed(self) -> RobustnessMargins:
-        found = largest_recovery(self.walker({}), self.cycle, self.test)
-        return RobustnessMargins("push", found.radius, found.beyond if math.isfinite(found.beyond) else None, "rad/s")
+    def push_margin(self) -> RobustnessMargins:
+        recovery = largest_recovery(self.walker({}), self.cycle, self.test)
+        beyond = recovery.beyond if math.isfinite(recovery.beyond) else None
+        return RobustnessMargins("push", recovery.radius, beyond, "rad/s")
 
     def on_slope(self, sign: int, change: float) -> bool:
         tilted = self.walker({"slope": self.cycle.parameters["slope"] + sign * change})
         return _walks(tilted, self.start, self.walking.steps) is not None
 
     def on_patch(self, drop: float) -> bool:
-        """Walk onto ground with less friction, off it again, and on."""
+        """Walk on ground with less friction, then on the nominal ground."""
         usual, slippery = self.walker({}), self.walker({"friction": self.cycle.parameters["friction"] - drop})
         state = _walks(slippery, self.start, self.walking.patch)
         rest = self.walking.steps - self.walking.patch
@@ -205,8 +208,8 @@ class _Setting:
         return self.cycle.section.embed(self.cycle.z)
 
 
-def _endured(setting: _Setting, kind: str) -> RobustnessMargins:
-    """Do a task: find the largest disturbance of a kind."""
+def _find_margin(setting: _Setting, kind: str) -> RobustnessMargins:
+    """Run a task: find the largest disturbance of a kind."""
     parameters, period = setting.cycle.parameters, setting.cycle.period
     trials: dict[str, tuple[Callable[[float], bool], float, str]] = {
         "downhill slope": (functools.partial(setting.on_slope, 1), 0.2, "rad"),
@@ -215,11 +218,11 @@ def _endured(setting: _Setting, kind: str) -> RobustnessMargins:
         "torque noise": (setting.with_noise, 10.0, "N m"),
         "sensor delay": (setting.with_delay, period / 2, "s"),
     }
-    return setting.pushed() if kind == "push" else setting.largest(kind, *trials[kind])
+    return setting.push_margin() if kind == "push" else setting.largest(kind, *trials[kind])
 
 
 def _walks(walker: Walker | DelayedWalker, state: Array, steps: int) -> Array | None:
-    """Return the state after some steps, or None if the walk ends before."""
+    """Return the state after some steps, or None if the walk ends earlier."""
     for _ in range(steps):
         following = walker.stride(state).following
         if following is None:

@@ -16,28 +16,28 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.ocp.statement.criteria import CostOfTransport, PositiveWork
 from gaitopt.reductions import rank_of
-from gaitopt.study.multistart import ALIKE, objective
+from gaitopt.study.multistart import SAME_COST, objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
 from gaitopt.study.storage.failure_reason import MERGED, explain_failure
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RankedGait:
-    """What became of a contact sequence.
+    """Result of the search for one contact sequence.
 
     Attributes
     ----------
     sequence : ContactSequence
     status : str
-        That of its gait; ``"merged"`` for a gait that is a shorter sequence in disguise, and no cheaper than what was
-        found with fewer phases; ``"impossible"``, ``"lost"`` when its process died, ``"pending"`` when the search was
+        Status of its gait; ``"merged"`` if the gait degenerates to a shorter sequence without a lower cost than the
+        gaits of fewer phases; ``"impossible"``; ``"lost"`` if its process died; ``"pending"`` if the search was
         interrupted before.
     reason : str
-        Why it is not ranked; empty when it is.
+        Reason why it is not ranked; empty if it is.
     gait : Gait or None
     merged_into : ContactSequence or None
     file : Path or None
-        Where the gait is kept.
+        File of the gait.
 
     Examples
     --------
@@ -54,13 +54,13 @@ class RankedGait:
 
     @property
     def ranked(self) -> bool:
-        """Whether its gait is solved, has passed its replay, and is no other contact sequence in disguise."""
+        """Whether its gait is solved, passes its replay, and does not degenerate to another contact sequence."""
         return self.status == "solved"
 
     def record(self) -> dict[str, Any]:
-        """Return the finding as plain data."""
+        """Return the result as plain data."""
         gait = self.gait if self.gait is not None and (self.ranked or self.status == MERGED) else None
-        verdict = None if self.gait is None else self.gait.verification
+        verification = None if self.gait is None else self.gait.verification
         return plain(
             {
                 "sequence": str(self.sequence),
@@ -70,7 +70,7 @@ class RankedGait:
                 "ranked_by": None if gait is None else gait.problem["objective"],
                 "cost": None if gait is None else ranking_cost(gait),
                 "phases": [] if gait is None else [[p.mode.value, p.duration] for p in gait.motion.segments],
-                "verification": None if verdict is None else dataclasses.asdict(verdict),
+                "verification": None if verification is None else dataclasses.asdict(verification),
                 "merged_into": None if self.merged_into is None else str(self.merged_into),
                 "file": None if self.file is None else str(self.file),
                 "reason": self.reason,
@@ -80,11 +80,11 @@ class RankedGait:
 
 @dataclass(frozen=True, eq=False)
 class Ranking:
-    """Contact sequences, ranked ones first and the cheapest before all.
+    """Contact sequences: ranked ones first, in order of cost.
 
     Attributes
     ----------
-    findings : tuple of Finding
+    findings : tuple of RankedGait
     complete : bool
         False if the search was interrupted.
 
@@ -102,16 +102,16 @@ class Ranking:
 
     @property
     def best(self) -> Gait:
-        """The cheapest gait.
+        """The gait of lowest cost.
 
         Raises
         ------
         InputError
-            If no contact sequence has one.
+            If no contact sequence has a gait.
         """
         first = self.findings[0]
         if not first.ranked or first.gait is None:
-            raise InputError(f"No contact sequence has a gait; '{first.sequence}', for one: {first.reason}.")
+            raise InputError(f"No contact sequence has a gait; for example '{first.sequence}': {first.reason}.")
         return first.gait
 
     def records(self) -> list[dict[str, Any]]:
@@ -120,11 +120,10 @@ class Ranking:
 
 
 def ranking_cost(gait: Gait) -> float:
-    """Return the number a solved gait is ranked by: the objective, free of the errors of its quadrature where known.
+    """Return the cost by which a solved gait is ranked: the objective, without its quadrature error if known.
 
-    For the cost of transport this is the one of the replayed step, or of the plan before a replay; positive work is
-    integrated over the motion like the cost of transport.  Any other objective is taken from the solver, in its own
-    unit.
+    The cost of transport is that of the replayed step, or of the plan before a replay; positive work is integrated over
+    the motion like the cost of transport.  Any other objective is that of the solver, in its unit.
 
     Examples
     --------
@@ -148,12 +147,12 @@ def ranking_cost(gait: Gait) -> float:
 
 
 def judge_gait(gait: Gait, shortest_phase: float, file: Path | None) -> RankedGait:
-    """Return what a gait makes of its contact sequence.
+    """Return the result for the contact sequence of a gait.
 
     Parameters
     ----------
     shortest_phase : float
-        The bound of the problem [s].
+        Lower bound of phase durations in the problem [s].
     """
     other = is_degenerate(gait, shortest_phase) if gait.status.ok else None
     if other is None:
@@ -165,23 +164,23 @@ def judge_gait(gait: Gait, shortest_phase: float, file: Path | None) -> RankedGa
 
 
 def rank_gaits(findings: list[RankedGait], complete: bool) -> Ranking:
-    """Return findings in order: ranked, merged, then the others.
+    """Return the ranking of results: ranked, merged, then the others.
 
-    A gait in disguise that is cheaper than all that was found with fewer phases is a gait of its own: its phase would
-    rather be shorter still, but not vanish.
+    A degenerate gait of lower cost than all gaits with fewer phases counts as a separate gait: its shortest phase is at
+    its bound, but the optimum without it is worse.
     """
     costs = [
         (len(finding.sequence.phases), objective(finding.gait)) for finding in findings if finding.gait is not None
     ]
 
-    def settled(finding: RankedGait) -> RankedGait:
+    def restore_separate(finding: RankedGait) -> RankedGait:
         gait, count = finding.gait, len(finding.sequence.phases)
         simpler = min((cost for phases, cost in costs if phases < count), default=math.inf)
-        if gait is None or finding.status != MERGED or objective(gait) >= (1 - ALIKE) * simpler:
+        if gait is None or finding.status != MERGED or objective(gait) >= (1 - SAME_COST) * simpler:
             return finding
         return replace(finding, status=gait.status.key, reason="", merged_into=None)
 
-    findings = [settled(finding) for finding in findings]
+    findings = [restore_separate(finding) for finding in findings]
     order = {"solved": 0, MERGED: 1}
 
     def place(finding: RankedGait) -> tuple[int, float]:
@@ -193,7 +192,7 @@ def rank_gaits(findings: list[RankedGait], complete: bool) -> Ranking:
 
 
 def save_ranking(ranking: Ranking, path: Path) -> None:
-    """Write a ranking as JSON, whole or not at all."""
+    """Write a ranking as JSON atomically."""
     with write_atomically(path) as temporary:
         content: Mapping[str, Any] = {"ranked": ranking.records(), "complete": ranking.complete}
         temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")

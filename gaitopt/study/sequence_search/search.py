@@ -1,4 +1,4 @@
-"""Search: which contact sequence walks cheapest."""
+"""Search for the contact sequence of lowest cost."""
 
 from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from pathlib import Path
@@ -11,7 +11,15 @@ from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
-from gaitopt.study.multistart import ALIKE, default_starts, objective, solve_coarse, solve_cold, solve_fine, verify_best
+from gaitopt.study.multistart import (
+    SAME_COST,
+    default_starts,
+    objective,
+    solve_coarse,
+    solve_cold,
+    solve_fine,
+    verify_best,
+)
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
@@ -25,8 +33,8 @@ from gaitopt.study.storage.study_key import study_key
 
 RANKING = "ranking.json"
 
-BORROWED = 1
-"""Starts a contact sequence takes over from its neighbours, the cheapest ones."""
+NEIGHBOUR_STARTS = 1
+"""Number of starts from neighbouring contact sequences, those of lowest cost."""
 
 
 def search(
@@ -40,37 +48,37 @@ def search(
 ) -> Ranking:
     """Find the optimal gait of every contact sequence, replay each, and rank them.
 
-    Each sequence is tried on a coarse grid from gaits of shorter sequences and from starts of its own; what is found
-    there is finished on the problem's grid.  Then each is tried once more from its cheapest neighbour, longer ones
-    included. The answer does not depend on the number of workers.
+    Each sequence is solved on a coarse grid from gaits of shorter sequences and from the default starts, and the best
+    of these solutions on the problem's grid.  Then each is solved again from its neighbour of lowest cost, longer ones
+    included.  The result does not depend on the number of workers.
 
     Parameters
     ----------
     problem : GaitProblem
-        Its own contact sequence does not matter.
+        Its contact sequence is ignored.
     max_phases : int
-        Longest contact sequences tried, 1 to 6 phases.
+        Largest number of phases, 1 to 6.
     starts : int
-        Starts of its own each sequence has: the problem's guess or a straight line, a passive cycle if one exists,
-        lines with random waves from fixed seeds.
+        Number of default starts of each sequence: the problem's guess or a straight line, a passive cycle if one
+        exists, lines with random perturbations from fixed seeds.
     sequences : iterable of ContactSequence or str, optional
-        Only these, each of them closed.
+        Sequences to solve instead of all, each without open phases.
     execution : Execution, optional
         Workers, and the observer of (steps done, steps in all); this process alone by default.
     directory : str or Path, optional
-        Folder that keeps a gait file for each contact sequence; the same call goes on from there.
+        Folder that stores a gait file for each contact sequence; the same call with the same folder resumes.
 
     Returns
     -------
     Ranking
-        Solved and replayed gaits first, cheapest first; then sequences in disguise, failures and impossible sequences,
-        each with the reason.  Interrupted, it ranks what was finished.
+        Solved and replayed gaits in order of cost; then degenerate ones, failures and impossible sequences, each with
+        the reason.  After an interrupt it ranks the finished sequences.
 
     Raises
     ------
     InputError
-        If a number or a sequence cannot be, a sequence leaves something open, the robot fails :func:`gaitopt.solve`'s
-        check, or the folder holds another study.
+        If a number or a sequence is invalid, a sequence has open phases, the robot fails the check of
+        :func:`gaitopt.solve`, or the folder holds another study.
 
     Examples
     --------
@@ -79,8 +87,8 @@ def search(
     ...     robot=compass_biped(), sequence="stick | stick", friction=0.14, speed=0.633, step_length=0.4713,
     ...     limits=Limits(torque=6), transcription=MultipleShooting(intervals=16),
     ... )
-    >>> found = search(problem, sequences=["stick | stick", "slip+ stick | slip+"], starts=1)
-    >>> [str(finding.sequence) for finding in found.findings]
+    >>> ranking = search(problem, sequences=["stick | stick", "slip+ stick | slip+"], starts=1)
+    >>> [str(finding.sequence) for finding in ranking.findings]
     ['slip+ stick | slip+', 'stick | stick']
     """
     check_count("starts", starts, 1, 1000)
@@ -89,27 +97,29 @@ def search(
     tried = tuple(sorted(dict.fromkeys(tried), key=lambda sequence: len(sequence.phases)))
     kept: MutableMapping[str, Gait] = {}
     if directory is not None:
-        asked = study_key(
+        key = study_key(
             problem.replace(sequence="stick | stick"), sequences=[str(sequence) for sequence in tried], starts=starts
         )
-        kept = GaitStore(directory, asked)
+        kept = GaitStore(directory, key)
     impossible = {sequence: reason for sequence in tried if (reason := explain_impossibility(sequence, problem))}
     planned = tasks([sequence for sequence in tried if sequence not in impossible], starts)
     execution = execution or Execution()
     running = run_tasks(solve_sequence, planned, problem, known=kept, execution=execution)
     lost = collect_tasks(running, kept, planned, execution.observer)
-    found = [RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=reason) for sequence, reason in impossible.items()]
-    found += [_finding(sequence, problem, kept, lost) for sequence in tried if sequence not in impossible]
-    ranking = rank_gaits(found, all(finding.status not in (LOST, PENDING) for finding in found))
+    findings = [
+        RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=reason) for sequence, reason in impossible.items()
+    ]
+    findings += [_finding(sequence, problem, kept, lost) for sequence in tried if sequence not in impossible]
+    ranking = rank_gaits(findings, all(finding.status not in (LOST, PENDING) for finding in findings))
     if isinstance(kept, GaitStore):
-        if ranking.complete:  # first looks have served
+        if ranking.complete:  # results of the first pass are no longer needed
             kept.keep_only(map(file_name_of, tried))
         save_ranking(ranking, kept.path / RANKING)
     return ranking
 
 
 def tasks(sequences: Sequence[ContactSequence], starts: int) -> list[Task]:
-    """Return the tasks of a search: a first look at each sequence after its shorter neighbours, then a second one."""
+    """Return the tasks of a search: a first pass over sequences after their shorter neighbours, then a second pass."""
     near = {sequence: [other for other in neighbours(sequence) if other in sequences] for sequence in sequences}
     shorter = {
         sequence: [other for other in near[sequence] if len(other.phases) < len(sequence.phases)]
@@ -139,18 +149,22 @@ def _first(sequence: ContactSequence) -> str:
     return f"{file_name_of(sequence)}.first"
 
 
-def solve_sequence(problem: GaitProblem, duty: tuple[ContactSequence, int], *found: Gait | None) -> Gait:
-    """Do one task of a search: a first look at a sequence (with so many starts of its own), or the second look (0)."""
-    sequence, starts = duty
+def solve_sequence(problem: GaitProblem, argument: tuple[ContactSequence, int], *results: Gait | None) -> Gait:
+    """Run a task of a search: the first pass of a sequence with a number of default starts, or its second pass (0)."""
+    sequence, starts = argument
     problem = problem.replace(sequence=sequence)
-    gaits = sorted((gait for gait in found if gait is not None and gait.status.ok), key=objective)
+    gaits = sorted((gait for gait in results if gait is not None and gait.status.ok), key=objective)
     if starts:
-        return solve_fine(problem, solve_coarse(problem, [*gaits[:BORROWED], *default_starts(problem, starts)]))[0]
-    own = found[0] or solve_cold(problem, 1)[0]  # its first look was lost with its process
-    better = [gait for gait in gaits if gait.sequence != sequence and objective(gait) < (1 - ALIKE) * objective(own)]
-    untried = [gait for gait in better if own.status.ok or len(gait.sequence.phases) > len(sequence.phases)]
+        return solve_fine(
+            problem, solve_coarse(problem, [*gaits[:NEIGHBOUR_STARTS], *default_starts(problem, starts)])
+        )[0]
+    first = results[0] or solve_cold(problem, 1)[0]  # None if the process of its first pass died
+    better = [
+        gait for gait in gaits if gait.sequence != sequence and objective(gait) < (1 - SAME_COST) * objective(first)
+    ]
+    untried = [gait for gait in better if first.status.ok or len(gait.sequence.phases) > len(sequence.phases)]
     again = solve_fine(problem, solve_coarse(problem, untried[:1])) if untried else []
-    return verify_best(problem, [own, *again])
+    return verify_best(problem, [first, *again])
 
 
 def _finding(

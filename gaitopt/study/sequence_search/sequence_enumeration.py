@@ -1,4 +1,4 @@
-"""Which contact sequences a walk can have, which of them are neighbours, and which are others in disguise."""
+"""Enumeration of contact sequences: periodic ones, their neighbours, and degenerate ones."""
 
 import itertools
 import math
@@ -15,7 +15,7 @@ _MODES = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)
 
 
 def enumerate_sequences(phases: int) -> tuple[ContactSequence, ...]:
-    """Return every contact sequence of a periodic step with at most so many phases, shorter ones first.
+    """Return every contact sequence of a periodic step with at most `phases` phases, shorter ones first.
 
     Examples
     --------
@@ -32,34 +32,34 @@ def enumerate_sequences(phases: int) -> tuple[ContactSequence, ...]:
     )
 
 
-def closed_sequences(given: Iterable[ContactSequence | str], purpose: str) -> tuple[ContactSequence, ...]:
-    """Return the contact sequences a study is given, each closed and possible in a periodic gait.
+def closed_sequences(sequences: Iterable[ContactSequence | str], purpose: str) -> tuple[ContactSequence, ...]:
+    """Return the contact sequences of a study, each without open phases and possible in a periodic gait.
 
     Parameters
     ----------
-    given : iterable of ContactSequence or str
+    sequences : iterable of ContactSequence or str
         At least one.
     purpose : str
-        What needs them, as the subject of the error message.
+        Subject of the error message, such as ``"A sweep"``.
 
     Raises
     ------
     SequenceError
-        If there is none, or one of them cannot be read, cannot repeat, or leaves something open.
+        If the list is empty, or a sequence is invalid, not periodic, or has open phases.
 
     Examples
     --------
     >>> [str(sequence) for sequence in closed_sequences(["stick|stick"], "A sweep")]
     ['stick | stick']
     """
-    sequences = [given] if isinstance(given, str | ContactSequence) else list(given)
-    if not sequences:
+    candidates = [sequences] if isinstance(sequences, str | ContactSequence) else list(sequences)
+    if not candidates:
         raise SequenceError(f"{purpose} needs a contact sequence, such as 'stick | stick'.")
-    return tuple(ContactSequence.parse(sequence).require_closed(purpose).check_periodic() for sequence in sequences)
+    return tuple(ContactSequence.parse(sequence).require_closed(purpose).check_periodic() for sequence in candidates)
 
 
 def periodic_sequence(phases: tuple[Mode, ...], impact: Mode) -> ContactSequence | None:
-    """Return the contact sequence with these phases, or None if no periodic step can be so."""
+    """Return the contact sequence with these phases, or None if no periodic step has them."""
     try:
         return ContactSequence(phases, impact).check_periodic()
     except SequenceError:
@@ -67,11 +67,11 @@ def periodic_sequence(phases: tuple[Mode, ...], impact: Mode) -> ContactSequence
 
 
 def explain_impossibility(sequence: ContactSequence, problem: GaitProblem) -> str:
-    """Return why no periodic gait of a problem can have a contact sequence, or "" if none of the known reasons holds.
+    """Return why no periodic gait of a problem can have a contact sequence, or "" if no known reason applies.
 
-    Over a periodic step the contact's tangential impulse balances gravity's along the slope, its normal impulse
-    gravity's across it: their ratio is -tan(slope).  A foot that slips one way in every phase and at the impact has a
-    ratio of the friction coefficient instead.
+    Over a periodic step the tangential contact impulse balances the impulse of gravity along the slope, and the normal
+    one that across it: their ratio is -tan(slope).  If the foot slips in one direction in every phase and at the
+    impact, the ratio is the friction coefficient instead.
     """
     modes = {*sequence.phases, sequence.impact}
     if any(mode.slips for mode in modes) and math.isinf(problem.friction):
@@ -93,36 +93,36 @@ def neighbours(sequence: ContactSequence) -> tuple[ContactSequence, ...]:
     >>> [str(other) for other in neighbours(ContactSequence.parse("stick | stick"))][:2]
     ['slip+ stick | slip+', 'slip+ stick | stick']
     """
-    found = {
+    candidates = {
         other
-        for phases in (sequence.phases, *_edited(sequence.phases))
+        for phases in (sequence.phases, *_vary_phases(sequence.phases))
         for impact in (Mode.STICK, phases[0])
         if (other := periodic_sequence(phases, impact)) is not None
     }
-    return tuple(sorted(found - {sequence}, key=lambda other: (len(other.phases), str(other))))
+    return tuple(sorted(candidates - {sequence}, key=lambda other: (len(other.phases), str(other))))
 
 
-def _edited(phases: tuple[Mode, ...]) -> Iterator[tuple[Mode, ...]]:
+def _vary_phases(phases: tuple[Mode, ...]) -> Iterator[tuple[Mode, ...]]:
     for i in range(len(phases)):
         if len(phases) > 1:
-            yield _joined(phases[:i] + phases[i + 1 :])
+            yield _merge_equal(phases[:i] + phases[i + 1 :])
     for i, mode in itertools.product(range(len(phases) + 1), _MODES):
         yield (*phases[:i], mode, *phases[i:])
         yield (*phases[: i + 1], mode, *phases[i:])  # in the middle of a phase
 
 
-def _joined(phases: tuple[Mode, ...]) -> tuple[Mode, ...]:
-    """Return phases with equal ones in a row made one."""
+def _merge_equal(phases: tuple[Mode, ...]) -> tuple[Mode, ...]:
+    """Return phases with consecutive equal ones merged."""
     return tuple(mode for mode, _ in itertools.groupby(phases))
 
 
 def is_degenerate(gait: Gait, shortest_phase: float) -> ContactSequence | None:
-    """Return the shorter sequence a gait would rather have: its own without the phases that last as short as they may.
+    """Return the shorter sequence to which a gait degenerates, which lacks the phases of minimum duration.
 
-    None if no phase rests at its shortest duration.
+    None if no phase has its minimum duration.
     """
     kept = tuple(part.mode for part in gait.motion.segments if part.duration >= 1.01 * shortest_phase)
     if not kept or len(kept) == len(gait.motion.segments):
         return None
-    phases = _joined(kept)
+    phases = _merge_equal(kept)
     return periodic_sequence(phases, gait.sequence.impact) or periodic_sequence(phases, Mode.STICK)

@@ -1,16 +1,16 @@
-"""What became of a piece of a study, in words."""
+"""Status of a grid point or contact sequence of a study, and reasons of failure."""
 
 from gaitopt.motion.gait import Gait
 
 IMPOSSIBLE, LOST, PENDING, MERGED = "impossible", "lost", "pending", "merged"
-"""What became of a problem that cannot be, whose process died, that waits, or whose gait is another sequence in
-disguise; all others have the status of their gait."""
+"""Status of a problem without solution, of one whose process died, of one not computed yet, and of one whose gait
+degenerates to another sequence; all others have the status of their gait."""
 
 UNFINISHED = "the study was interrupted before"
 
 
 def explain_failure(gait: Gait) -> str:
-    """Return why a gait is no solution; empty for one that is.
+    """Return why a gait is not a solution; empty for a solution.
 
     Examples
     --------

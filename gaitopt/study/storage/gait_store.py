@@ -1,4 +1,4 @@
-"""A folder that keeps the gaits of a study while it runs, one file each, so that it can go on after any end."""
+"""A folder that stores the gaits of a study while it runs, one file each, so that the study can be resumed."""
 
 import json
 from collections.abc import Iterable, Iterator, MutableMapping
@@ -13,52 +13,52 @@ from gaitopt.motion.summary import plain
 
 QUESTION = "question.json"
 
-TOLD = 3
-"""Differences between two questions that are told one by one."""
+MAX_DIFFERENCES = 3
+"""Number of differences between two studies that an error message lists."""
 
 
 class GaitStore(MutableMapping[str, Gait]):
-    """Gaits by key, each in a file of its own that is written whole or not at all.
+    """Gaits by key, each in a separate file that is written atomically.
 
     Parameters
     ----------
     path : str or Path
-        Made if there is none.
-    question : dict
-        What the study computes, as plain data; a folder with another question is refused.
+        Created if it does not exist.
+    key : dict
+        Key of the study as plain data; a folder of another study is refused.
 
     Raises
     ------
     InputError
-        If the folder belongs to another study, or is no folder of a study.
+        If the folder belongs to another study, or to none.
     ArchiveError
-        If it cannot be made or read.
+        If it is not writable or readable.
     """
 
-    def __init__(self, path: str | Path, question: dict[str, Any]) -> None:
+    def __init__(self, path: str | Path, key: dict[str, Any]) -> None:
         self.path = Path(path)
-        asked = json.loads(json.dumps(plain(question)))
+        requested = json.loads(json.dumps(plain(key)))
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ArchiveError(f"Cannot make the folder {self.path}: {error.strerror or error}.") from None
         if (self.path / QUESTION).is_file():
-            check_same_study(_read(self.path / QUESTION), asked, self.path)
+            check_same_study(_read(self.path / QUESTION), requested, self.path)
         elif any(self.path.glob("*.h5")):
-            raise InputError(f"{self.path} holds files that no study wrote; name another folder.")
+            raise InputError(f"The folder {self.path} contains gait files of no study; give another folder.")
         else:
             with write_atomically(self.path / QUESTION) as temporary:
-                temporary.write_text(json.dumps(asked, indent=1), encoding="utf-8")
+                temporary.write_text(json.dumps(requested, indent=1), encoding="utf-8")
 
     @staticmethod
     def beside(path: Path) -> Path:
-        """Return the folder that belongs to the file of a study; ArchiveError if the file would be a folder itself."""
+        """Return the folder that belongs to the file of a study; ArchiveError if the file is a folder itself."""
         if path.is_dir():
             raise ArchiveError(f"Cannot write {path}: it is a folder. Give a file name.")
         return path.with_name(f"{path.name}.parts")
 
     def file(self, key: str) -> Path:
-        """Return the file of a key, there or not."""
+        """Return the file of a key, whether it exists or not."""
         return self.path / f"{key}.h5"
 
     def __getitem__(self, key: str) -> Gait:
@@ -67,7 +67,7 @@ class GaitStore(MutableMapping[str, Gait]):
         try:
             return load(self.file(key))
         except ArchiveError as error:
-            raise ArchiveError(f"{error} Delete that file and run the same again to compute it anew.") from None
+            raise ArchiveError(f"{error} Delete that file and run the same study again to compute it again.") from None
 
     def __setitem__(self, key: str, gait: Gait) -> None:
         save(gait, self.file(key))
@@ -85,45 +85,51 @@ class GaitStore(MutableMapping[str, Gait]):
         return sum(1 for _ in self)
 
     def keep_only(self, keys: Iterable[str]) -> None:
-        """Delete all gaits but some."""
+        """Delete all gaits except those with the given keys."""
         for key in set(self) - set(keys):
-            self.file(key).unlink(missing_ok=True)  # another run of the same study may have been faster
+            self.file(key).unlink(missing_ok=True)  # another run of the same study may have deleted it
 
 
-def check_same_study(held: Any, asked: dict[str, Any], path: Path) -> None:
-    """Raise InputError, naming what differs, unless a file or folder holds the study that is asked for."""
-    asked = json.loads(json.dumps(plain(asked)))
-    there, here = _axes_of(held), _axes_of(asked)
-    if held == asked and there == here:  # results are numbered in the order of the axes
+def check_same_study(stored: Any, requested: dict[str, Any], path: Path) -> None:
+    """Raise InputError with the differences unless a file or folder holds the requested study."""
+    requested = json.loads(json.dumps(plain(requested)))
+    stored_axes = _axes_of(stored)
+    if stored == requested and stored_axes == _axes_of(requested):  # results are numbered in the order of the axes
         return
-    held = held if isinstance(held, dict) else {}
-    parts = [_differing(name, held.get(name), asked[name]) for name in asked if held.get(name) != asked[name]]
-    if held == asked:
-        parts = [f"its axes are in the order {', '.join(there)}"]
-    differing = f" ({' and '.join(parts)})" if parts else ""
-    raise InputError(f"{path} holds another study{differing}: name another place, or delete it to start afresh.")
+    stored = stored if isinstance(stored, dict) else {}
+    parts = [
+        _describe_difference(name, stored.get(name), requested[name])
+        for name in requested
+        if stored.get(name) != requested[name]
+    ]
+    if stored == requested:
+        parts = [f"its axes are in the order {', '.join(stored_axes)}"]
+    differences = f" ({' and '.join(parts)})" if parts else ""
+    raise InputError(f"{path} holds another study{differences}: give another path, or delete it to start again.")
 
 
-def _axes_of(question: Any) -> list[str]:
-    axes = question.get("axes") if isinstance(question, dict) else None
+def _axes_of(key: Any) -> list[str]:
+    axes = key.get("axes") if isinstance(key, dict) else None
     return list(axes) if isinstance(axes, dict) else []
 
 
-def _differing(part: str, held: Any, asked: Any) -> str:
-    """Return that a part of a question is another one, and the first numbers and texts in it that are."""
-    there, here = _short(held), _short(asked)
-    told = [
-        f"{name} {there[name]} there, {here[name]} here" for name in here if there.get(name, here[name]) != here[name]
+def _describe_difference(part: str, stored: Any, requested: Any) -> str:
+    """Return that a part of the key of a study differs, with the first numbers and texts that do."""
+    before, now = _leaves(stored), _leaves(requested)
+    differences = [
+        f"{name} {before[name]} stored, {now[name]} requested"
+        for name in now
+        if before.get(name, now[name]) != now[name]
     ]
-    more = f", and {len(told) - TOLD} more" if len(told) > TOLD else ""
-    return f"another {part}{': ' if told else ''}{'; '.join(told[:TOLD])}{more}"
+    more = f", and {len(differences) - MAX_DIFFERENCES} more" if len(differences) > MAX_DIFFERENCES else ""
+    return f"another {part}{': ' if differences else ''}{'; '.join(differences[:MAX_DIFFERENCES])}{more}"
 
 
-def _short(nested: Any, name: str = "") -> dict[str, str]:
-    """Return what fits into a sentence of nested data: numbers and texts by their names."""
+def _leaves(nested: Any, name: str = "") -> dict[str, str]:
+    """Return the numbers and texts of nested data by their names; lists are left out."""
     if isinstance(nested, dict):
-        inner = (_short(item, f"{name}.{key}" if name else str(key)) for key, item in nested.items())
-        return {place: text for found in inner for place, text in found.items()}
+        inner = (_leaves(item, f"{name}.{key}" if name else str(key)) for key, item in nested.items())
+        return {place: text for leaves in inner for place, text in leaves.items()}
     return {name: f"{nested}"} if name and not isinstance(nested, list) else {}
 
 
@@ -131,4 +137,4 @@ def _read(path: Path) -> Any:
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise ArchiveError(f"{path} is damaged ({error}); delete its folder to start afresh.") from None
+        raise ArchiveError(f"{path} is damaged ({error}); delete its folder to start again.") from None

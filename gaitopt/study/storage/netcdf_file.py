@@ -1,4 +1,4 @@
-"""Labelled tables in NetCDF files: written whole or not at all, and read only if they are of the right kind."""
+"""Labelled tables in NetCDF files: written atomically, and read only if they are of the expected kind."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def write_table(table: "xr.Dataset", path: Path, room: int) -> None:
-    """Write a table to a new file, on a disk that has `room` bytes left for it and for what is added later.
+    """Write a table to a new file after reserving `room` bytes on the disk, for it and for the gaits added later.
 
-    The HDF5 library does not survive a disk that is full (segmentation fault, 1.14).
+    The HDF5 library crashes on a full disk (segmentation fault, version 1.14).
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a study asks, as plain data: two runs with equal questions have equal answers."""
+"""Key of a study, as plain data: two runs with equal keys have equal results."""
 
 import hashlib
 from typing import Any
@@ -7,11 +7,11 @@ from gaitopt.model.robot import Robot
 from gaitopt.ocp.problem import GaitProblem
 
 STRATEGY = 3
-"""Raised when studies find their gaits in another way, so that results of both are not mixed."""
+"""Version of the solution strategy, increased when it changes so that results of both are not mixed."""
 
 
 def study_key(problem: GaitProblem, **study: Any) -> dict[str, Any]:
-    """Return the question of a study: its problem, physics included, and its own settings."""
+    """Return the key of a study: its problem, physics included, and its settings."""
     described = problem.describe() | {"objective": repr(problem.objective)}
     for provenance in ("objective_parameters", "objective_unit", "script"):  # a comment in the script changes no study
         del described[provenance]
@@ -24,6 +24,6 @@ def study_key(problem: GaitProblem, **study: Any) -> dict[str, Any]:
 
 
 def _digest(robot: Robot) -> str:
-    """Return what tells robots of one name with different equations apart."""
+    """Return a digest of the equations, which distinguishes robots of the same name."""
     functions = (robot.dynamics, robot.energy, robot.impact, robot.landing, robot.touchdown, robot.swap)
     return hashlib.sha256("".join(function.serialize() for function in functions).encode()).hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""Sweeps: optimal gaits of several contact sequences over ranges of friction, speed, step or anything else."""
+"""Sweeps: optimal gaits of several contact sequences over ranges of friction, speed, step length and others."""
 
 import contextlib
 import functools
@@ -41,31 +41,31 @@ def sweep(
 ) -> "xr.Dataset":
     """Find the optimal gait of each contact sequence at each point of a grid, and replay it.
 
-    Each point starts from its neighbours, in both directions along every axis, and keeps the cheapest gait; a way back
-    that would only lead to the gait already known, to first order, is spared.  Results depend neither on the number of
-    workers nor on how often the sweep was interrupted and resumed.
+    Each point is warm-started from its neighbours, in both directions along every axis, and keeps the gait of lowest
+    cost; a backward solve that to first order leads to the gait already known is omitted.  Results depend neither on
+    the number of workers nor on interrupts.
 
     Parameters
     ----------
     problem : GaitProblem
-        What does not change over the grid.
+        Problem whose other fields are constant over the grid.
     axes : mapping of str to sequence of float
         Increasing values of ``friction`` [1], ``speed`` [m/s], ``step_length`` [m], ``slope`` [rad] or parameters
         of the robot (SI units), by name.
     sequences : sequence of ContactSequence or str, optional
-        The problem's own contact sequence if none are given; each of them closed.
+        The contact sequence of the problem by default; each without open phases.
     starts : int
-        Starts tried where there is no neighbour to start from.
+        Number of starts at points without a neighbour to start from.
     execution : Execution, optional
         Workers, and the observer of (gaits computed, gaits in all); this process alone by default.
     path : str or Path, optional
-        NetCDF file for the result.  Until it is complete, ``PATH.parts`` beside it keeps every finished gait: the same
-        call goes on from there after any end.
+        NetCDF file for the result.  Until it is complete, the folder ``PATH.parts`` stores every finished gait, from
+        which the same call resumes.
 
     Returns
     -------
     xarray.Dataset
-        Over ``sequence`` and the axes, nan where there is no gait; ``status`` and ``reason`` say why.  Its attribute
+        Over ``sequence`` and the axes, nan where there is no gait; ``status`` and ``reason`` state why.  Its attribute
         ``complete`` is 0 if the sweep was interrupted.  The gaits themselves: :func:`gaitopt.load_sweep_gait`.
 
     Raises
@@ -74,7 +74,7 @@ def sweep(
         If an axis, a number or a sequence is invalid, a sequence is open, no grid point is possible, the robot fails
         the check of :func:`gaitopt.solve`, or the file holds another study.
     ArchiveError
-        If the disk is full, for example; what was finished is kept.
+        If the file is not writable, such as on a full disk; finished gaits are kept.
 
     Examples
     --------
@@ -83,57 +83,57 @@ def sweep(
     ...     robot=compass_biped(), sequence="stick | stick", speed=0.6, step_length=0.45, limits=Limits(torque=6),
     ...     objective="torque_squared", transcription=MultipleShooting(intervals=12),
     ... )
-    >>> found = sweep(problem, {"friction": [0.19, 0.2]}, starts=1)
-    >>> found.status.values.tolist(), found.cost_of_transport.dims
+    >>> table = sweep(problem, {"friction": [0.19, 0.2]}, starts=1)
+    >>> table.status.values.tolist(), table.cost_of_transport.dims
     ([['solved', 'solved']], ('sequence', 'friction'))
     """
     check_count("starts", starts, 1, 1000)
     require_valid_step(problem.robot)
     execution, values = execution or Execution(), axis_values(axes)
-    spelled = closed_sequences([problem.sequence] if sequences is None else sequences, "A sweep")
-    grid = SweepGrid(problem, spelled, values, starts)
+    closed = closed_sequences([problem.sequence] if sequences is None else sequences, "A sweep")
+    grid = SweepGrid(problem, closed, values, starts)
     listed = {name: axis.tolist() for name, axis in values.items()}
-    asked = study_key(problem, sequences=[str(sequence) for sequence in spelled], axes=listed, starts=starts)
+    key = study_key(problem, sequences=[str(sequence) for sequence in closed], axes=listed, starts=starts)
     if execution.executor is not None or execution.workers != 1:
         threading.Thread(target=_import_ahead, daemon=True).start()
-    find = functools.partial(_found, grid, asked, execution)
-    return to_dataset(find({})) if path is None else _filed(Path(path), asked, find)
+    find = functools.partial(_solve_grid, grid, key, execution)
+    return to_dataset(find({})) if path is None else _resume_file(Path(path), key, find)
 
 
 def _import_ahead() -> None:
-    """Import what the table needs while others work, which takes as long as two solves."""
-    with contextlib.suppress(ImportError):  # told where the table is made
+    """Import xarray while the workers run; the import takes as long as two solves."""
+    with contextlib.suppress(ImportError):  # reported when the table is made
         importlib.import_module("xarray")
 
 
-def _found(
+def _solve_grid(
     grid: SweepGrid,
-    asked: dict[str, Any],
+    key: dict[str, Any],
     execution: Execution,
     kept: MutableMapping[str, Gait],
 ) -> SweepResults:
-    """Compute what is not kept yet and keep it; an interrupt ends this early."""
+    """Solve the points that are not stored yet and store them; an interrupt ends this early."""
     planned = tasks(grid)
     running = run_tasks(solve_task, planned, grid, known=kept, execution=execution)
     lost = collect_tasks(running, kept, planned, execution.observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():
-        key = f"point-{point.name}"
-        if point not in missing and key not in kept:
-            missing[point] = (LOST, lost[key]) if key in lost else (PENDING, UNFINISHED)
-    return SweepResults(grid, kept, missing, asked)
+        name = f"point-{point.name}"
+        if point not in missing and name not in kept:
+            missing[point] = (LOST, lost[name]) if name in lost else (PENDING, UNFINISHED)
+    return SweepResults(grid, kept, missing, key)
 
 
-def _filed(path: Path, asked: dict[str, Any], find: Callable[[GaitStore], SweepResults]) -> "xr.Dataset":
-    """Return the sweep a file holds; what is not there yet is found, and kept gait by gait on the way."""
+def _resume_file(path: Path, key: dict[str, Any], find: Callable[[GaitStore], SweepResults]) -> "xr.Dataset":
+    """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished."""
     parts = GaitStore.beside(path)
-    held = read_partial_sweep(path, asked)
-    if held is None:
+    table = read_partial_sweep(path, key)
+    if table is None:
         check_writable(path)
-        folder = GaitStore(parts, asked)
+        folder = GaitStore(parts, key)
         findings = find(folder)
-        room = sum(folder.file(key).stat().st_size for key in folder if key.startswith("point-"))
-        held = write_sweep(findings, path, room)
-    if held.attrs["complete"]:
+        room = sum(folder.file(name).stat().st_size for name in folder if name.startswith("point-"))
+        table = write_sweep(findings, path, room)
+    if table.attrs["complete"]:
         shutil.rmtree(parts, ignore_errors=True)
-    return held
+    return table

@@ -1,4 +1,4 @@
-"""A sweep as a labelled dataset, and in one open file: a NetCDF table, with the gaits in groups beside it."""
+"""A sweep as a labelled dataset and as a file: a NetCDF table, with the gaits in HDF5 groups beside it."""
 
 import json
 import math
@@ -34,27 +34,28 @@ GAITS = "word_gaits"
 through the file in the order of names, and would pass all gaits on the way, every time."""
 
 TABLE = 2000
-"""More than a point takes in the table [bytes]."""
+"""Upper bound of the size of a point in the table [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
 class SweepResults:
-    """What a sweep has found.
+    """Results of a sweep.
 
     Attributes
     ----------
-    grid : Grid
+    grid : SweepGrid
     gaits : mapping of str to Gait
-        By ``"point-" + name`` of the point; solved or not.
-    missing : dict of Point to (status, reason)
-        Points without gait.
-    question : dict
+        Gaits by ``"point-" + name`` of the point, solved or not.
+    missing : dict of SweepPoint to (status, reason)
+        Points without a gait.
+    key : dict
+        Key of the study.
     """
 
     grid: SweepGrid
     gaits: Mapping[str, Gait]
     missing: dict[SweepPoint, tuple[str, str]]
-    question: dict[str, Any]
+    key: dict[str, Any]
 
     def gait(self, point: SweepPoint) -> Gait | None:
         """Return the gait of a point, or None."""
@@ -62,7 +63,7 @@ class SweepResults:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing is left to compute."""
+        """Whether all points are computed."""
         return all(status == IMPOSSIBLE for status, _ in self.missing.values())
 
 
@@ -95,7 +96,7 @@ def to_dataset(findings: SweepResults) -> "xr.Dataset":
     table["peak_torque"] = ((*dims, "actuator"), torque, {"units": "N m", "long_name": "largest absolute torque"})
     table["status"] = (dims, status, {"long_name": "how the optimisation ended"})
     table["reason"] = (dims, reason, {"long_name": "why there is no gait"})
-    table["verified"] = (dims, verified, {"long_name": "1 where the gait passed its replay"})
+    table["verified"] = (dims, verified, {"long_name": "1 where the gait passes its replay"})
     table["replay_error"] = (dims, error, {"long_name": "largest error of the replayed state, in SI units"})
     coordinates: dict[str, Any] = {
         name: (name, values, {"units": grid.unit(name)}) for name, values in grid.axes.items()
@@ -111,16 +112,16 @@ def _attributes(findings: SweepResults) -> dict[str, Any]:
         "format": f"gaitopt {KIND}",
         "format_version": VERSION,
         "complete": int(findings.complete),
-        "question": json.dumps(plain(findings.question)),
+        "question": json.dumps(plain(findings.key)),
         "versions": json.dumps(versions()),
     }
 
 
 def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
-    """Write a sweep to a file, whole or not at all, and return its table.
+    """Write a sweep to a file atomically, and return its table.
 
-    All gaits go into the same file: a sweep is then one thing to move, send and cite.  The disk must have `room` for
-    that many bytes of gaits before it begins.
+    All gaits are stored in the same file, which can then be moved, sent and cited as a whole.  The disk space for
+    `room` bytes of gaits is reserved first.
     """
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
@@ -173,14 +174,14 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     Returns
     -------
     Gait
-        Solved or not: look at its status.
+        The gait, solved or not; see its status.
 
     Raises
     ------
     InputError
-        If the sweep has no such contact sequence or axis, or no gait was computed there.
+        If the sweep has no such contact sequence or axis, or no gait at that point.
     ArchiveError
-        If the file cannot be read.
+        If the file is missing, damaged or of another kind.
 
     Examples
     --------
@@ -197,7 +198,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     if sequence not in sequences:
         raise InputError(f"The sweep in {path} has no contact sequence {sequence!r}. {suggest(sequence, sequences)}")
     if set(coordinates) != set(axes):
-        raise InputError(f"Name a point of the sweep in {path} by {', '.join(map(str, axes))}.")
+        raise InputError(f"A point of the sweep in {path} needs a value of {', '.join(map(str, axes))}.")
     for name, value in coordinates.items():
         Parameter(name, 0.0, "1", "").check(value)
     index = [int(np.argmin(np.abs(table[name].values - coordinates[str(name)]))) for name in axes]
@@ -205,14 +206,14 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
         group = f"{GAITS}/{SweepPoint(sequences.index(sequence), tuple(index)).name}"
         if group not in file:
             reason = table.reason.values[(sequences.index(sequence), *index)]
-            raise InputError(f"The sweep in {path} has no gait there: {reason}")
+            raise InputError(f"The sweep in {path} has no gait at this point: {reason}")
         return read_gait(file[group])
 
 
-def read_partial_sweep(path: Path, question: dict[str, Any]) -> "xr.Dataset | None":
-    """Return the finished sweep a file holds, None if there is none yet; raise InputError if it holds another one."""
+def read_partial_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
+    """Return the complete sweep of a file, or None; raise InputError if the file holds another study."""
     if not path.exists():
         return None
-    held = load_sweep(path)
-    check_same_study(json.loads(held.attrs["question"]), question, path)
-    return held if held.attrs["complete"] else None
+    table = load_sweep(path)
+    check_same_study(json.loads(table.attrs["question"]), key, path)
+    return table if table.attrs["complete"] else None

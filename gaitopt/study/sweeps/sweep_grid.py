@@ -1,9 +1,9 @@
 """The grid of a sweep: contact sequences by values of some parameters, and the tasks that fill it.
 
-Every point is reached along every axis from both sides: a *forward* gait starts from the neighbours before it, a
-*backward* gait from those behind it, the cheapest first.  Both begin at points, spread over the grid, that are solved
-from starts of their own.  The way back is known where the forward gait is at hand: what would only lead to it again is
-not solved.  Who starts from whom is fixed by the grid, so that nothing depends on the order of execution.
+Every point is solved along every axis from both sides: a *forward* gait is warm-started from the preceding neighbours,
+a *backward* gait from the following ones, that of lowest cost first.  Both begin at points, spread over the grid, that
+are solved from default starts.  A backward solve that leads to the known forward gait is omitted.  The grid determines
+the warm starts, so that results do not depend on the order of execution.
 """
 
 import functools
@@ -20,40 +20,40 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parallel.task_graph import Task
 
 FIELDS = {"friction": "1", "speed": "m/s", "step_length": "m", "slope": "rad"}
-"""Fields of a problem that can be axes, with their units; the robot's own parameters can be too."""
+"""Fields of a problem that can be axes, with their units; parameters of the robot can be axes, too."""
 
 Index = tuple[int, ...]
 
 
 @dataclass(frozen=True, order=True)
 class SweepPoint:
-    """A place in the grid: the number of its contact sequence and its place along each axis."""
+    """A point of the grid: the index of its contact sequence and its index along each axis."""
 
     sequence: int
     index: Index
 
     @property
     def name(self) -> str:
-        """Spelling for keys and files, such as ``"1-03"``."""
+        """Name in keys and files, such as ``"1-03"``."""
         return "-".join([str(self.sequence), *(f"{i:03d}" for i in self.index)])
 
 
 @dataclass(frozen=True)
 class SweepTask:
-    """What a task of a sweep is to do.
+    """A task of a sweep.
 
     Attributes
     ----------
     kind : str
-        ``"cold"``, ``"forward"``, ``"backward"``, or ``"point"`` for the proven best of a point.
-    point : Point
-    given : tuple of (str, Point)
-        Kinds and points of the gaits it is given, in this order.
+        ``"cold"``, ``"forward"``, ``"backward"``, or ``"point"`` for the verified best gait of a point.
+    point : SweepPoint
+    inputs : tuple of (str, SweepPoint)
+        Kinds and points of the gaits that it receives, in this order.
     """
 
     kind: str
     point: SweepPoint
-    given: tuple[tuple[str, SweepPoint], ...] = ()
+    inputs: tuple[tuple[str, SweepPoint], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +67,12 @@ class SweepGrid:
     axes : dict of str to (K,) array
         In SI units and rad.
     starts : int
-        Starts tried where there is no neighbour to start from.
+        Number of starts at points without a neighbour to start from.
 
     Raises
     ------
     InputError
-        If an axis is unknown or empty, or no point of the grid can be posed.
+        If an axis is unknown or empty, or no point of the grid has a valid problem.
     """
 
     problem: GaitProblem
@@ -85,14 +85,14 @@ class SweepGrid:
         if not self.axes:
             raise InputError(f"A sweep needs an axis, such as friction. {suggest('friction', known)}")
         if not self.sequences or len(set(self.sequences)) < len(self.sequences):
-            raise InputError("A sweep needs contact sequences, each of them once.")
+            raise InputError("The contact sequences of a sweep must be at least one, without repetition.")
         for name, values in self.axes.items():
             if name not in known:
-                raise InputError(f"A sweep cannot go over {name!r}. {suggest(name, known)}")
+                raise InputError(f"A sweep has no axis {name!r}. {suggest(name, known)}")
             if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
                 raise InputError(f"The axis {name!r} needs increasing finite values, at least one.")
         if len(self.impossible) == math.prod(self.shape):
-            raise InputError(f"No point of this sweep can be posed: {next(iter(self.impossible.values()))}")
+            raise InputError(f"No point of this sweep is possible: {next(iter(self.impossible.values()))}")
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -115,24 +115,24 @@ class SweepGrid:
         Raises
         ------
         InputError
-            If it cannot be posed, such as a step longer than the robot can reach.
+            If the problem is invalid, such as for a step longer than the robot can reach.
         """
         values = {name: float(axis[i]) for (name, axis), i in zip(self.axes.items(), point.index, strict=True)}
         fields = {name: value for name, value in values.items() if name in FIELDS}
-        own = {name: value for name, value in values.items() if name not in FIELDS}
-        parameters = {**self.problem.parameters, **own}
+        others = {name: value for name, value in values.items() if name not in FIELDS}
+        parameters = {**self.problem.parameters, **others}
         return self.problem.replace(sequence=self.sequences[point.sequence], parameters=parameters, **fields)
 
     @functools.cached_property
     def impossible(self) -> dict[SweepPoint, str]:
-        """The points that cannot be posed, with the reason."""
-        found = {}
+        """The points without a valid problem, with the reason."""
+        reasons = {}
         for point in self.points():
             try:
                 self.problem_at(point)
             except InputError as error:
-                found[point] = str(error)
-        return found
+                reasons[point] = str(error)
+        return reasons
 
 
 def tasks(grid: SweepGrid) -> list[Task]:
@@ -142,19 +142,19 @@ def tasks(grid: SweepGrid) -> list[Task]:
     before = {point: [p for p in _neighbours(point, -1) if p in possible] for point in points}
     behind = {point: [p for p in _neighbours(point, +1) if p in possible] for point in points}
     spread = {point for point in points if _is_spread(point.index, grid.shape[1:])}
-    own = {point for point in points if point in spread or not before[point] or not behind[point]}
-    made = [_task("cold", point) for point in sorted(own, key=lambda point: point.index)]
+    cold = {point for point in points if point in spread or not before[point] or not behind[point]}
+    made = [_task("cold", point) for point in sorted(cold, key=lambda point: point.index)]
     for kind, neighbours, ordered in (("forward", before, points), ("backward", behind, points[::-1])):
         for point in sorted(ordered, key=lambda p: sum(p.index), reverse=kind == "backward"):
-            given = [(kind, other) for other in neighbours[point]]
-            given += [("forward", point)] * (kind == "backward") + [("cold", point)] * (point in own)
-            made.append(_task(kind, point, *given))
+            inputs = [(kind, other) for other in neighbours[point]]
+            inputs += [("forward", point)] * (kind == "backward") + [("cold", point)] * (point in cold)
+            made.append(_task(kind, point, *inputs))
     return made + [_task("point", point, ("forward", point), ("backward", point)) for point in points]
 
 
-def _task(kind: str, point: SweepPoint, *given: tuple[str, SweepPoint]) -> Task:
+def _task(kind: str, point: SweepPoint, *inputs: tuple[str, SweepPoint]) -> Task:
     return Task(
-        f"{kind}-{point.name}", SweepTask(kind, point, given), tuple(f"{kind}-{other.name}" for kind, other in given)
+        f"{kind}-{point.name}", SweepTask(kind, point, inputs), tuple(f"{kind}-{other.name}" for kind, other in inputs)
     )
 
 
@@ -170,16 +170,16 @@ def _is_spread(index: Index, shape: tuple[int, ...]) -> bool:
     return all(i in (0, count // 2, count - 1) for i, count in zip(index, shape, strict=True))
 
 
-def axis_values(given: Mapping[str, Sequence[float] | Array]) -> dict[str, Array]:
-    """Return the values of axes as arrays of numbers: fields of a problem first, then parameters as they are given.
+def axis_values(axes: Mapping[str, Sequence[float] | Array]) -> dict[str, Array]:
+    """Return the values of axes as arrays of numbers: fields of a problem first, then parameters in their order.
 
     Raises
     ------
     InputError
-        If they are no numbers.
+        If they are not numbers.
     """
-    ordered = {name: given[name] for name in (*FIELDS, *given) if name in given}
+    ordered = {name: axes[name] for name in (*FIELDS, *axes) if name in axes}
     try:
         return {name: np.array(values, dtype=float) for name, values in ordered.items()}
     except (TypeError, ValueError):
-        raise InputError(f"The axes {', '.join(given)} need numbers.") from None
+        raise InputError(f"The axes {', '.join(axes)} need numbers.") from None

@@ -1,4 +1,4 @@
-"""What a worker does in a sweep: coarse gaits continued from point to point, and the proven best of a point."""
+"""Tasks of a sweep in a worker: coarse gaits continued from point to point, and the verified best gait of a point."""
 
 from collections.abc import Mapping
 
@@ -6,8 +6,8 @@ from gaitopt.motion.gait import Gait
 from gaitopt.ocp.initial.cost_prediction import predict_cost
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.study.multistart import (
-    ALIKE,
     COARSE_SOLVER,
+    SAME_COST,
     best,
     coarsen,
     default_starts,
@@ -23,47 +23,49 @@ from gaitopt.study.multistart import (
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint, SweepTask
 
 
-def solve_task(grid: SweepGrid, duty: SweepTask, *found: Gait | None) -> Gait:
-    """Do one task of a sweep: a coarse gait from starts of its own or from neighbours, or the proven best of a point.
+def solve_task(grid: SweepGrid, task: SweepTask, *results: Gait | None) -> Gait:
+    """Run a task of a sweep: a coarse gait from default starts or neighbours, or the verified best gait of a point.
 
-    Neighbours are tried on a grid half as fine, which tells good gaits from bad ones at a fraction of the cost; only
-    what has proved best there is solved on the problem's own grid.
+    Warm starts from neighbours are solved with half the intervals, which ranks gaits at a fraction of the computing
+    time; only the best is solved on the problem's grid.
     """
-    problem = grid.problem_at(duty.point)
-    gaits = [(kind, point, gait) for (kind, point), gait in zip(duty.given, found, strict=True) if gait is not None]
-    own = {kind: gait for kind, point, gait in gaits if point == duty.point}
-    if duty.kind == "point":
-        return _proven_best(problem, list(own.values()), grid.starts)
-    if duty.kind == "cold" or not gaits:
-        return _cold(problem, grid.starts)
-    return _continued(grid, duty, own, {point: gait for _, point, gait in gaits if point != duty.point})
+    problem = grid.problem_at(task.point)
+    gaits = [(kind, point, gait) for (kind, point), gait in zip(task.inputs, results, strict=True) if gait is not None]
+    known = {kind: gait for kind, point, gait in gaits if point == task.point}
+    if task.kind == "point":
+        return _solve_best(problem, list(known.values()), grid.starts)
+    if task.kind == "cold" or not gaits:
+        return _solve_cold_coarse(problem, grid.starts)
+    return _continue_best(grid, task, known, {point: gait for _, point, gait in gaits if point != task.point})
 
 
-def _cold(problem: GaitProblem, starts: int) -> Gait:
-    """Return the leading gait from starts of a problem's own, on the grid on which gaits are continued."""
-    leader = select_leading(problem, solve_coarse(problem, default_starts(problem, starts)))
-    if not leader.status.ok or halve_intervals(problem).transcription == coarsen(problem).transcription:
-        return leader
-    again = solve_start(halve_intervals(problem), leader, COARSE_SOLVER)
-    return again if again.status.ok else leader
+def _solve_cold_coarse(problem: GaitProblem, starts: int) -> Gait:
+    """Return the best gait from the default starts of a problem, on the grid on which gaits are continued."""
+    leading = select_leading(problem, solve_coarse(problem, default_starts(problem, starts)))
+    if not leading.status.ok or halve_intervals(problem).transcription == coarsen(problem).transcription:
+        return leading
+    again = solve_start(halve_intervals(problem), leading, COARSE_SOLVER)
+    return again if again.status.ok else leading
 
 
-def _proven_best(problem: GaitProblem, found: list[Gait], starts: int) -> Gait:
-    coarse = sorted((gait for gait in found if gait.status.ok), key=objective)
-    ready = solve_fine(problem, coarse) if coarse else found
-    if not any(gait.status.ok for gait in ready):
-        ready = [*ready, *solve_cold(problem, starts)]
-    return verify_best(problem, ready)
+def _solve_best(problem: GaitProblem, gaits: list[Gait], starts: int) -> Gait:
+    coarse = sorted((gait for gait in gaits if gait.status.ok), key=objective)
+    fine = solve_fine(problem, coarse) if coarse else gaits
+    if not any(gait.status.ok for gait in fine):
+        fine = [*fine, *solve_cold(problem, starts)]
+    return verify_best(problem, fine)
 
 
-def _continued(grid: SweepGrid, duty: SweepTask, own: Mapping[str, Gait], beside: Mapping[SweepPoint, Gait]) -> Gait:
-    """Return the best of a point's own cold gait and one from its best neighbour; a failure is handed on.
+def _continue_best(
+    grid: SweepGrid, task: SweepTask, known: Mapping[str, Gait], neighbours: Mapping[SweepPoint, Gait]
+) -> Gait:
+    """Return the better of the cold gait of a point and the one continued from its best neighbour, or a failure.
 
-    Where a neighbour would only lead to the forward gait again, that one is taken.
+    If a neighbour leads to the known forward gait, that gait is taken without a solve.
     """
-    problem, forward = grid.problem_at(duty.point), own.get("forward")
-    reached = [own["cold"]] if "cold" in own else []
-    for point, start in sorted(beside.items(), key=lambda item: objective(item[1])):
+    problem, forward = grid.problem_at(task.point), known.get("forward")
+    reached = [known["cold"]] if "cold" in known else []
+    for point, start in sorted(neighbours.items(), key=lambda item: objective(item[1])):
         if start.status.ok:
             if forward is not None and on_one_branch(problem, forward, grid.problem_at(point), start):
                 reached.append(forward)
@@ -71,19 +73,19 @@ def _continued(grid: SweepGrid, duty: SweepTask, own: Mapping[str, Gait], beside
                 reached.append(solve_start(halve_intervals(problem), start, COARSE_SOLVER))
             if reached[-1].status.ok:
                 break
-    return best(reached or [*beside.values()] or [*own.values()])
+    return best(reached or [*neighbours.values()] or [*known.values()])
 
 
 def on_one_branch(one: GaitProblem, gait: Gait, other: GaitProblem, neighbour: Gait) -> bool:
-    """Whether a neighbour, continued to a problem, would only lead to the gait that is known there, or to a dearer one.
+    """Return whether a neighbour continued to a problem leads to the gait known there, or to one of higher cost.
 
-    What a neighbour promises to first order (:func:`gaitopt.ocp.initial.cost_prediction.foreseen`) undercuts what is
-    known by what the branch is curved between the two, and by what could be gained from another branch.  A curved
-    branch promises just as much the other way round, two branches do not.
+    The cost predicted from a neighbour to first order (:func:`gaitopt.ocp.initial.cost_prediction.predict_cost`) is
+    below the known cost by the curvature of the branch between the two, or since another branch has lower cost.  The
+    curvature of one branch gives the same difference in both directions; two branches do not.
     """
     if not gait.status.ok:
         return False
     gain = objective(gait) - predict_cost(halve_intervals(one), neighbour)
     back = objective(neighbour) - predict_cost(halve_intervals(other), gait)
-    alike = ALIKE * abs(objective(gait))
-    return gain <= alike or abs(gain - back) <= 2 * alike
+    tolerance = SAME_COST * abs(objective(gait))
+    return gain <= tolerance or abs(gain - back) <= 2 * tolerance

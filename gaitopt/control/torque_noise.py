@@ -1,4 +1,4 @@
-"""Torque noise: unmodelled torques added to those of a law."""
+"""Torque noise: random torques added to those of a law."""
 
 import dataclasses
 
@@ -17,9 +17,9 @@ def add_torque_noise(law: Law, noise: Array, period: float) -> Law:
     ----------
     law : Law
     noise : (n_u, n_parts) array [N m]
-        The last part never ends.
+        Torques in equal parts of the step; the last part is unlimited.
     period : float [s]
-        Of the step; a law that goes by an angle has equal parts of the planned angle instead.
+        Duration of the step; a law with an angle as phase variable has equal parts of the planned angle instead.
     """
     parts = noise.shape[1]
     begin, end = (0.0, period) if law.index is None else law.breakpoints[[1, -1]]
