@@ -112,7 +112,7 @@ def test_every_script_is_in_the_gallery(generated):
 def test_every_script_that_a_page_names_exists():
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     named = {
-        name for page in pages for name in re.findall(r"\bproblems/[\w/]+\.py\b", page.read_text(encoding="utf-8"))
+        name for page in pages for name in re.findall(r"\bproblems/[a-z0-9_/]+\.py\b", page.read_text(encoding="utf-8"))
     }
     assert len(named) > 3
     assert not [name for name in sorted(named) if not (ROOT / name).is_file()]

@@ -96,7 +96,7 @@ def test_positive_work_is_ranked_by_the_work_of_the_motion():
 
 def test_a_search_without_any_gait_says_why():
     nothing = search(quick_problem(friction=0.02, speed=1.5), sequences=["stick | stick"], starts=1)
-    with pytest.raises(InputError, match=r"No contact sequence has a gait; 'stick \| stick'"):
+    with pytest.raises(InputError, match=r"No contact sequence has a gait; for example 'stick \| stick'"):
         _ = nothing.best
     assert "the best attempt violates" in nothing.findings[0].reason
 
