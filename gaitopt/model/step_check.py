@@ -11,10 +11,10 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 
 EXACT = 1e-9
-"""Largest relative error of a leg exchange and of the height at touchdown: they are exact up to rounding."""
+"""Largest relative error of a leg exchange and of the height at touchdown, which are exact up to rounding."""
 
 CONFIGURATIONS, TRIES, ITERATIONS = 8, 10, 40
-"""Touchdown configurations of the check before a solve, random starts for each, and Newton steps from a start."""
+"""Number of touchdown configurations checked before a solve, of random starts for each, and of Newton steps."""
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,15 @@ class StepCheck:
     Attributes
     ----------
     exchange : float
-        Change of kinetic and potential energy and of angular momentum by the leg exchange, distance of the exchanged
-        feet from their old places.
+        Change of kinetic and potential energy and of angular momentum by the leg exchange, and distance of the
+        exchanged feet from their former positions.
     guard : float
         Height of the landing foot where the guard is zero; infinite if the guard has the wrong sign or is armed
         where the landing foot is not ahead of the stance foot.
     figure : float
-        Distance of the points drawn from those drawn after the exchange of two legs, as sets; 0 if not asked for.
+        Distance between the sets of points in figures before and after the exchange of two legs; 0 if not checked.
     faults : tuple of str
-        What is wrong and what to write instead; empty for a correct robot.
+        Faults with their remedies, one sentence each; empty for a correct robot.
     """
 
     exchange: float
@@ -70,21 +70,21 @@ def check_step(
 ) -> StepCheck | None:
     """Check leg exchange and guard at random touchdown configurations.
 
-    The exchange only renames coordinates: no body moves, so kinetic and potential energy and angular momentum stay the
-    same for all rates, and the landing foot becomes the stance foot.  If two exchanges restore the angles (two legs),
-    the old stance foot becomes the landing foot; otherwise (a rimless wheel, whose exchange turns back by one spoke)
-    another foot is the next to land, and it is above the ground.  The guard is zero with the landing foot on
+    The exchange only renames coordinates: kinetic and potential energy and angular momentum are unchanged for all
+    rates, and the landing foot becomes the stance foot.  If two exchanges restore the angles (two legs),
+    the former stance foot becomes the landing foot; otherwise (a rimless wheel, whose exchange rotates it back by one
+    spoke) another foot is the next to land, and it is above the ground.  The guard is zero with the landing foot on
     the ground ahead of the stance foot, and positive with the foot above the ground.
 
     Parameters
     ----------
     robot : Robot
     p : (n_p,) array
-        Parameter vector; a slope other than zero makes the potential energy depend on both directions.
+        Parameter vector; with a slope other than zero the potential energy depends on both directions.
     configurations : int
     rng : Generator
     drawn : bool
-        Whether to check the points drawn, too.
+        Whether the points in figures are checked as well.
 
     Returns
     -------
@@ -106,12 +106,12 @@ def check_step(
 
 
 def _worst(errors: list[tuple[float, str]]) -> tuple[float, str]:
-    """Return the largest error with its sentence; nan is the largest."""
+    """Return the largest error with its sentence; nan counts as the largest."""
     return max(errors, key=lambda entry: math.inf if math.isnan(entry[0]) else entry[0])
 
 
 class _Poses:
-    """The Functions of a robot that describe its touchdown, with given parameters."""
+    """The Functions of a robot that describe its touchdown, at fixed parameters."""
 
     def __init__(self, robot: Robot, p: np.ndarray) -> None:
         self.robot, self.angles = robot, np.eye(robot.n_q)[2:]
@@ -125,20 +125,20 @@ class _Poses:
 
     def find(self, count: int, rng: np.random.Generator) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return (q, v) at which the guard falls through zero while armed, at most `count`."""
-        found: list[tuple[np.ndarray, np.ndarray]] = []
+        states: list[tuple[np.ndarray, np.ndarray]] = []
         for _ in range(TRIES * count):
             q = np.concatenate([[rng.normal(), 0.0], rng.uniform(-0.5, 0.5, self.robot.n_q - 2)])
             v = rng.normal(size=self.robot.n_q)
-            self._size = float(np.maximum(self._size, np.linalg.norm(self.foot(q) - q[:2])))  # keeps a nan
+            self._size = float(np.maximum(self._size, np.linalg.norm(self.foot(q) - q[:2])))  # propagates nan
             if not self._close(q) or self._upright(q)[0][0] <= 0:
                 continue
             if self._touchdown(q, v)[1][0] > 0:
                 v = -v
             if self._touchdown(q, v)[2][0] > 0:
-                found.append((q, v))
-            if len(found) == count:
+                states.append((q, v))
+            if len(states) == count:
                 break
-        return found
+        return states
 
     def foot(self, q: np.ndarray) -> np.ndarray:
         """Return the position of the landing foot, shape (2,) [m]."""
@@ -160,20 +160,20 @@ class _Poses:
             apart.append(float(np.linalg.norm(self.foot(after) - q[:2]) / self._size))
         elif not self.foot(after)[1] > EXACT * self._size:
             apart.append(math.inf)
-        advice = f"exchange must describe the same pose with the legs exchanged, a torso unchanged; seen {self._at(q)}."
+        advice = f"exchange must describe the same pose with the legs exchanged and a torso unchanged ({self._at(q)})."
         if not size <= EXACT:
             return float(np.max([size, *apart])), f"the leg exchange changes the {name} by {100 * size:.3g} %: {advice}"
         return float(np.max(apart)), f"the leg exchange does not make the stance foot the next foot to land: {advice}"
 
     def figure_fault(self, q: np.ndarray, v: np.ndarray) -> tuple[float, str]:
-        """Return the distance of the points drawn before and after the exchange of two legs, and a sentence."""
+        """Return the distance between the figures before and after the exchange of two legs, and a sentence."""
         after, rates = (part.copy() for part in self._swap(q, v))
         if not self._restores(q, self._swap(after, rates)[0]):
             return 0.0, ""
         before, exchanged = (np.asarray(self.robot.figure(pose, self._p)) for pose in (q, after))
         apart = np.linalg.norm(before[:, :, None] - exchanged[:, None, :], axis=0)
         size = np.max([*np.min(apart, axis=0), *np.min(apart, axis=1)]) / self._size
-        return float(size), f"the points drawn are others after the leg exchange: draw both legs alike; {self._at(q)}."
+        return float(size), f"the leg exchange changes the figure: draw both legs alike ({self._at(q)})."
 
     def _restores(self, q: np.ndarray, again: np.ndarray) -> bool:
         """Return whether two exchanges have restored the angles, up to full turns."""
@@ -182,7 +182,7 @@ class _Poses:
     def guard_fault(self, q: np.ndarray, v: np.ndarray, exchanged: bool) -> tuple[float, str]:
         """Return the guard's error in a state at which it falls through zero, and a sentence about it.
 
-        The start of the next step is looked at only if the leg exchange is correct.
+        The start of the next step is checked only if the leg exchange is correct.
         """
         x, height = self.foot(q) - [q[0], 0.0]
         if not abs(height) <= EXACT * self._size:
@@ -197,20 +197,20 @@ class _Poses:
         starts_armed = exchanged and following[2] > 0 and following[0] <= EXACT * np.linalg.norm(guard)
         if x <= 1e-6 * self._size or starts_armed:
             return math.inf, (
-                f"touchdown is armed where the landing foot is {x:.3g} m ahead of the stance foot ({self._at(q)}), so "
-                "a step ends there, too, as where the legs pass each other: arm it only where the foot is well ahead, "
-                "such as armed = landing_foot[0] - c.foot[0] - 0.1, or write a touchdown that is zero at the end of "
-                "the step only, such as th2 - th1 of a compass biped."
+                f"touchdown is armed where the landing foot is {x:.3g} m ahead of the stance foot ({self._at(q)}), "
+                "so a step ends there as well, such as where the legs pass each other: arm it only where the foot is well ahead, such as "
+                "armed = landing_foot[0] - c.foot[0] - 0.1, or write a touchdown that is zero only at the end of the "
+                "step, such as th2 - th1 of a compass biped."
             )
         if not guard @ rise > 0:
             return math.inf, (
-                f"touchdown has the wrong sign: it falls through zero while the landing foot rises ({self._at(q)}); it "
-                "must be positive with the foot above the ground. Write it with the opposite sign."
+                f"touchdown has the wrong sign: it falls through zero while the landing foot rises ({self._at(q)}). It "
+                "must be positive with the foot above the ground: write it with the opposite sign."
             )
         return float(abs(height) / self._size), ""
 
     def _close(self, q: np.ndarray) -> bool:
-        """Move the angles of `q`, in place, to where the guard is zero; return whether there is such a place nearby."""
+        """Move the angles of `q`, in place, to a zero of the guard; return whether one is found."""
         for _ in range(ITERATIONS):
             value = self._touchdown(q, self.angles[0])[0][0]
             slope = np.array([self._touchdown(q, unit)[1][0] for unit in self.angles])

@@ -169,12 +169,12 @@ def _alike(one: Gait, other: Gait) -> bool:
 
 def coarsen(problem: GaitProblem) -> GaitProblem:
     """Return the problem on the first grid of its method's approach, however rough the integration there."""
-    return _roughly(problem, problem.transcription.approach(problem.sequence)[0])
+    return _roughly(problem, problem.transcription.list_grids(problem.sequence)[0])
 
 
 def halve_intervals(problem: GaitProblem) -> GaitProblem:
     """Return the problem on a grid half as fine as its own, from which the fine one is a short way."""
-    return _roughly(problem, problem.transcription.coarser(problem.sequence, 2) or problem.transcription)
+    return _roughly(problem, problem.transcription.coarsen(problem.sequence, 2) or problem.transcription)
 
 
 def _roughly(problem: GaitProblem, method: Method) -> GaitProblem:

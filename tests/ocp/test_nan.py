@@ -9,12 +9,12 @@ import pytest
 
 from gaitopt import Collocation, Ipopt, Limits, Newton, Status, solve
 from gaitopt.ocp import solver as solver_module
-from gaitopt.ocp import step as step_module
 from gaitopt.ocp.bounds import Bounds, bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.ocp.solution import grid_solve
 from gaitopt.ocp.solution.diagnosis import violations, warnings
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
@@ -70,8 +70,8 @@ def test_a_guard_that_is_nan_is_an_early_touchdown(planned):
 def test_errors_that_are_nan_are_warned_of(planned):
     problem, transcription, x = planned
     said = " ".join(warnings(transcription, problem, x, math.nan, math.nan))
-    assert "only accurate to nan" in said
-    assert "leaves its mode by nan" in said
+    assert "the error between nodes is nan" in said
+    assert "contact mode is violated by nan" in said
 
 
 def test_violations_that_are_nan_come_first(planned):
@@ -96,7 +96,7 @@ def test_a_derivative_that_is_nan_is_named(planned):
 def test_a_plan_that_is_not_finite_between_its_nodes_is_no_solution(quick, monkeypatch):
     """It once was 'solved' with an error of 0."""
     assert solve(quick).status is Status.SOLVED
-    monkeypatch.setattr(step_module, "check_between_nodes", lambda *_: BetweenNodes(math.inf, 0.0))
+    monkeypatch.setattr(grid_solve, "check_between_nodes", lambda *_: BetweenNodes(math.inf, 0.0))
     gait = solve(quick)
     assert gait.status is Status.INVALID_NUMBER
     assert "not finite between its nodes" in gait.solver.message
@@ -117,8 +117,8 @@ class _Answer:
 @pytest.mark.parametrize("name", ["x", "g", "objective"])
 def test_an_answer_that_is_nan_is_no_solution(quick, name):
     solver = _Answer(**{name: lambda value: value * np.nan})
-    attempt = SingleStart(quick, LinearGuess(), solver, silent)
-    assert attempt.run(quick.transcription, None, 1e-6).outcome.status is Status.INVALID_NUMBER
+    start = SingleStart(quick, LinearGuess(), solver, silent)
+    assert start.solve_on_grid(quick.transcription, None, 1e-6).outcome.status is Status.INVALID_NUMBER
 
 
 @pytest.mark.parametrize("nan_first", [True, False])
@@ -126,7 +126,7 @@ def test_a_start_whose_cost_is_nan_is_not_the_cheapest(quick, monkeypatch, nan_f
     gait = solve(quick)
     costs = [math.nan, 1.0] if nan_first else [1.0, math.nan]
     found = iter([replace(gait, solver=replace(gait.solver, objective=cost)) for cost in costs])
-    monkeypatch.setattr(solver_module, "attempt", lambda *_: next(found))
+    monkeypatch.setattr(solver_module, "solve_from_start", lambda *_: next(found))
     assert solve(quick, starts=2).solver.objective == 1.0
 
 
@@ -136,13 +136,13 @@ def test_a_failure_whose_violation_is_nan_is_not_the_nearest(quick, monkeypatch,
     sizes = [math.nan, 1.0] if nan_first else [1.0, math.nan]
     sizes = (*sizes, 2.0, 3.0)
     found = iter([replace(gait, solver=replace(gait.solver, constraint_violation=size)) for size in sizes])
-    monkeypatch.setattr(solver_module, "attempt", lambda *_: next(found))
+    monkeypatch.setattr(solver_module, "solve_from_start", lambda *_: next(found))
     assert solve(quick).solver.constraint_violation == 1.0
 
 
 def _seen_by_the_tap(g, f):
     """Return (violation told to the observer, whether the iterate is kept) for values of constraints and objective."""
-    told, tap = [], IterationCallback(Nlp({}, {}, 2, 2))
+    told, tap = [], IterationCallback(Nlp({}, {}, None, 2, 2))
     nothing = np.zeros(0)
     tap.watch(lambda iteration: told.append(iteration.infeasibility), Bounds(nothing, nothing, np.zeros(2), np.ones(2)))
     values = {"x": ca.DM([0, 0]), "f": ca.DM(f), "g": ca.DM(g), "lam_x": ca.DM([0, 0]), "lam_g": ca.DM([0, 0])}

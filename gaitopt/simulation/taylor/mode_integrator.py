@@ -142,7 +142,7 @@ class ModeIntegrator:
         here, y, program, integrator = self.here, self._y, self._program, self._program.integrator
         watch = self._watch
         self._data[:], row = self._ready.get((self._active.piece, self._active.sides)) or self._prepare()
-        *values, armed = watch.here().tolist()
+        *values, armed = watch.evaluate().tolist()
         program.numbers[:] = self._row() if row is None else row
         if not min(values) > self._near:
             event = self._start(values, armed > 0, first)
@@ -158,7 +158,7 @@ class ModeIntegrator:
             if code < 0 and code >= -len(values):
                 y[program.entries] = program.state
                 here[0], event = integrator.time, self._events[~code]
-                if event.kind is not EventKind.TOUCHDOWN or watch.here().item(-1) > 0:
+                if event.kind is not EventKind.TOUCHDOWN or watch.evaluate().item(-1) > 0:
                     return event, steps
             elif code == self._in_time:
                 y[program.entries] = program.state
