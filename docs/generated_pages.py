@@ -37,7 +37,7 @@ LAYERS = {
 
 REFERENCE_HEAD = """
 The names used most can be imported from ``gaitopt``, for example ``from gaitopt import solve``; every public name can
-be imported from its layer, for example ``from gaitopt.study import Study``.
+be imported from its layer, for example ``from gaitopt.study import compare``.
 """
 
 

@@ -32,6 +32,8 @@ class LazyPackage(ModuleType):
     def __setattr__(self, name: str, value: object) -> None:
         # Python stores a module in its package once the module is imported.
         if isinstance(value, ModuleType) and name in self._modules:
+            if value.__name__ != self._modules[name]:
+                return  # a subpackage of the same name: the public object is imported when first used
             value = getattr(value, name)
         super().__setattr__(name, value)
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -194,6 +195,17 @@ def callable_with(arguments: str) -> Validator:
             raise InputError(f"{name} must be a function that is called with {arguments}, got {value!r}.")
 
     return validate
+
+
+def as_float(value: Any) -> Any:
+    """Return a number of any kind as a float, and anything else as it is: a converter of an attrs class.
+
+    Examples
+    --------
+    >>> as_float(1), as_float(None)
+    (1.0, None)
+    """
+    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
 
 
 def as_vector(parameters: tuple[Parameter, ...], values: Mapping[str, float]) -> np.ndarray:

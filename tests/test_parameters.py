@@ -98,14 +98,14 @@ def test_defaults_fill_in_and_the_order_is_that_of_the_parameters():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: SettlingCriterion(steps=0), "Patience.steps must be at least 1, got 0"),
-        (lambda: SettlingCriterion(steps=2.5), "Patience.steps must be a whole number, got 2.5"),
-        (lambda: SettlingCriterion(longest_period=0), "Patience.longest_period must be at least 1"),
-        (lambda: SettlingCriterion(tolerance=-1), "Patience.tolerance must be greater than 0"),
-        (lambda: WalkTest(steps=0), "Walking.steps must be at least 1"),
-        (lambda: WalkTest(resolution=2), "Walking.resolution must be greater than 0 and at most 1"),
-        (lambda: GainSearchOptions(evaluations=0), "Search.evaluations must be at least 1"),
-        (lambda: GainSearchOptions(seed=-1), "Search.seed must be at least 0"),
+        (lambda: SettlingCriterion(steps=0), "SettlingCriterion.steps must be at least 1, got 0"),
+        (lambda: SettlingCriterion(steps=2.5), "SettlingCriterion.steps must be a whole number, got 2.5"),
+        (lambda: SettlingCriterion(longest_period=0), "SettlingCriterion.longest_period must be at least 1"),
+        (lambda: SettlingCriterion(tolerance=-1), "SettlingCriterion.tolerance must be greater than 0"),
+        (lambda: WalkTest(steps=0), "WalkTest.steps must be at least 1"),
+        (lambda: WalkTest(resolution=2), "WalkTest.resolution must be greater than 0 and at most 1"),
+        (lambda: GainSearchOptions(evaluations=0), "GainSearchOptions.evaluations must be at least 1"),
+        (lambda: GainSearchOptions(seed=-1), "GainSearchOptions.seed must be at least 0"),
     ],
 )
 def test_options_that_cannot_be_are_named_with_their_class(make, says):

@@ -60,7 +60,7 @@ def search(
 
     Safe to interrupt: the same command resumes.  Exit status 0 if a contact sequence has a gait, 1 if none has.
 
-    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o contact sequences
+    Example: gaitopt search problems/compass_slip.py --max-phases 2 -o sequences
     """
     from gaitopt.cli.script import build_problem, load_script
     from gaitopt.cli.study_output import print_ranking
@@ -213,7 +213,7 @@ def run(
     with show_progress(f"running {script.name}", hidden=json):
         study = call_script(script, setting or [], "study")
         if not isinstance(study, Reproduction):
-            raise InputError(f"study() of {script} must return a Study, it returned {type(study).__name__}.")
+            raise InputError(f"study() of {script} must return a Reproduction, it returned {type(study).__name__}.")
         written = save_figure(study.figure, path)
     numbers = [
         dataclasses.asdict(number) | {"difference": number.difference, "agrees": number.agrees}

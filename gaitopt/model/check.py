@@ -75,7 +75,7 @@ class RobotCheck:
     @property
     def passed(self) -> bool:
         """Whether every error is small enough for a correct robot."""
-        # np.max keeps a nan, which max can lose.
+        # np.max propagates nan, unlike max.
         step = (self.exchange, self.guard, self.figure)
         exact = np.max([self.asymmetry, self.contact, self.momentum, self.impact, *step])
         differenced = np.max([self.energy, self.force, self.derivatives])

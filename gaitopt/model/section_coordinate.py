@@ -24,19 +24,19 @@ def dependent_coordinate(robot: Robot) -> int:
     1
     """
     counts = np.array(robot.touchdown.jac_sparsity(0, 0))[0, 2:] != 0
-    matrix, _ = _relabelling(robot, ca.SX.sym("p", len(robot.parameters)))
+    matrix, _ = _relabel_map(robot, ca.SX.sym("p", len(robot.parameters)))
     sources = np.abs(np.array(ca.inv(matrix))) > NONE
     return int(np.flatnonzero(counts @ sources)[-1])
 
 
-def touching(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
+def guard_after_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
     """Return the touchdown guard as a function of the angles after the swap."""
-    matrix, offset = _relabelling(robot, p)
+    matrix, offset = _relabel_map(robot, p)
     old = ca.solve(matrix, following - offset)
     return robot.touchdown(ca.vertcat(0, 0, old), ca.SX.zeros(robot.n_q), p)[0]
 
 
-def _relabelling(robot: Robot, p: ca.SX) -> tuple[ca.DM, ca.SX]:
+def _relabel_map(robot: Robot, p: ca.SX) -> tuple[ca.DM, ca.SX]:
     """Return matrix and offset of the linear map from the angles before the swap to those after."""
     before = ca.SX.sym("before", len(robot.angles))
     swapped = robot.swap(ca.vertcat(0, 0, before), ca.SX.zeros(robot.n_q), p)[0][2:]

@@ -198,9 +198,9 @@ class _Poses:
         if x <= 1e-6 * self._size or starts_armed:
             return math.inf, (
                 f"touchdown is armed where the landing foot is {x:.3g} m ahead of the stance foot ({self._at(q)}), "
-                "so a step ends there as well, such as where the legs pass each other: arm it only where the foot is well ahead, such as "
-                "armed = landing_foot[0] - c.foot[0] - 0.1, or write a touchdown that is zero only at the end of the "
-                "step, such as th2 - th1 of a compass biped."
+                "so a step ends there as well, such as where the legs pass each other: arm it only where the foot is "
+                "well ahead, such as armed = landing_foot[0] - c.foot[0] - 0.1, or write a touchdown that is zero only "
+                "at the end of the step, such as th2 - th1 of a compass biped."
             )
         if not guard @ rise > 0:
             return math.inf, (

@@ -131,7 +131,7 @@ class GaitProblem:
 
     @property
     def slope_range(self) -> tuple[float, float]:
-        """Bounds of the slope [rad], equal where it is given."""
+        """Bounds of the slope [rad], equal if the slope is fixed."""
         return self.slope if isinstance(self.slope, tuple) else (self.slope, self.slope)
 
     @property

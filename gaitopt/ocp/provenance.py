@@ -1,4 +1,4 @@
-"""Provenance of a problem: the script that states it, and plain data of objects given by the user."""
+"""Provenance of a problem: the script that states it, and plain data of custom objects."""
 
 import dataclasses
 from collections.abc import Mapping

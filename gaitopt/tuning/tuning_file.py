@@ -39,7 +39,7 @@ class TunedGains:
     --------
     >>> gains = {"stiffness": 25.0, "damping": 10.0}
     >>> settings = DesignSettings(torque_limit=8)
-    >>> tuned = TunedGains(design="computed-torque", gains=gains, settings=settings, objective="", radius=0.1)
+    >>> tuned = TunedGains(design="computed_torque", gains=gains, settings=settings, objective="", radius=0.1)
     >>> from gaitopt import compass_biped, load
     >>> tuned.law(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'computed torque'

@@ -32,12 +32,12 @@ PLAN_LIMIT, FEEDBACK_LIMIT = 5.0, 6.0
 OPEN_LOOP = "open loop"
 LAW_STYLE = {
     OPEN_LOOP: {"color": "0.35", "linestyle": (0, (1.5, 1)), "marker": "s"},
-    "pd": {"color": "#D55E00", "linestyle": (0, (5, 1.5)), "marker": "^"},
-    "computed-torque": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
+    "joint_pd": {"color": "#D55E00", "linestyle": (0, (5, 1.5)), "marker": "^"},
+    "computed_torque": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
     "lqr": {"color": "#009E73", "linestyle": (0, (5, 1.5, 1, 1.5)), "marker": "D"},
-    "step-to-step": {"color": "#AA4499", "linestyle": (0, (3, 1, 1, 1, 1, 1)), "marker": "v"},
+    "step_lqr": {"color": "#AA4499", "linestyle": (0, (3, 1, 1, 1, 1, 1)), "marker": "v"},
 }
-LABEL = {"pd": "joint PD", "computed-torque": "computed torque", "lqr": "LQR", "step-to-step": "step to step"}
+LABEL = {"joint_pd": "joint PD", "computed_torque": "computed torque", "lqr": "LQR", "step_lqr": "step to step"}
 LAWS = tuple(LABEL)
 
 

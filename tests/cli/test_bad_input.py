@@ -33,8 +33,8 @@ SETTINGS = [
     (["frction=0.2"], "has no parameter 'frction'. Did you mean 'friction'?"),
     (["friction"], "--set needs NAME=VALUE, got 'friction'"),
     (["=0.2"], "--set needs NAME=VALUE"),
-    (["sequence=slip+ | fly"], "The contact sequence 'slip+ | fly' has an unknown mode 'fly'"),
-    (["sequence=stick | slip+"], "The contact sequence 'stick | slip+' cannot"),
+    (["sequence=slip+ | fly"], "The sequence 'slip+ | fly' has an unknown mode 'fly'"),
+    (["sequence=stick | slip+"], "The sequence 'stick | slip+' cannot"),
     (["sequence=stick"], "needs exactly one '|'"),
     (["objective=cost_of_transprt"], "Did you mean 'cost_of_transport'?"),
     (["step_length=20"], "step_length 20 m is longer than the 3.2 m the robot can reach"),
@@ -85,7 +85,7 @@ SCRIPTS = {
     "makes a wrong problem": (
         "from gaitopt import GaitProblem, compass_biped\n\n\ndef problem():\n"
         "    return GaitProblem(robot=compass_biped(), sequence='stick | slip+')\n",
-        "The contact sequence 'stick | slip+' cannot",
+        "The sequence 'stick | slip+' cannot",
     ),
     "is empty": ("", "own.py has no function problem"),
 }

@@ -199,7 +199,7 @@ def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path
 
 def test_a_script_without_a_law_is_explained(capsys, script):
     for name, message in (
-        (f"{script}:wrong", "must return a Law or a Design, it returned int"),
+        (f"{script}:wrong", "must return a Law or a ControllerFamily, it returned int"),
         (f"{script}:missing", "has no function missing"),
         ("nowhere.py:law", "There is no problem script nowhere.py"),
         ("pid", "There is no feedback law 'pid'"),
@@ -210,11 +210,11 @@ def test_a_script_without_a_law_is_explained(capsys, script):
 
 
 def test_the_laws_in_the_help_are_those_of_the_registry():
-    from gaitopt.cli.law import LawName
+    from gaitopt.cli.options import LawName
     from gaitopt.tuning.controller_family import DESIGNS
 
     (option,) = LawName.__metadata__
-    assert option.help.startswith(", ".join(DESIGNS))
+    assert option.help.startswith(f"Feedback law: {', '.join(DESIGNS)};")
 
 
 def test_a_push_off_is_named_and_exported(capsys, tmp_path):

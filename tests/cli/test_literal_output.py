@@ -124,6 +124,7 @@ TABLES = {
             "platform": "[linux]",
             "versions": {"casadi": "3"},
             "extras": {"fast": False},
+            "unavailable_extras": {},
             "checks": [{"name": "solver [s]", "well": True, "text": "fine [rad]"}],
         }
     ),

@@ -24,8 +24,8 @@ class Priced(Objective):
     per_weight_and_travel = False
     smooth = True
 
-    def integrand(self, torque, positive, negative):
-        return self.price * (self.weights[0] * torque[0] ** 2 + self.weights[1] * torque[1] ** 2)
+    def integrand(self, point):
+        return self.price * (self.weights[0] * point.torque[0] ** 2 + self.weights[1] * point.torque[1] ** 2)
 
 
 def problem(friction=0.3, price=1.0, hook=len):

@@ -138,9 +138,10 @@ def test_simulate_under_a_law():
 def test_run_a_study(tmp_path):
     script = tmp_path / "tiny.py"
     script.write_text(
-        "import numpy as np\nfrom matplotlib.figure import Figure\nfrom gaitopt.study import Number, Study\n"
+        "import numpy as np\nfrom matplotlib.figure import Figure\n"
+        "from gaitopt.study import PublishedValue, Reproduction\n"
         "def study(value=1.0):\n"
-        "    return Study(Figure(), (Number('one', np.float64(value), 1.0, 1e-3, 'arithmetic'),))\n"
+        "    return Reproduction(Figure(), (PublishedValue('one', np.float64(value), 1.0, 1e-3, 'arithmetic'),))\n"
     )
     good = run("run", script, "-o", tmp_path / "tiny.png", "--json")
     assert good.exit_code == 0

@@ -1,6 +1,6 @@
-import dataclasses
 import math
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given
@@ -69,11 +69,11 @@ def test_a_clearance_that_cannot_be(value):
         Limits(clearance=value)
 
 
-MARGINS = [field.name for field in dataclasses.fields(Margins)]
+MARGINS = [field.name for field in attrs.fields(Margins)]
 
 
 @pytest.mark.parametrize("name", MARGINS)
-@pytest.mark.parametrize("value", [-1e-9, math.nan, "wide"])
+@pytest.mark.parametrize("value", [-1e-9, math.nan, "wide", "0.5"])
 def test_margins_that_cannot_be(name, value):
     with pytest.raises(InputError, match=f"Margins.{name}"):
         Margins(**{name: value})
@@ -86,7 +86,7 @@ def test_a_margin_that_takes_everything_is_refused(name):
 
 
 @pytest.mark.parametrize("name", MARGINS)
-@pytest.mark.parametrize("value", [0, np.int64(0), np.float32(0.5), "0.5"])
+@pytest.mark.parametrize("value", [0, np.int64(0), np.float32(0.5)])
 def test_a_margin_of_any_kind_of_number_is_a_float(name, value):
     """A whole number of slip_speed once crashed the solve."""
     kept = getattr(Margins(**{name: value}), name)

@@ -84,7 +84,7 @@ def test_a_duration_on_its_bound_is_a_warning(solved):
     assert survives(gait)
     assert gait.motion.segments[0].duration == pytest.approx(5e-3, rel=1e-2)
     assert len(gait.solver.warnings) == 1
-    assert gait.solver.warnings[0].startswith("phase 1 (slip+) lasts 0.005 s, its shortest allowed")
+    assert gait.solver.warnings[0].startswith("phase 1 (slip+) lasts 0.005 s, the minimum")
     assert solved(sequence=SLIP).solver.warnings == ()
 
 

@@ -39,7 +39,7 @@ def test_closed_loops_keep_their_values(robot, mode, name, rng):
 
 def test_law_with_pieces_keeps_its_values(slip_gait, rng):
     robot, law = compass_biped(), feedforward(compass_biped(), slip_gait.motion)
-    loop, p = mode_equations(robot, Mode.STICK, law.torque), rng.uniform(0.5, 1.5, 8)
+    loop, p = mode_equations(robot, Mode.STICK, law.torque), rng.uniform(0.5, 1.5, len(robot.parameters))
     evaluate = separated(loop.flow, range(8))
     for piece in (0, 5, law.table.shape[1] - 1):
         y, data = rng.uniform(-0.5, 0.5, 8), law.table[:, piece]

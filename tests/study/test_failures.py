@@ -10,11 +10,11 @@ from tests.study.conftest import quick_problem
 def test_a_failure_at_the_iteration_limit_is_concluded(monkeypatch):
     problem = quick_problem(friction=0.02, speed=1.5)
     stopped = replace(multistart.solve_cold(problem, 1)[0], status=Status.ITERATION_LIMIT)
-    assert multistart.proven(problem, [stopped]).status is Status.INFEASIBLE
+    assert multistart.verify_best(problem, [stopped]).status is Status.INFEASIBLE
     calls = []
-    monkeypatch.setattr(multistart, "attempt", lambda *arguments: calls.append(arguments))
+    monkeypatch.setattr(multistart, "solve_start", lambda *arguments: calls.append(arguments))
     infeasible = replace(stopped, status=Status.INFEASIBLE)
-    assert multistart.proven(problem, [infeasible]) is infeasible
+    assert multistart.verify_best(problem, [infeasible]) is infeasible
     assert calls == []
 
 
@@ -22,7 +22,7 @@ def test_a_start_that_only_needed_more_iterations_becomes_a_gait():
     problem = quick_problem()
     solved = multistart.solve_cold(problem, 1)[0]
     stopped = replace(solved, status=Status.ITERATION_LIMIT)
-    concluded = multistart.proven(problem, [stopped])
+    concluded = multistart.verify_best(problem, [stopped])
     assert concluded.status is Status.SOLVED
     assert concluded.verification.passed
     assert concluded.problem["intervals"] == solved.problem["intervals"]

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Status, compare, find_cycles, load_sweep_gait, sweep
-from gaitopt.study import attempt as attempt_module
-from gaitopt.study import imitate
+from gaitopt.study import imitate, multistart
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.gait_metrics import shortest_phase
 from gaitopt.study.multistart import best, objective, solve_coarse
@@ -31,7 +30,7 @@ def test_a_failure_whose_violation_is_nan_is_not_the_nearest(infeasible):
 
 def test_a_start_that_ends_in_nan_has_led_nowhere(problem, infeasible, monkeypatch):
     tried = []
-    monkeypatch.setattr(attempt_module, "attempt", lambda *_: tried.append(0) or costing(infeasible, 1.0, math.nan))
+    monkeypatch.setattr(multistart, "solve_start", lambda *_: tried.append(0) or costing(infeasible, 1.0, math.nan))
     solve_coarse(problem, [infeasible] * 5)
     assert len(tried) == 2
 

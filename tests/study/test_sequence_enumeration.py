@@ -30,7 +30,7 @@ def test_studies_refuse_what_they_cannot_compare_at_their_door(problem):
         InputError, match=r"A search needs a closed sequence, but 'any \| stick' .* solve\(\) closes it"
     ):
         search(problem, sequences=["stick | stick", "any | stick"])
-    with pytest.raises(InputError, match=r"A sweep needs a closed contact sequence, but 'slip\+ stick \| any'"):
+    with pytest.raises(InputError, match=r"A sweep needs a closed sequence, but 'slip\+ stick \| any'"):
         sweep(problem.replace(sequence="slip+ stick | any"), {"friction": [0.14]})
     with pytest.raises(InputError, match="A search needs a contact sequence"):
         search(problem, sequences=[])

@@ -227,10 +227,12 @@ def test_two_coarse_gaits_may_change_places_on_the_fine_grid(slip_gait, monkeypa
         tried.append(start)
         return finer[start]
 
-    monkeypatch.setattr(module, "attempt", attempt)
-    assert module.leading(quick_problem(), [first, second, far]) is second
+    monkeypatch.setattr(module, "solve_start", attempt)
+    assert module.select_leading(quick_problem(), [first, second, far]) is second
     assert tried == [first, second]
-    assert module.leading(quick_problem(), [first, far]) is first  # alone near the best: not solved finely for this
+    assert (
+        module.select_leading(quick_problem(), [first, far]) is first
+    )  # alone near the best: not solved finely for this
     assert len(tried) == 2
 
 
@@ -245,8 +247,8 @@ def test_an_objective_of_a_notebook_is_sent_to_workers():
         per_weight_and_travel = False
         smooth = True
 
-        def integrand(self, torque, positive, negative):
-            return weight * ca.sumsqr(torque) ** (self.exponent / 2)
+        def integrand(self, point):
+            return weight * ca.sumsqr(point.torque) ** (self.exponent / 2)
 
     weight = 2.0
     problem, axes = quick_problem(objective=Effort()), {"friction": [0.14, 0.18]}

@@ -49,7 +49,7 @@ def test_the_way_back_along_the_same_branch_is_spared(smooth, monkeypatch):
     grid, first, second = smooth
     gone = module.solve_start(module.halve_intervals(grid.problem_at(BEFORE)), second)
     assert objective(gone) == pytest.approx(objective(first), rel=1e-6)
-    monkeypatch.setattr(module, "attempt", lambda *given: pytest.fail("solved"))
+    monkeypatch.setattr(module, "solve_start", lambda *given: pytest.fail("solved"))
     assert backward(grid, first, second) is first
 
 

@@ -7,8 +7,7 @@ import pytest
 
 from gaitopt import GainSearchOptions, SensitivityNorm, SpectralRadius, compass_biped
 from gaitopt.progress import silent
-from gaitopt.tuning import controller_family_named
-from gaitopt.tuning import search as search_module
+from gaitopt.tuning import controller_family_named, gain_search
 from gaitopt.tuning.gain_search import LARGE_VIOLATION, GainSearch
 
 
@@ -39,6 +38,6 @@ def test_the_worst_ground_is_that_with_nan(search, monkeypatch, values):
 
 
 def test_a_return_map_that_is_nan_is_hopeless(search, monkeypatch):
-    monkeypatch.setattr(search_module.ReturnMap, "derivative", lambda self, z, passage: np.full((6, 6), np.nan))
-    monkeypatch.setattr(search_module, "one_sided_derivatives", lambda *_: ())
+    monkeypatch.setattr(gain_search.ReturnMap, "derivative", lambda self, z, passage: np.full((6, 6), np.nan))
+    monkeypatch.setattr(gain_search, "one_sided_derivatives", lambda *_: ())
     assert search._value({gain.name: gain.start for gain in search.design.gains}) == LARGE_VIOLATION

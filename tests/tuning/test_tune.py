@@ -143,7 +143,7 @@ def test_sensitivity_norm_adds_up_what_becomes_of_pushes():
 
 
 def test_a_tuning_is_shown_in_a_line(tuned):
-    assert repr(tuned).startswith("Tuning('pd', spectral radius 0.6")
+    assert repr(tuned).startswith("Tuning('joint_pd', spectral radius 0.6")
     assert "hip_stiffness=" in repr(tuned)
     many = dataclasses.replace(tuned, gains={f"actuator_{k}_stiffness": 1 / 3 for k in range(50)})
     assert len(repr(tuned)) < len(repr(many)) < 300

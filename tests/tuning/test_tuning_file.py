@@ -38,7 +38,7 @@ def test_a_saved_tuning_makes_the_same_law(slipping, tuned, tmp_path):
 
 def test_the_file_is_open(tuned, tmp_path):
     facts = json.loads(save_tuning(tuned, tmp_path / "gains.json").read_text(encoding="utf-8"))
-    assert (facts["format"], facts["law"], facts["stance_angle"]) == ("gaitopt tuned gains", "pd", True)
+    assert (facts["format"], facts["law"], facts["stance_angle"]) == ("gaitopt tuned gains", "joint_pd", True)
     assert facts["tuned"] == ["hip_stiffness", "hip_damping"]
     assert min(trial["objective"] for trial in facts["trials"]) == pytest.approx(facts["radius_after"], abs=1e-5)
     assert len(facts["multipliers"]) == 4

@@ -50,29 +50,31 @@ def transfer_solution(solution: Solution, transcription: Transcription, x: Array
     """
     counts = transcription.structure.counts
 
-    def laid(tables: Mapping[str, Table], layout: Layout, found: Array, part: Callable[[Table], Array]) -> Array:
+    def transfer(tables: Mapping[str, Table], layout: Layout, vector: Array, part: Callable[[Table], Array]) -> Array:
         for key, places in layout.tables.items():
             if table_name(key) not in tables:
                 continue
             table = tables[table_name(key)]
             values, identifiers = part(table), _identifiers(layout, key)
             if solution.intervals == counts and values.shape == places.shape and table.keys == identifiers:
-                found[places] = values  # the same grid
+                vector[places] = values  # the same grid
                 continue
             before = _fractions(key, values.shape[1], solution.intervals)
             after = _fractions(key, places.shape[1], counts)
             for row, identifier, index in zip(layout.rows[key], identifiers, places, strict=True):
                 if identifier in table.keys:
-                    found[index] = np.interp(after, before, values[table.keys.index(identifier)])
+                    vector[index] = np.interp(after, before, values[table.keys.index(identifier)])
                     if part is _multipliers and row.kind is not Kind.DYNAMICS:
                         # The multipliers of the other rows are densities in time.
-                        found[index] *= values.shape[1] / places.shape[1]
-        return found
+                        vector[index] *= values.shape[1] / places.shape[1]
+        return vector
 
     zero = np.zeros_like(x)
-    return laid(solution.unknowns, transcription.variables, x.copy(), _values), (
-        laid(solution.unknowns, transcription.variables, zero, _multipliers),
-        laid(solution.constraints, transcription.constraints, np.zeros(transcription.constraints.size), _multipliers),
+    return transfer(solution.unknowns, transcription.variables, x.copy(), _values), (
+        transfer(solution.unknowns, transcription.variables, zero, _multipliers),
+        transfer(
+            solution.constraints, transcription.constraints, np.zeros(transcription.constraints.size), _multipliers
+        ),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from attrs import field, frozen
 
 from gaitopt.errors import InputError, suggest
-from gaitopt.parameters import Parameter, bounded, optional, positive
+from gaitopt.parameters import Parameter, as_float, bounded, optional, positive
 
 
 def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
@@ -51,10 +51,10 @@ class Limits:
     torque: float | Mapping[str, float] = math.inf
     torque_rate: float | Mapping[str, float] = math.inf
     angle: float | Mapping[str, float | tuple[float, float]] = math.pi / 2
-    rate: float = field(default=math.inf, validator=positive("rad/s", infinite=True))
-    shortest_phase: float = field(default=5e-3, validator=positive("s", infinite=True))
-    longest_step: float = field(default=10.0, validator=positive("s", infinite=True))
-    clearance: float | None = field(default=None, validator=optional(bounded("m", lower=0.0)))
+    rate: float = field(default=math.inf, converter=as_float, validator=positive("rad/s", infinite=True))
+    shortest_phase: float = field(default=5e-3, converter=as_float, validator=positive("s", infinite=True))
+    longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))
+    clearance: float | None = field(default=None, converter=as_float, validator=optional(bounded("m", lower=0.0)))
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator [N m], in order.
@@ -144,13 +144,13 @@ class Margins:
     0.05
     """
 
-    cone: float = field(default=1e-3, validator=bounded(lower=0.0, upper=0.99))
-    impact_cone: float = field(default=1e-3, validator=bounded(lower=0.0, upper=0.99))
-    slip_speed: float = field(default=1e-2, validator=bounded("m/s", lower=0.0))
-    separation: float = field(default=1e-3, validator=bounded("m/s", lower=0.0))
-    normal_force: float = field(default=1e-2, validator=bounded(lower=0.0, upper=0.99))
-    touchdown_rate: float = field(default=1e-3, validator=bounded(lower=0.0))
-    touchdown_armed: float = field(default=1e-3, validator=bounded(lower=0.0))
+    cone: float = field(default=1e-3, converter=as_float, validator=bounded(lower=0.0, upper=0.99))
+    impact_cone: float = field(default=1e-3, converter=as_float, validator=bounded(lower=0.0, upper=0.99))
+    slip_speed: float = field(default=1e-2, converter=as_float, validator=bounded("m/s", lower=0.0))
+    separation: float = field(default=1e-3, converter=as_float, validator=bounded("m/s", lower=0.0))
+    normal_force: float = field(default=1e-2, converter=as_float, validator=bounded(lower=0.0, upper=0.99))
+    touchdown_rate: float = field(default=1e-3, converter=as_float, validator=bounded(lower=0.0))
+    touchdown_armed: float = field(default=1e-3, converter=as_float, validator=bounded(lower=0.0))
 
 
 Target = float | tuple[float, float] | None

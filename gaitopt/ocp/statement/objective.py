@@ -199,7 +199,9 @@ def _check_declaration(objective: Objective) -> None:
         raise InputError(f"The objective {kind} is not hashable: make its class a frozen dataclass.")
     methods = ("integrand", "boundary", "peak")
     if not any(overrides(objective, method) for method in methods):
-        raise InputError(f"The objective {kind} has nothing to minimise: define integrand(self, point) in its class.")
+        raise InputError(
+            f"The objective {kind} defines no integrand, boundary or peak: define integrand(self, point) in its class."
+        )
     for method in methods:
         names = list(inspect.signature(getattr(objective, method)).parameters)
         if len(names) != 1:

@@ -59,7 +59,7 @@ class Lobatto(Scheme):
         return tuple(Key(Kind.EQUATION_OF_MOTION, name) for name in dynamics.moving)
 
     def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
-        """Return the point with the given accelerations."""
+        """Return the point with the accelerations `unknowns`."""
         residual, force = dynamics.balance(state, unknowns, torque, p)
         return Point(state, torque, unknowns, force, residual, dynamics.slip_speed(state))
 

@@ -61,7 +61,7 @@ def _boundary(
     before, rates_before = (local.add(f"{part} before", variables[part][:, [-1]]) for part in parts)
     after, rates_after = (local.add(f"{part} after", variables[part][:, [0]]) for part in parts)
     impulse, travel = local.add("impulse", variables[Unknown.IMPULSE]), local.add("travel", variables[Unknown.TRAVEL])
-    duration = ca.sum1(local.shared(Unknown.DURATION))
+    duration = ca.sum1(local.add_shared(Unknown.DURATION))
 
     def speed(phase: Phase, node: int) -> ca.SX:
         columns = builder.slide_columns(phase, [node])[1:]

@@ -172,7 +172,7 @@ class BlockVariables:
         self._values.append(values)
         return self._constants[-1]
 
-    def shared(self, key: TableKey) -> ca.SX:
+    def add_shared(self, key: TableKey) -> ca.SX:
         """Return a symbol for a whole table, common to all instances; added once, at its first use."""
         if key not in self._shared:
             self._shared[key] = self.add(table_name(key), self.builder.variables[key].reshape(-1, 1, order="F"))

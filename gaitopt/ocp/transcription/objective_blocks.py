@@ -96,16 +96,16 @@ class InstantFactory:
     @functools.cached_property
     def _length(self) -> ca.SX:
         """Length of an interval [s]."""
-        return self.local.shared(Unknown.DURATION)[self.phase.number] / self.phase.count
+        return self.local.add_shared(Unknown.DURATION)[self.phase.number] / self.phase.count
 
     @functools.cached_property
     def _period(self) -> ca.SX:
-        return ca.sum1(self.local.shared(Unknown.DURATION))
+        return ca.sum1(self.local.add_shared(Unknown.DURATION))
 
     @functools.cached_property
     def _elapsed(self) -> ca.SX:
         """Time from the start of the step to the node [s]."""
-        durations = self.local.shared(Unknown.DURATION)
+        durations = self.local.add_shared(Unknown.DURATION)
         before = sum((durations[i] for i in range(self.phase.number)), ca.SX(0))
         return before + self.local.add_constant("node", np.asarray(self.nodes, dtype=float)) * self._length
 
@@ -147,7 +147,7 @@ def peak_rows(builder: NlpBuilder, local: BlockVariables, instant: Instant) -> t
         if peak is None:
             continue
         quantities = ca.SX(peak.values)
-        values.append(local.shared(Unknown.PEAK)[place] * peak.divisor - quantities)
+        values.append(local.add_shared(Unknown.PEAK)[place] * peak.divisor - quantities)
         keys = (Key(Kind.PEAK_BOUND, f"{term.name}, part {i + 1}") for i in range(quantities.numel()))
         table += [Row(key, 0.0, math.inf) for key in keys]
     return table, ca.vertcat(*values)
@@ -156,7 +156,7 @@ def peak_rows(builder: NlpBuilder, local: BlockVariables, instant: Instant) -> t
 def peak_cost(builder: NlpBuilder, local: BlockVariables) -> ca.SX:
     """Return the weighted sum of the peaks of the objective."""
     return sum(
-        (builder.terms[number][0] * local.shared(Unknown.PEAK)[i] for i, (number, _) in enumerate(builder.peaks)),
+        (builder.terms[number][0] * local.add_shared(Unknown.PEAK)[i] for i, (number, _) in enumerate(builder.peaks)),
         ca.SX(0),
     )
 

@@ -214,7 +214,7 @@ def point_at(
 def _rate_before(builder: NlpBuilder, phase: Phase, local: BlockVariables, last: Point) -> ca.SX:
     """Return the torque rate in the interval before the last node of a phase."""
     before = local.add("torque before", builder.torque_columns(phase, [phase.nodes[-2]]))
-    return (last.torque - before) * phase.count / local.shared(Unknown.DURATION)[phase.number]
+    return (last.torque - before) * phase.count / local.add_shared(Unknown.DURATION)[phase.number]
 
 
 def _balance(builder: NlpBuilder, dynamics: PhaseDynamics) -> list[Row]:

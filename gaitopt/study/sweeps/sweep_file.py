@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 KIND, VERSION = "sweep", 1
 
-GAITS = "sequence_gaits"
+GAITS = "word_gaits"
 """Group of the gaits.  It sorts behind the table's axes: the HDF5 library looks for the name of an axis by walking
 through the file in the order of names, and would pass all gaits on the way, every time."""
 
