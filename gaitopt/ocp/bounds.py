@@ -94,7 +94,7 @@ def _bounds_of_unknowns(transcription: Transcription, problem: GaitProblem) -> t
         lower[places], upper[places] = -torque, torque
     lower[layout[Unknown.DURATION]], upper[layout[Unknown.DURATION]] = limits.shortest_phase, limits.longest_step
     lower[layout[Unknown.IMPULSE][1]] = 0.0
-    step = problem.step_range
+    step = problem.step_length_range
     lower[layout[Unknown.TRAVEL]], upper[layout[Unknown.TRAVEL]] = max(step.lower, 1e-3), step.upper
     if Unknown.SLOPE in layout:
         lower[layout[Unknown.SLOPE]], upper[layout[Unknown.SLOPE]] = problem.slope_range

@@ -140,7 +140,7 @@ class GaitProblem:
         return Range.of(self.speed, "speed", "m/s")
 
     @property
-    def step_range(self) -> Range:
+    def step_length_range(self) -> Range:
         """Bounds of the travel per step [m]."""
         return Range.of(self.step_length, "step_length", "m")
 
@@ -209,7 +209,7 @@ class GaitProblem:
             raise InputError("friction must be greater than 0, got 0: a foot cannot push off without friction.")
 
     def _check_targets(self) -> None:
-        speed, step = self.speed_range, self.step_range
+        speed, step = self.speed_range, self.step_length_range
         for name in ("speed", "step_length"):
             target = _plain(getattr(self, name))
             object.__setattr__(self, name, tuple(target) if isinstance(target, list) else target)

@@ -141,11 +141,11 @@ def test_a_start_from_a_solution_is_that_solution(reference_problem, solved):
 def test_the_aim_of_a_guess_lies_within_the_targets(reference_problem, speed, step, expected):
     problem = reference_problem(speed=speed, step_length=step)
     aim = setting(problem)
-    assert problem.step_range.lower <= aim.step <= problem.step_range.upper
-    assert problem.speed_range.lower <= aim.step / aim.period * (1 + 1e-12)
-    assert aim.step / aim.period <= problem.speed_range.upper * (1 + 1e-12)
+    assert problem.step_length_range.lower <= aim.step_length <= problem.step_length_range.upper
+    assert problem.speed_range.lower <= aim.step_length / aim.period * (1 + 1e-12)
+    assert aim.step_length / aim.period <= problem.speed_range.upper * (1 + 1e-12)
     if expected is not None:
-        assert (aim.step, aim.period) == pytest.approx(expected)
+        assert (aim.step_length, aim.period) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("limit", [0.3, 1.0, math.pi / 2, 3.0])

@@ -16,8 +16,8 @@ from gaitopt.ocp.transcription.transcription import Transcription
 def setting(problem: GaitProblem) -> Setting:
     """Return the data of a guess: the requested step length and period where fixed, otherwise typical ones."""
     reach = find_longest_reach(problem.robot, problem.values, problem.limits.angles(problem.robot.angles))
-    speed, step = problem.speed_range, problem.step_range
-    length = _typical(step.lower, step.upper, 0.15 * reach)
+    speed, lengths = problem.speed_range, problem.step_length_range
+    length = _typical(lengths.lower, lengths.upper, 0.15 * reach)
     # The duration of a swing is about that of a pendulum of the leg's length.
     natural = _typical(speed.lower, speed.upper, length / (0.9 * math.sqrt(reach / 2 / problem.values["gravity"]) * 2))
     return Setting(problem.robot, problem.values, problem.sequence, length, length / natural)
@@ -49,7 +49,7 @@ def point_from_guess(transcription: Transcription, problem: GaitProblem, guess: 
     x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]] = sample.angles, sample.rates
     x[layout[Unknown.TORQUE]] = driven.torque
     x[layout[Unknown.DURATION][0]] = durations
-    x[layout[Unknown.TRAVEL]] = aim.step
+    x[layout[Unknown.TRAVEL]] = aim.step_length
     if Unknown.SLOPE in layout:
         x[layout[Unknown.SLOPE]] = aim.values["slope"]
     if Unknown.PEAK in layout:

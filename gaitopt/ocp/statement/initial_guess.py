@@ -38,12 +38,12 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """Data of a problem for its guess: robot, parameter values, sequence, step length `step` [m] and period [s]."""
+    """Data of a problem for its guess: robot, parameter values, sequence, step length [m] and period [s]."""
 
     robot: Robot
     values: Mapping[str, float]
     sequence: ContactSequence
-    step: float
+    step_length: float
     period: float
 
 
@@ -173,7 +173,7 @@ class RandomPerturbation(Guess):
     Examples
     --------
     >>> RandomPerturbation(seed=3).describe()
-    'scattered line, seed 3'
+    'randomly perturbed line, seed 3'
     """
 
     seed: int = field(validator=counted(0))
@@ -196,12 +196,12 @@ class RandomPerturbation(Guess):
 
     def describe(self) -> str:
         """Return a text with the seed."""
-        return f"scattered line, seed {self.seed}"
+        return f"randomly perturbed line, seed {self.seed}"
 
 
 def _poses(setting: Setting) -> tuple[Array, Array]:
     """Return the angles after one touchdown and at the next, a step apart."""
     robot, p = setting.robot, setting.robot.vector(setting.values)
-    end = touchdown_pose(robot, setting.values, setting.step)
+    end = touchdown_pose(robot, setting.values, setting.step_length)
     swapped = robot.swap(np.concatenate([[0.0, 0.0], end]), np.zeros(robot.n_q), p)[0]
     return np.asarray(swapped).ravel()[2:], end
