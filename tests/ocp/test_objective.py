@@ -89,7 +89,9 @@ def test_an_objective_without_any_term_is_refused():
     class Nothing(Objective):
         name = "nothing"
 
-    with pytest.raises(InputError, match=r"Nothing defines no integrand, boundary or peak: define integrand\(self, point\)"):
+    with pytest.raises(
+        InputError, match=r"Nothing defines no integrand, boundary or peak: define integrand\(self, point\)"
+    ):
         check_objective(Nothing(), COMPASS)
 
 
