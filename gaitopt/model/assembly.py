@@ -1,4 +1,4 @@
-"""assemble: a robot's Functions from its symbolic description, those of motion, of the landing foot and of the step."""
+"""Assembly of a robot from its symbolic description: Functions of the motion, the landing foot and the step."""
 
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,17 +19,17 @@ from gaitopt.model.robot import Coordinates, Robot
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepEnd:
-    """How a step ends: the contact that lands, its guard, and the map that closes the step.
+    """End of a step: the contact that lands, its guard, and the exchange of the legs.
 
     Attributes
     ----------
     landing : Contact or SX of shape (2, 1)
         The contact that lands; a position stands for a point contact.
     touchdown, armed : SX
-        The step ends when `touchdown` falls through zero while `armed` > 0, which alone may depend on the rates `c.v`.
+        The step ends when `touchdown` falls through zero while `armed` > 0; only `armed` may depend on the rates `c.v`.
     exchange : sequence of SX, optional
         The angles of the next step as functions of the angles at touchdown (linear, invertible): the exchange of the
-        legs.  Without it the angles keep their names (the identity).
+        legs.  None is the identity.
     upright : SX
         Positive while the walker stands.
 
@@ -58,7 +58,7 @@ class StepEnd:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What is drawn of a robot.
+    """Points and lines of a robot in figures.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Drawing:
     links : sequence of pairs of point names
         Lines between points.
     stance : Contact, optional
-        The stance contact, where it is not a point.
+        The stance contact, if it is not a point contact.
 
     Examples
     --------
@@ -97,12 +97,12 @@ def assemble(
     ----------
     name : str
     coordinates : Coordinates
-        The symbols all expressions are written in.
+        The symbols of all expressions.
     bodies : sequence of PointMass or RigidLink
     step : StepEnd
         The contact that lands, its guard, and the exchange of the legs.
     actuators : mapping of str to SX
-        The angle each actuator's torque works on [rad].
+        The angle conjugate to the torque of each actuator [rad].
     drawing : Drawing, optional
     forces : sequence of Spring, Damper, Potential or RotorInertia
     description : str
@@ -114,11 +114,11 @@ def assemble(
     Raises
     ------
     InputError
-        If the exchange is not a linear, invertible map of the angles, or an expression is in other symbols.
+        If the exchange is not a linear, invertible map of the angles, or an expression contains other symbols.
 
     Examples
     --------
-    A pendulum that never walks (see ``gaitopt/model/robots/compass.py`` for a robot that does):
+    A pendulum, which does not walk (``gaitopt/model/robots/compass.py`` assembles a walker):
 
     >>> from gaitopt import Coordinates, Parameter, PointMass, StepEnd, assemble
     >>> c = Coordinates(["theta"], [Parameter("gravity", 9.8, "m/s^2", "gravity")])
@@ -194,7 +194,7 @@ def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Dr
 
 
 def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
-    """Raise InputError if an expression is in other symbols than the coordinates'."""
+    """Raise InputError if an expression contains symbols other than those of the coordinates."""
     rates = {symbol.element_hash() for symbol in ca.symvar(coordinates.v)}
     placed = {symbol.element_hash() for symbol in ca.symvar(ca.vertcat(coordinates.q, coordinates.p))}
     used = {symbol.element_hash() for symbol in ca.symvar(ca.veccat(*expressions.values()))}
@@ -203,8 +203,8 @@ def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str
         for symbol in ca.symvar(ca.vec(ca.SX(expression))):
             if symbol.element_hash() not in known:
                 raise InputError(
-                    f"Robot {name!r}: {what} depends on a symbol {symbol.name()!r} that is none of its coordinates "
-                    "and parameters: use those of the Coordinates given, c.angle(...), c.parameter(...) and c.foot."
+                    f"Robot {name!r}: {what} depends on a symbol {symbol.name()!r} that does not belong to its "
+                    "Coordinates: use c.angle(...), c.parameter(...) and c.foot."
                 )
 
 
@@ -253,7 +253,7 @@ def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[
 
 
 def _step(coordinates: Coordinates, foot: ca.SX, permutation: ca.DM, relabel: Sequence[ca.SX]) -> dict[str, Any]:
-    """Return the Functions that take a state to the coordinates of the next step, and its rates back."""
+    """Return the Functions that map a state to the coordinates of the next step, and its rates back."""
     q, v, p, w = coordinates.q, coordinates.v, coordinates.p, ca.SX.sym("w", coordinates.q.numel())
     jacobian = ca.jacobian(foot, q)
 
@@ -261,7 +261,7 @@ def _step(coordinates: Coordinates, foot: ca.SX, permutation: ca.DM, relabel: Se
         return {"q_next": ca.vertcat(foot, *relabel), "v_next": ca.vertcat(jacobian @ v, permutation @ v[2:])}
 
     def before() -> dict[str, ca.SX]:
-        # For a given landing configuration: angles first, then the old foot's own velocity.
+        # At the landing configuration: angles first, then the velocity of the former stance foot.
         back = ca.solve(permutation, w[2:])
         return {"v": ca.vertcat(w[:2] - jacobian[:, 2:] @ back, back)}
 
@@ -272,7 +272,7 @@ def _step(coordinates: Coordinates, foot: ca.SX, permutation: ca.DM, relabel: Se
 
 
 def _inputs(coordinates: Coordinates) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
-    """Return the named inputs (q, p) and (q, v, p) that most Functions have."""
+    """Return the named inputs (q, p) and (q, v, p) of most Functions."""
     q, v, p = coordinates.q, coordinates.v, coordinates.p
     return {"q": q, "p": p}, {"q": q, "v": v, "p": p}
 
@@ -285,7 +285,7 @@ def contact_functions(
     Parameters
     ----------
     q, v, u, p : SX
-        Their inputs.
+        Inputs of the Functions.
     mass_matrix, drive, friction : SX
         As in :func:`gaitopt.model.contacts.accelerations.accelerations`, expressions of the inputs.
     """
@@ -301,7 +301,7 @@ def contact_functions(
 
 
 class PerMode(Mapping[Mode, ca.Function]):
-    """The Functions of the modes a foot can be in, each made when it is first asked for."""
+    """The Functions of the physical contact modes, each built at its first use."""
 
     def __init__(self, make: Callable[[Mode], ca.Function]) -> None:
         self._make, self._made, self._lock = make, dict[Mode, ca.Function](), threading.Lock()
@@ -309,7 +309,7 @@ class PerMode(Mapping[Mode, ca.Function]):
     def __getitem__(self, mode: Mode) -> ca.Function:
         if mode not in PHYSICAL:
             raise KeyError(mode)
-        with self._lock:  # two threads shall not write the same expressions at once
+        with self._lock:  # expressions are not thread-safe
             if mode not in self._made:
                 self._made[mode] = self._make(mode)
             return self._made[mode]
@@ -321,11 +321,11 @@ class PerMode(Mapping[Mode, ca.Function]):
         return len(PHYSICAL)
 
     def __reduce__(self) -> tuple[type, tuple[dict[Mode, ca.Function]]]:
-        return dict, (dict(self),)  # expressions cannot be pickled, Functions can
+        return dict, (dict(self),)  # Functions can be pickled, expressions cannot
 
 
 def _later(label: str, inputs: dict[str, ca.SX], outputs: Callable[[], dict[str, ca.SX]]) -> Deferred[ca.Function]:
-    """Return a Function that is made when first used: most programmes need few of a robot's."""
+    """Return a Function that is built at its first use: most programs need few Functions of a robot."""
     return Deferred(lambda: _function(label, inputs, outputs()))
 
 

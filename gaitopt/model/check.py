@@ -1,4 +1,4 @@
-"""A check every robot must pass: energy and momentum balances, leg exchange and touchdown guard."""
+"""Checks of a robot: energy and momentum balances, leg exchange and touchdown guard."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,32 +14,32 @@ from gaitopt.model.step_check import StepCheck, check_step
 _STEP = 1e-6
 
 UNARMED = "no pose near the upright one was found in which touchdown is zero, armed > 0 and upright > 0."
-"""The fault of a robot whose steps seem never to end."""
+"""Fault of a robot without a touchdown configuration."""
 
 
 @dataclass(frozen=True)
 class RobotCheck:
-    """Largest relative errors found in random states; all should be at rounding or finite-difference level.
+    """Largest relative errors in random states; those of a correct robot are at rounding or finite-difference level.
 
     Attributes
     ----------
     asymmetry : float
-        Of the mass matrix.
+        Asymmetry of the mass matrix.
     least_eigenvalue : float
         Smallest eigenvalue of the mass matrix over the largest in size; must be positive.
     energy : float
-        Rate of total energy along the motion against the power of torques, contact force and dampers.
+        Rate of total energy along the motion minus the power of torques, contact force and dampers.
     force : float
-        Rate of linear momentum along the motion against gravity and contact force.
+        Rate of linear momentum along the motion minus gravity and contact force.
     contact : float
         Conditions of the contact modes: equations of motion, foot acceleration and friction law.
     momentum : float
         Impulsive balance M (v+ - v-) = W^T impulse, W being the Jacobian of the contact's slide and gap coordinates,
-        so that rolling feet pass; change of linear momentum against the impulse; angular momentum of a rigid rotation.
+        which includes rolling feet; change of linear momentum minus the impulse; angular momentum of a rigid rotation.
     impact : float
-        Complementarity residual of the exact impact solution, and energy gained (must not be).
+        Complementarity residual of the exact impact solution, and energy gained by it.
     derivatives : float
-        Jacobians by algorithmic differentiation against central differences.
+        Jacobians by algorithmic differentiation minus central differences.
     exchange : float
         Leg exchange at random touchdowns: change of kinetic, potential and elastic energy and of angular momentum, and
         distance of the exchanged feet from their old places; infinite if no touchdown is found.
@@ -49,7 +49,7 @@ class RobotCheck:
     figure : float
         Distance of the points drawn from those drawn after the exchange of two legs, as sets.
     faults : tuple of str
-        What is wrong with the leg exchange, the guard or the figure, and what to write instead.
+        Faults of the leg exchange, the guard and the figure with their remedies, one sentence each.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class RobotCheck:
     @property
     def passed(self) -> bool:
         """Whether every error is small enough for a correct robot."""
-        # np.max keeps a nan, which max can lose.
+        # np.max propagates nan, unlike max.
         step = (self.exchange, self.guard, self.figure)
         exact = np.max([self.asymmetry, self.contact, self.momentum, self.impact, *step])
         differenced = np.max([self.energy, self.force, self.derivatives])
@@ -91,9 +91,9 @@ def check_robot(
     ----------
     robot : Robot
     parameters : mapping of str to float, optional
-        Friction is set to 0.3 unless given.
+        The default of friction is 0.3.
     states : int
-        How many random states.
+        Number of random states.
     seed : int
 
     Returns
@@ -103,7 +103,7 @@ def check_robot(
     Raises
     ------
     InputError
-        If a parameter cannot be, or the friction is infinite.
+        If a parameter is invalid, or the friction is infinite.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def check_robot(
     rng = np.random.default_rng(seed)
     values = robot.resolve({"friction": 0.3, "slope": 0.1, **(parameters or {})})
     if np.isinf(values["friction"]):
-        raise InputError("check_robot needs a finite friction, got inf: it checks slipping too.")
+        raise InputError("check_robot needs a finite friction, got inf: it also checks slip.")
     p = robot.vector(values)
     rows = []
     for _ in range(states):
@@ -147,7 +147,7 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
     for mode in PHYSICAL:
         speed = v + np.eye(robot.n_q)[0] * mode.sign
         a, f = (np.asarray(part).ravel() for part in robot.acceleration[mode](q, speed, u, p))
-        # Short against the time scales of the motion, which a light leg makes fast.
+        # Small compared with the time scales of the motion, which are short for a light leg.
         step = 10 * _STEP / (np.max(np.abs(speed)) + np.sqrt(np.max(np.abs(a))) + 1)
         ahead = (q + step * speed + step**2 / 2 * a, speed + step * a)
         behind = (q - step * speed + step**2 / 2 * a, speed - step * a)
@@ -165,7 +165,7 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
         law = [f[0] + mode.sign * friction * f[1], a[1]] if mode.slips else [*a[:2]] if mode is Mode.STICK else [*f]
         scale = np.max(np.abs(f)) + np.max(np.abs(a)) + np.max(np.abs(bias)) + 1
         contact_error = np.max(np.abs([*balance, *law])) / scale
-        worst = np.maximum(worst, [energy_error, force_error, contact_error])  # keeps a nan, which max can lose
+        worst = np.maximum(worst, [energy_error, force_error, contact_error])  # propagates nan, unlike max
     return tuple(worst)
 
 
@@ -189,12 +189,12 @@ def _momentum_error(robot: Robot, q: np.ndarray, v: np.ndarray, impact: Impact, 
     angular = np.array([float(robot.momentum(q, unit, p)[1]) for unit in np.eye(robot.n_q)])
     scale = np.max(np.abs(mass @ v)) + np.max(np.abs(impulse)) + 1
     balance = np.max(np.abs([*(mass @ change - jacobian.T @ impulse), *(linear @ change - impulse)])) / scale
-    # Rates whose product with the mass matrix is the angular momentum: a rigid rotation about the origin.
+    # Rates whose product with the mass matrix is the angular momentum are a rigid rotation about the origin.
     rotation = np.linalg.solve(mass, angular)
     middle = _centre_of_mass(robot, q, p)
-    slip = (jacobian @ rotation)[0] - place[1, 0]  # of the contact point in that rotation, against its height
-    turned = [*(linear @ rotation / float(robot.mass(p)) - [middle[1], -middle[0]]), slip]
-    return float(np.max([balance, np.max(np.abs(turned)) / (np.max(np.abs(middle)) + 1)]))
+    slip = (jacobian @ rotation)[0] - place[1, 0]  # of the contact point in that rotation, minus its height
+    rotated = [*(linear @ rotation / float(robot.mass(p)) - [middle[1], -middle[0]]), slip]
+    return float(np.max([balance, np.max(np.abs(rotated)) / (np.max(np.abs(middle)) + 1)]))
 
 
 def _centre_of_mass(robot: Robot, q: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -202,10 +202,10 @@ def _centre_of_mass(robot: Robot, q: np.ndarray, p: np.ndarray) -> np.ndarray:
     names = [parameter.name for parameter in robot.parameters]
     potential = []
     for slope in (-np.pi / 2, 0.0):
-        there = p.copy()
-        there[names.index("slope")] = slope
-        still = (q, np.zeros(robot.n_q), there)
-        potential.append(float(robot.energy(*still)[1] - robot.force_powers(*still)[0]))
+        inclined = p.copy()
+        inclined[names.index("slope")] = slope
+        state = (q, np.zeros(robot.n_q), inclined)
+        potential.append(float(robot.energy(*state)[1] - robot.force_powers(*state)[0]))
     return np.array(potential) / (float(robot.mass(p)) * p[names.index("gravity")])
 
 

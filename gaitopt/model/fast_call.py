@@ -1,4 +1,4 @@
-"""CasADi Functions called often on numbers: without conversions, into arrays kept for the purpose."""
+"""Fast numerical calls of CasADi Functions, without conversions and with preallocated arrays."""
 
 from typing import Any
 
@@ -9,20 +9,20 @@ from gaitopt.errors import InputError
 
 
 class FastCall:
-    """A Function called through fixed memory, about ten times faster than a plain call.
+    """Numerical calls of a Function through fixed memory, about ten times faster than plain calls.
 
     Parameters
     ----------
     function : Function
-        Of sparse inputs and outputs, the nonzeros are handed over.
+        Sparse inputs and outputs are passed by their nonzeros.
     fixed : arrays
-        Values of its last inputs, the same in every call.
+        Values of the last inputs, constant in all calls.
     shared : (k,) array, optional
-        Memory in which the free inputs lie one after the other, for :meth:`here`; several Functions may look at it.
+        Memory with the free inputs one after the other, for :meth:`evaluate`; several Functions may share it.
 
     Notes
     -----
-    The arrays returned (flat, column-major) are overwritten by the next call; copy what is kept.
+    The arrays returned (flat, column-major) are overwritten by the next call; copy them to keep them.
 
     Examples
     --------
@@ -35,8 +35,8 @@ class FastCall:
     """
 
     def __init__(self, function: ca.Function, *fixed: Any, shared: np.ndarray | None = None) -> None:
-        self._buffer, self._evaluate = function.buffer()
-        # CasADi keeps bare pointers into this memory: it must live as long as the buffer.
+        self._buffer, self._call = function.buffer()
+        # CasADi stores pointers to this memory, which must exist as long as the buffer.
         free, sizes = function.n_in() - len(fixed), [function.nnz_in(i) for i in range(function.n_in())]
         self._packed = np.zeros(sum(sizes[:free])) if shared is None else shared
         inputs = (*_split(self._packed, sizes[:free]), *map(np.zeros, sizes[free:]))
@@ -57,23 +57,23 @@ class FastCall:
         """Return the outputs for the free inputs."""
         for array, value in zip(self._free, values, strict=True):
             array[:] = value
-        self._evaluate()
+        self._call()
         return self._outputs
 
     def packed(self, values: np.ndarray) -> np.ndarray:
-        """Return the outputs one after the other in one array, for the free inputs given likewise: faster still."""
+        """Return the outputs one after the other in one array, for free inputs in the same form; the fastest call."""
         self._packed[:] = values
-        self._evaluate()
+        self._call()
         return self._result
 
-    def here(self) -> np.ndarray:
-        """Return the outputs one after the other in one array, for the free inputs as they lie in memory."""
-        self._evaluate()
+    def evaluate(self) -> np.ndarray:
+        """Return the outputs one after the other in one array, for the free inputs in the shared memory."""
+        self._call()
         return self._result
 
 
 def _split(whole: np.ndarray, sizes: list[int]) -> tuple[np.ndarray, ...]:
-    """Return the arrays of some sizes that lie one after the other in a whole, which must be contiguous."""
+    """Return the consecutive parts of a contiguous array with some sizes."""
     if not whole.flags.c_contiguous or whole.shape != (sum(sizes),):
         raise InputError(f"Shared memory must be {sum(sizes)} numbers in a row, got an array of shape {whole.shape}.")
     ends = np.cumsum(sizes)

@@ -1,4 +1,4 @@
-"""The ground: a slope with Coulomb friction, kept apart from the robot."""
+"""The ground: a slope with Coulomb friction, independent of the robot."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -12,14 +12,14 @@ GROUND = (
     Parameter("friction", math.inf, "1", "coefficient of kinetic friction", lower=0.0, infinite=True),
     Parameter("static_friction_ratio", 1.0, "1", "static over kinetic friction", lower=1.0),
 )
-"""Parameters of the ground; every robot's parameter vector ends with them."""
+"""Parameters of the ground, the last entries of the parameter vector of every robot."""
 
 
 @dataclass(frozen=True)
 class Ground(Mapping[str, float]):
     """A plane with Coulomb friction, as a mapping from the names of the ground's parameters to their values.
 
-    A contact at rest sticks while abs(f_t) <= static_friction f_n; a sliding contact and a slipping impact have
+    A contact at rest sticks while abs(f_t) <= static_friction f_n; for a sliding contact and a slipping impact
     abs(f_t) = friction f_n.
 
     Parameters
@@ -27,9 +27,9 @@ class Ground(Mapping[str, float]):
     slope : float
         Downhill slope [rad].
     friction : float
-        Coefficient of kinetic friction; ``inf`` for a foot that never slips.
+        Coefficient of kinetic friction; ``inf`` for a foot that does not slip.
     static_friction : float, optional
-        Coefficient of static friction, at least `friction`, which it equals by default.
+        Coefficient of static friction, at least `friction`; by default equal to it.
 
     Raises
     ------
@@ -62,7 +62,9 @@ class Ground(Mapping[str, float]):
         if self.static_friction is None or self.static_friction == self.friction:
             return 1.0
         if self.friction == 0:
-            raise InputError("static_friction needs a friction greater than 0, got 0: their ratio is a parameter.")
+            raise InputError(
+                "friction must be greater than 0 if static_friction is, got 0: their ratio is a parameter."
+            )
         return self.static_friction / self.friction
 
     def __getitem__(self, name: str) -> float:

@@ -21,7 +21,7 @@ class PointMass:
     mass : SX or float
         Mass [kg].
     position : SX, shape (2, 1)
-        Where it is, in the slope-fixed frame [m].
+        Position in the slope-fixed frame [m].
 
     Examples
     --------
@@ -44,11 +44,11 @@ class RigidLink:
     mass : SX or float
         Mass [kg].
     position : SX, shape (2, 1)
-        Its centre of mass [m].
+        Position of the centre of mass [m].
     inertia : SX or float
         Moment of inertia about the centre of mass [kg m^2].
     angle : SX
-        Its orientation [rad].
+        Orientation [rad].
 
     Examples
     --------
@@ -79,11 +79,11 @@ class Mechanics:
     kinetic, potential : SX
         Energies [J].
     momentum : SX, shape (2, 1)
-        Linear momentum [kg m/s], summed over bodies (not read off the mass matrix).
+        Linear momentum [kg m/s], summed over the bodies, independent of the mass matrix.
     angular_momentum : SX
         Angular momentum about the origin of the frame [kg m^2/s], positive for increasing angle (clockwise).
     total_mass : SX
-        [kg].
+        Total mass [kg].
     elastic : SX
         Energy of springs and potentials, part of `potential` [J].
     dissipation : SX
@@ -124,7 +124,7 @@ def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: S
         bias += jacobian.T @ (body.mass * (ca.jtimes(velocity, q, v) - gravity))  # J^T m (dJ/dt v - g)
         potential -= body.mass * ca.dot(gravity, body.position)
         momentum += body.mass * velocity
-        # Angles are measured from the vertical, clockwise; so is the moment: r_y p_x - r_x p_y.
+        # Angles are clockwise from the vertical, and so is the moment: r_y p_x - r_x p_y.
         angular += body.mass * (body.position[1] * velocity[0] - body.position[0] * velocity[1])
         total += body.mass
         if isinstance(body, RigidLink):

@@ -1,4 +1,4 @@
-"""A robot: a frozen bundle of named CasADi Functions, and the symbols it is written in."""
+"""Robots: frozen records of named CasADi Functions, and the symbols of their expressions."""
 
 import functools
 import threading
@@ -21,14 +21,14 @@ from gaitopt.parameters import Parameter, as_vector, resolve
 
 
 class Coordinates:
-    """The symbols a robot is written in: q = (x, y, angles), rates, and parameters by name.
+    """The symbols of a robot's expressions: q = (x, y, angles), rates, and parameters by name.
 
     Parameters
     ----------
     angles : sequence of str
         Names of the joint or leg angles [rad].
     parameters : sequence of Parameter
-        Parameters of the robot; ``gravity`` must be one of them.  Those of the ground are added.
+        Parameters of the robot, ``gravity`` among them.  Those of the ground are added.
 
     Examples
     --------
@@ -43,13 +43,13 @@ class Coordinates:
         names = [p.name for p in self.parameters]
         if len(set(names)) != len(names):
             ground = ", ".join(repr(p.name) for p in GROUND)
-            raise InputError(f"Two parameters share a name; {ground} belong to the ground.")
+            raise InputError(f"Parameters must have different names; {ground} are those of the ground.")
         if "gravity" not in names:
-            raise InputError("A robot needs a parameter named 'gravity'.")
+            raise InputError("The parameters of a robot must include 'gravity'.")
         for p in parameters:
             if p.at_most and p.at_most not in names:
                 raise InputError(
-                    f"{p.name} is to be at most {p.at_most!r}, which is no parameter. {suggest(p.at_most, names)}"
+                    f"The upper bound {p.at_most!r} of {p.name} is not a parameter. {suggest(p.at_most, names)}"
                 )
         self.q = ca.vertcat(ca.SX.sym("x"), ca.SX.sym("y"), *[ca.SX.sym(a) for a in angles])
         self.v = ca.SX.sym("v", self.q.numel())
@@ -80,7 +80,7 @@ class Robot(LazyRecord):
     """A planar single-support walker.  Build one with :func:`gaitopt.assemble`.
 
     Every attribute from `dynamics` on is a CasADi Function of q (n_q), v (n_q), u (n_u) and the parameter
-    vector p (n_p); the optimiser calls them on symbols and the simulator on numbers, so both run the same physics.
+    vector p (n_p); the optimiser calls them with symbols and the simulator with numbers, so both use the same model.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Robot(LazyRecord):
     parameters : tuple of Parameter
         Parameters of the robot, then those of the ground; the order of p.
     points, links : tuple
-        Names of the points drawn, and pairs of their indices joined by a line.
+        Names of the points in figures, and pairs of their indices joined by a line.
     contact_model : ContactModel
         Transitions between contact modes and the impact law.
     dynamics : (q, v, p) -> mass_matrix (n_q, n_q), bias (n_q), actuation (n_q, n_u)
@@ -106,8 +106,8 @@ class Robot(LazyRecord):
     swap : (q, v, p) -> q, v in the coordinates of the next step, the landing foot being (x, y)
     unswap : (q_before, v_next, p) -> v before the swap
     upright : (q, p) -> positive while the walker has not fallen
-    joint_rates : (q, v, p) -> (n_u) rates the actuators work on [rad/s]
-    figure : (q, p) -> (2, n_points) positions drawn [m]
+    joint_rates : (q, v, p) -> (n_u) rates of the angles the actuators work on [rad/s]
+    figure : (q, p) -> (2, n_points) positions of the points in figures [m]
     rims : (q, p) -> (4, 2) centre [m], radius [m] and clockwise angle [rad] of the stance and the landing foot's rim
     force_powers : (q, v, p) -> elastic energy of springs and potentials [J], power dissipated by dampers [W]
 
@@ -270,12 +270,12 @@ class Robot(LazyRecord):
         """
         if not isinstance(model, ContactModel):
             raise InputError(f"The contact model of a robot must be a ContactModel, got {model!r}.")
-        # Not getattr: fields that were never read stay unread.
+        # vars instead of getattr: lazy fields are not evaluated.
         copied = {entry.name: vars(self)[entry.name] for entry in fields(self)}
         return Robot(**{**copied, "contact_model": model})
 
     def resolve(self, values: Mapping[str, object]) -> dict[str, float]:
-        """Return every parameter by name, defaults filled in; raise InputError for a name or value that cannot be.
+        """Return every parameter by name, with defaults; raise InputError for an invalid name or value.
 
         Examples
         --------

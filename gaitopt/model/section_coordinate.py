@@ -1,4 +1,4 @@
-"""The touchdown condition seen from the step that follows: which angle it fixes, both feet on the ground."""
+"""Dependent coordinate on the section after touchdown: the angle determined by the touchdown condition."""
 
 import functools
 
@@ -13,9 +13,9 @@ NONE = 1e-12
 
 @functools.lru_cache(maxsize=32)
 def dependent_coordinate(robot: Robot) -> int:
-    """Return which angle the touchdown condition fixes after the swap: the number of the last one it depends on.
+    """Return the number of the angle that the touchdown condition determines after the swap.
 
-    That of a torso, for instance, is free, wherever it stands among the angles.
+    It is the last angle on which the condition depends; the angle of a torso, for instance, is free.
 
     Examples
     --------
@@ -24,20 +24,20 @@ def dependent_coordinate(robot: Robot) -> int:
     1
     """
     counts = np.array(robot.touchdown.jac_sparsity(0, 0))[0, 2:] != 0
-    matrix, _ = _relabelling(robot, ca.SX.sym("p", len(robot.parameters)))
-    came_from = np.abs(np.array(ca.inv(matrix))) > NONE
-    return int(np.flatnonzero(counts @ came_from)[-1])
+    matrix, _ = _relabel_map(robot, ca.SX.sym("p", len(robot.parameters)))
+    sources = np.abs(np.array(ca.inv(matrix))) > NONE
+    return int(np.flatnonzero(counts @ sources)[-1])
 
 
-def touching(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
+def guard_after_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
     """Return the touchdown guard as a function of the angles after the swap."""
-    matrix, offset = _relabelling(robot, p)
+    matrix, offset = _relabel_map(robot, p)
     old = ca.solve(matrix, following - offset)
     return robot.touchdown(ca.vertcat(0, 0, old), ca.SX.zeros(robot.n_q), p)[0]
 
 
-def _relabelling(robot: Robot, p: ca.SX) -> tuple[ca.DM, ca.SX]:
-    """Return matrix and offset of the angles after the swap, which are linear in those before."""
+def _relabel_map(robot: Robot, p: ca.SX) -> tuple[ca.DM, ca.SX]:
+    """Return matrix and offset of the linear map from the angles before the swap to those after."""
     before = ca.SX.sym("before", len(robot.angles))
     swapped = robot.swap(ca.vertcat(0, 0, before), ca.SX.zeros(robot.n_q), p)[0][2:]
     return ca.DM(ca.jacobian(swapped, before)), ca.substitute(swapped, before, ca.SX.zeros(before.numel()))

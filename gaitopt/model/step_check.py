@@ -11,10 +11,10 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 
 EXACT = 1e-9
-"""Largest relative error of a leg exchange and of the height at touchdown: they are exact up to rounding."""
+"""Largest relative error of a leg exchange and of the height at touchdown, which are exact up to rounding."""
 
 CONFIGURATIONS, TRIES, ITERATIONS = 8, 10, 40
-"""Touchdown configurations of the check before a solve, random starts for each, and Newton steps from a start."""
+"""Number of touchdown configurations checked before a solve, of random starts for each, and of Newton steps."""
 
 FAR = 1.5 * math.pi
 """Largest angle at which a touchdown is looked for [rad]: a hanging leg's may be measured from the upward vertical."""
@@ -33,9 +33,9 @@ class StepCheck:
         Height of the landing foot where the guard is zero; infinite if the guard has the wrong sign or is armed
         where the landing foot is not ahead of the stance foot.
     figure : float
-        Distance of the points drawn from those drawn after the exchange of two legs, as sets; 0 if not asked for.
+        Distance between the sets of points in figures before and after the exchange of two legs; 0 if not checked.
     faults : tuple of str
-        What is wrong and what to write instead; empty for a correct robot.
+        Faults with their remedies, one sentence each; empty for a correct robot.
     """
 
     exchange: float
@@ -73,21 +73,21 @@ def check_step(
 ) -> StepCheck | None:
     """Check leg exchange and guard at random touchdown configurations.
 
-    The exchange only renames coordinates: no body moves, so kinetic and potential energy and angular momentum stay the
-    same for all rates, and the landing foot becomes the stance foot.  If two exchanges restore the angles (two legs),
-    the old stance foot becomes the landing foot; otherwise (a rimless wheel, whose exchange turns back by one spoke)
-    another foot is the next to land, and it is above the ground.  The guard is zero with the landing foot on
+    The exchange only renames coordinates: kinetic and potential energy and angular momentum are unchanged for all
+    rates, and the landing foot becomes the stance foot.  If two exchanges restore the angles (two legs),
+    the former stance foot becomes the landing foot; otherwise (a rimless wheel, whose exchange rotates it back by one
+    spoke) another foot is the next to land, and it is above the ground.  The guard is zero with the landing foot on
     the ground ahead of the stance foot, and positive with the foot above the ground.
 
     Parameters
     ----------
     robot : Robot
     p : (n_p,) array
-        Parameter vector; a slope other than zero makes the potential energy depend on both directions.
+        Parameter vector; with a slope other than zero the potential energy depends on both directions.
     configurations : int
     rng : Generator
     drawn : bool
-        Whether to check the points drawn, too.
+        Whether the points in figures are checked as well.
 
     Returns
     -------
@@ -110,12 +110,12 @@ def check_step(
 
 
 def _worst(errors: list[tuple[float, str]]) -> tuple[float, str]:
-    """Return the largest error with its sentence; nan is the largest."""
+    """Return the largest error with its sentence; nan counts as the largest."""
     return max(errors, key=lambda entry: math.inf if math.isnan(entry[0]) else entry[0])
 
 
 class _Poses:
-    """The Functions of a robot that describe its touchdown, with given parameters."""
+    """The Functions of a robot that describe its touchdown, at fixed parameters."""
 
     def __init__(self, robot: Robot, p: np.ndarray) -> None:
         self.robot, self.angles = robot, np.eye(robot.n_q)[2:]
@@ -197,7 +197,7 @@ class _Poses:
     def measure_guard(self, q: np.ndarray, v: np.ndarray, exchanged: bool) -> tuple[float, str]:
         """Return the guard's error in a state at which it falls through zero, and a sentence about it.
 
-        The start of the next step is looked at only if the leg exchange is correct.
+        The start of the next step is checked only if the leg exchange is correct.
         """
         (x, height), at = self.foot(q) - [q[0], 0.0], self._describe(q)
         if not abs(height) <= EXACT * self._size:

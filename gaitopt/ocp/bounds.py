@@ -1,4 +1,4 @@
-"""Numbers of a solve: the structure, data and bounds of one problem."""
+"""Numbers of a solve: structure, data and bounds of one problem."""
 
 import math
 
@@ -19,11 +19,11 @@ from gaitopt.ocp.transcription.transcription import Structure, Transcription
 
 
 def structure(
-    problem: GaitProblem, method: Method, relaxation: Relaxation | None = None, landing: GuardSchedule | None = None
+    problem: GaitProblem, method: Method, relaxation: Relaxation | None = None, schedule: GuardSchedule | None = None
 ) -> Structure:
     """Return the structure of a problem's NLP; an open contact sequence needs a relaxation."""
     if relaxation is None:
-        problem.sequence.require_closed("A smooth programme")
+        problem.sequence.require_closed("A smooth NLP")
     robot, limits = problem.robot, problem.limits
     torques, is_open = limits.torques(robot.actuators), problem.sequence.has_open_phases
     return Structure(
@@ -36,7 +36,7 @@ def structure(
         free_slope=len(set(problem.slope_range)) > 1,
         rate_limited=not is_open and any(map(math.isfinite, limits.torque_rates(robot.actuators))),
         cleared=limits.clearance is not None,
-        landing=landing,
+        schedule=schedule,
         relaxation=relaxation,
     )
 
@@ -78,7 +78,7 @@ def _bounds_of_unknowns(transcription: Transcription, problem: GaitProblem) -> t
         lower[places], upper[places] = -torque, torque
     lower[layout[Unknown.DURATION]], upper[layout[Unknown.DURATION]] = limits.shortest_phase, limits.longest_step
     lower[layout[Unknown.IMPULSE][1]] = 0.0
-    step = problem.step_range
+    step = problem.step_length_range
     lower[layout[Unknown.TRAVEL]], upper[layout[Unknown.TRAVEL]] = max(step.lower, 1e-3), step.upper
     if Unknown.SLOPE in layout:
         lower[layout[Unknown.SLOPE]], upper[layout[Unknown.SLOPE]] = problem.slope_range
@@ -97,7 +97,7 @@ def _bounds_of_unknowns(transcription: Transcription, problem: GaitProblem) -> t
 
 
 def _bound_slides(transcription: Transcription, problem: GaitProblem, lower: Array, upper: Array) -> None:
-    """Bound slide and speed of the foot in phases whose mode is known."""
+    """Bound slide and speed of the foot in slip phases."""
     for phase in transcription.phases:
         if phase.mode.slips:
             slide, speed = transcription.variables[Unknown.SLIDE, phase.number]
@@ -106,7 +106,7 @@ def _bound_slides(transcription: Transcription, problem: GaitProblem, lower: Arr
 
 
 def _bound_open_slide(transcription: Transcription, problem: GaitProblem, lower: Array, upper: Array) -> None:
-    """Bound contact forces and the motion of the foot where modes are open, and hold the others to their modes."""
+    """Bound contact forces and the motion of the foot in open phases, and fix the modes of the others."""
     layout, sequence = transcription.variables, problem.sequence
     slide, speed = layout[Unknown.SLIDE]
     lower[slide[0]] = upper[slide[0]] = 0.0
@@ -124,7 +124,7 @@ def _bound_open_slide(transcription: Transcription, problem: GaitProblem, lower:
 
 
 def _speed_bounds(phase: Phase, margin: float) -> tuple[Array, Array]:
-    """Return bounds of the foot speed at the phase's nodes, fading to zero towards an end at rest."""
+    """Return bounds of the foot speed at the nodes of a phase, which decrease to zero towards an end at rest."""
     part = np.linspace(0, 1, phase.count + 1)
     least = np.full(part.size, margin)
     if phase.starts_at_rest or phase.starts_open:

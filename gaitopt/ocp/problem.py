@@ -1,4 +1,4 @@
-"""GaitProblem: everything that defines an optimal gait, as a frozen record."""
+"""GaitProblem: the definition of an optimal gait as a frozen record."""
 
 import copy
 import math
@@ -32,28 +32,28 @@ class GaitProblem:
     sequence : ContactSequence or str
         Phases and impact, such as ``"slip+ stick | slip+"``; ``any`` leaves a place open, see :func:`gaitopt.solve`.
     parameters : mapping of str to float
-        Robot parameters (SI units); those not named keep their defaults.
+        Robot parameters (SI units); missing ones have their default values.
     friction : float
         Coulomb coefficient; ``inf`` for a foot that never slips.
     slope : float or (float, float) [rad]
-        Downhill positive; a pair leaves the slope to the optimiser, within bounds.
+        Downhill positive; a pair makes the slope an unknown within bounds.
     speed, step_length : float, (float, float) or None
-        Wanted value, bounds, or free [m/s, m].  Travel includes foot slide.
+        Requested value, bounds, or None for a free value [m/s, m].  Travel includes foot slide.
     objective : Objective or str
     limits : Limits
     margins : Margins
     guess : Guess or None
-        Where the optimiser starts; None lets :func:`gaitopt.solve` choose, a straight line from pose to pose.
+        Initial guess; None stands for a straight line from pose to pose.
     transcription : Collocation or MultipleShooting
     name : str
-        For people.
+        Name shown in reports.
     script : ScriptRecord or None
         The script that states the problem, for the record of the gait.
 
     Raises
     ------
     InputError
-        At construction, if anything cannot be: the message says what and why.
+        If any argument is invalid; the message names it and gives the reason.
 
     Examples
     --------
@@ -91,8 +91,10 @@ class GaitProblem:
         check_objective(self.objective, self.robot)
         for ground in ("slope", "friction"):
             if ground in self.parameters:
-                raise InputError(f"Give {ground} as GaitProblem({ground}=...), not among the robot's parameters.")
-        lower, upper = (self._resolved(slope) for slope in self._slopes())
+                raise InputError(
+                    f"{ground} must be given as GaitProblem({ground}=...), not among the robot's parameters."
+                )
+        lower, upper = (self._resolve(slope) for slope in self._slopes())
         set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
         set_(self, "friction", lower.pop("friction"))
         set_(self, "parameters", lower)
@@ -101,22 +103,22 @@ class GaitProblem:
         self._check_targets()
 
     def _slopes(self) -> tuple[object, object]:
-        """Return the bounds of the slope as they were given."""
+        """Return the bounds of the slope, unchecked."""
         if not isinstance(self.slope, tuple | list):
             return self.slope, self.slope
         if len(self.slope) != 2 or not self.slope[0] <= self.slope[1]:
             raise InputError(f"slope must be a number or a pair (lower, upper) [rad], got {self.slope!r}.")
         return self.slope[0], self.slope[1]
 
-    def _resolved(self, slope: object) -> dict[str, float]:
+    def _resolve(self, slope: object) -> dict[str, float]:
         return self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
 
     def replace(self, **changes: Any) -> "GaitProblem":
-        """Return the problem with some fields changed and everything checked again."""
+        """Return the problem with some fields changed; all fields are checked again."""
         return replace(self, **changes)
 
     def without_guess(self) -> "GaitProblem":
-        """Return the problem without its guess, which may hold on to other gaits."""
+        """Return the problem without its guess, which may reference other gaits."""
         bare = copy.copy(self)
         object.__setattr__(bare, "guess", None)
         return bare
@@ -129,7 +131,7 @@ class GaitProblem:
 
     @property
     def slope_range(self) -> tuple[float, float]:
-        """Bounds of the slope [rad], equal where it is given."""
+        """Bounds of the slope [rad], equal if the slope is fixed."""
         return self.slope if isinstance(self.slope, tuple) else (self.slope, self.slope)
 
     @property
@@ -138,7 +140,7 @@ class GaitProblem:
         return Range.of(self.speed, "speed", "m/s")
 
     @property
-    def step_range(self) -> Range:
+    def step_length_range(self) -> Range:
         """Bounds of the travel per step [m]."""
         return Range.of(self.step_length, "step_length", "m")
 
@@ -191,25 +193,23 @@ class GaitProblem:
 
     def _check_actuation(self) -> None:
         if self.robot.n_u == 0:
-            raise InputError(f"Robot {self.robot.name!r} has no actuators, so there is nothing to optimise.")
+            raise InputError(f"Robot {self.robot.name!r} has no actuators; an optimal gait needs at least one.")
         self.limits.torque_rates(self.robot.actuators)
         if not any(self.limits.torques(self.robot.actuators)):
-            raise InputError("Limits.torque is 0 for every actuator, so there is nothing to optimise.")
+            raise InputError("Limits.torque is 0 for every actuator; at least one must be greater than 0.")
         self.transcription.intervals_for(self.sequence)
 
     def _check_friction(self) -> None:
         if self.sequence.is_open and math.isinf(self.friction):
-            raise InputError(
-                f"Without a friction limit nothing slips: the sequence '{self.sequence}' needs no open place."
-            )
+            raise InputError(f"The sequence '{self.sequence}' has open places, which need a finite friction, got inf.")
         slips = any(mode.slips for mode in (*self.sequence.phases, self.sequence.impact))
         if slips and math.isinf(self.friction):
             raise InputError(f"The contact sequence '{self.sequence}' slips, which needs a finite friction, got inf.")
-        if self.friction == 0:  # the cones are written with 1 / mu
-            raise InputError("A gait needs a friction greater than 0: without it no foot can push off.")
+        if self.friction == 0:  # the cones contain 1 / mu
+            raise InputError("friction must be greater than 0, got 0: a foot cannot push off without friction.")
 
     def _check_targets(self) -> None:
-        speed, step = self.speed_range, self.step_range
+        speed, step = self.speed_range, self.step_length_range
         for name in ("speed", "step_length"):
             target = _plain(getattr(self, name))
             object.__setattr__(self, name, tuple(target) if isinstance(target, list) else target)

@@ -1,4 +1,4 @@
-"""Provenance of a problem: the script that states it, and plain data of objects given by the user."""
+"""Provenance of a problem: the script that states it, and plain data of custom objects."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -17,9 +17,9 @@ class ScriptRecord:
     sha256 : str
         SHA-256 digest of the file, in hexadecimal digits.
     parameters : mapping of str to object
-        Every parameter of the script with the value it was called with.
+        Every parameter of the script with its value.
     changed : tuple of str
-        Those that were set, and did not keep their defaults.
+        Names of the parameters that differ from their defaults.
 
     Examples
     --------
@@ -33,7 +33,7 @@ class ScriptRecord:
     changed: tuple[str, ...] = ()
 
     def describe(self) -> dict[str, Any]:
-        """Return the record as plain data; values that are not plain data as text."""
+        """Return the record as plain data; other values are converted to text."""
         parameters = {name: value if is_plain(value) else repr(value) for name, value in self.parameters.items()}
         return {"file": self.file, "sha256": self.sha256, "parameters": parameters, "set": list(self.changed)}
 
@@ -54,12 +54,12 @@ def is_plain(value: Any) -> bool:
 
 
 def plain_fields(options: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass that are plain data; of those that are dataclasses, type and fields.
+    """Return the fields of a dataclass that are plain data; fields that are dataclasses by their type and fields.
 
     Parameters
     ----------
     options : object
-        Such as an objective; one that is not a dataclass has no fields.
+        Such as an objective; an object that is not a dataclass has no fields.
 
     Examples
     --------

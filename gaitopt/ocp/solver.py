@@ -1,4 +1,4 @@
-"""solve: from a problem to a gait."""
+"""Solution of a gait problem from one or several starts."""
 
 import functools
 
@@ -18,9 +18,9 @@ from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
 RETRIES = 3
-"""How many other starts are tried where none has led to a gait."""
+"""Number of further starts that are tried if none has converged."""
 
-_HOPEFUL = (
+_RETRY = (
     Status.INFEASIBLE,
     Status.ITERATION_LIMIT,
     Status.FAILED,
@@ -28,7 +28,7 @@ _HOPEFUL = (
     Status.DIVERGING,
     Status.UNCONFIRMED,
 )
-"""Endings after which another start may lead to a gait."""
+"""Statuses after which another start may converge."""
 
 
 def solve(
@@ -39,19 +39,19 @@ def solve(
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
 ) -> Gait:
-    """Find an optimal gait: on a coarse grid first, then with a finer one until the plan is accurate between its nodes.
+    """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
-    After a failure up to three other starts are tried.  Open places of the sequence, as in ``"slip+ stick | any"``,
-    enter as relaxed complementarity pairs that propose closed sequences, which are then solved; ``gait.proposal``
-    states how.
+    After a failure up to three other starts are tried.  Open places of the sequence, as in ``"slip+ stick | any"``, are
+    formulated as relaxed complementarity pairs; their solution proposes closed sequences, which are then solved.
+    ``gait.proposal`` is the record of this.
 
     Parameters
     ----------
     problem : GaitProblem
     starts : int
-        Number of starts, the first of them the problem's guess; the gait of lowest objective is returned.
+        Number of starts, the first of which is the guess of the problem; the gait of lowest objective is returned.
     solver : Newton or Ipopt, optional
-        :class:`gaitopt.Newton` by default: Ipopt, for smooth objectives after an attempt with Newton's method.
+        :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional
     observer : SolveObserver
         Receives an :class:`gaitopt.progress.Iteration` per iteration, and a
@@ -60,7 +60,7 @@ def solve(
     Returns
     -------
     Gait
-        Check ``gait.status`` first, a numerical failure is not an exception; then :func:`gaitopt.verify` the gait.
+        A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.
 
     Raises
     ------
@@ -80,14 +80,14 @@ def solve(
     check_count("starts", starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     require_valid_step(problem.robot)
-    once = (
+    solve_once = (
         functools.partial(solve_open_sequence, homotopy=homotopy or Homotopy())
         if problem.sequence.is_open
         else solve_from_start
     )
     gaits: list[Gait] = []
     while not _is_finished(gaits, starts):
-        gaits.append(once(problem, _start(problem, len(gaits)), solver, observer))
+        gaits.append(solve_once(problem, _start(problem, len(gaits)), solver, observer))
     return _best(gaits)
 
 
@@ -99,25 +99,25 @@ def _check_solver(solver: NlpSolver) -> NlpSolver:
 
 
 def _is_finished(gaits: list[Gait], starts: int) -> bool:
-    """Return whether no other start is to be tried."""
+    """Return whether no further start is tried."""
     if not gaits:
         return False
     last = gaits[-1].status
-    if not last.ok and last not in _HOPEFUL:
+    if not last.ok and last not in _RETRY:
         return True
     return len(gaits) >= (starts if any(gait.status.ok for gait in gaits) else starts + RETRIES)
 
 
 def _best(gaits: list[Gait]) -> Gait:
-    """Return the gait of the lowest objective, or if none is solved the one nearest to a gait."""
+    """Return the gait of lowest objective, or if none is solved the one of least constraint violation."""
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: rank_of(gait.solver.objective))
-    return min(gaits, key=lambda gait: (gait.status in _HOPEFUL, rank_of(gait.solver.constraint_violation)))
+    return min(gaits, key=lambda gait: (gait.status in _RETRY, rank_of(gait.solver.constraint_violation)))
 
 
 def _start(problem: GaitProblem, number: int) -> Guess:
-    """Return the start of an attempt, counted from 0."""
+    """Return the guess of a start, counted from 0."""
     if number == 0:
         return problem.guess or LinearGuess()
     return RandomPerturbation(number)

@@ -82,7 +82,8 @@ class Scene:
 
     def _show_feet(self, rims: Array, swapped: bool) -> None:
         """Move the arcs of round feet and their marks."""
-        assert self._arc is not None
+        if self._arc is None:
+            return
         for foot, lines in enumerate(self._feet):
             color = (SECOND_LEG, FIRST_LEG)[(foot == 0) ^ swapped]
             marks = np.moveaxis(self._arc.marks(rims[:, foot]), 1, 0)

@@ -65,7 +65,7 @@ class ContactChoice:
             return Mode.slipping(speed)
         measure = clock if self._index is None else current.item(1 + self._index)
         piece = max(bisect_right(self._breaks, measure) - 1, 0)  # equivalent to Law.piece, ten times faster
-        tangential, normal = (self._forces.get(piece) or self._force(piece)).here().tolist()
+        tangential, normal = (self._forces.get(piece) or self._force(piece)).evaluate().tolist()
         if abs(tangential) <= self.friction * normal or math.isinf(self.friction):
             return Mode.STICK
         chosen = Mode.slipping(-tangential)

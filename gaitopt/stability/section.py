@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
-from gaitopt.model.section_coordinate import dependent_coordinate, touching
+from gaitopt.model.section_coordinate import dependent_coordinate, guard_after_swap
 from gaitopt.motion.motion import Array
 
 
@@ -106,7 +106,7 @@ def _dependent_angle(robot: Robot) -> ca.Function:
     angle, place = ca.SX.sym("angle"), dependent_coordinate(robot)
     angles = ca.vertsplit(others)
     angles.insert(place, angle)
-    condition = touching(robot, ca.vertcat(*angles), p)
+    condition = guard_after_swap(robot, ca.vertcat(*angles), p)
     newton = ca.Function("newton", [angle, others, p], [angle - condition / ca.jacobian(condition, angle)])
     start = others[max(place - 1, 0)] if others.numel() else ca.SX(0)
     value = ca.MX.sym("others", others.numel()), ca.MX.sym("p", p.numel())

@@ -171,12 +171,12 @@ def _same_solution(one: Gait, other: Gait) -> bool:
 
 def coarsen(problem: GaitProblem) -> GaitProblem:
     """Return the problem on the coarsest grid of its transcription, without a tolerance on the integration error."""
-    return _without_tolerance(problem, problem.transcription.approach(problem.sequence)[0])
+    return _without_tolerance(problem, problem.transcription.list_grids(problem.sequence)[0])
 
 
 def halve_intervals(problem: GaitProblem) -> GaitProblem:
     """Return the problem with half its number of intervals, a close warm start for its grid."""
-    return _without_tolerance(problem, problem.transcription.coarser(problem.sequence, 2) or problem.transcription)
+    return _without_tolerance(problem, problem.transcription.coarsen(problem.sequence, 2) or problem.transcription)
 
 
 def _without_tolerance(problem: GaitProblem, method: Method) -> GaitProblem:

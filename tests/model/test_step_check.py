@@ -110,7 +110,7 @@ def test_a_leg_that_is_not_drawn_after_the_exchange_fails():
     check = check_robot(torso_biped(drawn=("stance foot", "hip", "head")), states=5)
     assert not check.passed
     assert check.figure > 0.01
-    assert "points drawn" in check.faults[0]
+    assert "changes the figure" in check.faults[0]
 
 
 def test_a_robot_whose_steps_never_end_fails():

@@ -11,7 +11,7 @@ from gaitopt.ocp.transcription.transcription import Structure, transcribe
 SCHEMES = (RungeKutta(), Lobatto())
 
 
-def programme(sequence, counts, objective, scheme=SCHEMES[0], **options):
+def example_nlp(sequence, counts, objective, scheme=SCHEMES[0], **options):
     """Return the transcription of a contact sequence on a grid."""
     robot = compass_biped()
     options = {"powered": robot.actuators, **options}

@@ -17,19 +17,19 @@ from gaitopt.progress import silent
 
 @pytest.fixture
 def newton_runs(monkeypatch):
-    """Return the outcomes of all runs of Newton's method so far, None for those that were given up."""
-    found, arrived = [], active_set._Run.arrived
+    """Return the results of all runs of Newton's method, None for those that do not converge."""
+    results, minimise = [], active_set._Run.minimise
 
     def run(self, *arguments):
-        found.append(arrived(self, *arguments))
-        return found[-1]
+        results.append(minimise(self, *arguments))
+        return results[-1]
 
-    monkeypatch.setattr(active_set._Run, "arrived", run)
-    return found
+    monkeypatch.setattr(active_set._Run, "minimise", run)
+    return results
 
 
-def programme(cost, constraints, *, typical=1.0, smooth=True):
-    """Return the programme of two unknowns and one number given."""
+def small_nlp(cost, constraints, *, typical=1.0, smooth=True):
+    """Return the NLP of two unknowns and one number given."""
     x, z = ca.SX.sym("x", 2), ca.SX.sym("z")
     values = ca.vertcat(ca.SX(0, 1), *constraints(x, z))
     rows = np.arange(values.numel())[:, None]
@@ -48,8 +48,8 @@ FREE = [(-math.inf, math.inf)] * 2
 
 @pytest.mark.parametrize("typical", [1.0, 1e-3, 1e3])
 def test_an_equality(typical):
-    """The point of the line x + y = z nearest to the origin, weighted: a quadratic programme takes one step."""
-    nlp = programme(lambda x, z: x[0] ** 2 + 2 * x[1] ** 2, lambda x, z: [x[0] + x[1]], typical=typical)
+    """The point of the line x + y = z nearest to the origin, weighted: a quadratic program takes one step."""
+    nlp = small_nlp(lambda x, z: x[0] ** 2 + 2 * x[1] ** 2, lambda x, z: [x[0] + x[1]], typical=typical)
     found = minimised(nlp, [5, -3], 0.0, FREE, [(3, 3)])
     np.testing.assert_allclose(found.x, [2, 1], rtol=1e-10)
     np.testing.assert_allclose(found.multipliers[1], [-4], rtol=1e-10)  # minus the slope of the minimum 2/3 c^2 at 3
@@ -72,7 +72,7 @@ def test_an_equality(typical):
 @pytest.mark.parametrize("start", [(0, 0), (8, -8)])
 def test_inequalities_exactly_with_their_multipliers(x_bounds, g_bounds, x, on_bounds, on_rows, start, newton_runs):
     """The point of a polygon nearest to (3, 2): stationarity  2 (x - c) + multipliers = 0  by hand."""
-    nlp = programme(lambda x, z: ca.sumsqr(x - ca.vertcat(3, 2)), lambda x, z: [x[0] + x[1]])
+    nlp = small_nlp(lambda x, z: ca.sumsqr(x - ca.vertcat(3, 2)), lambda x, z: [x[0] + x[1]])
     found = minimised(nlp, start, 0.0, x_bounds, g_bounds)
     assert newton_runs[-1] is not None
     np.testing.assert_allclose(found.x, x, atol=1e-9)
@@ -81,7 +81,7 @@ def test_inequalities_exactly_with_their_multipliers(x_bounds, g_bounds, x, on_b
 
 
 def test_constraints_that_repeat_each_other(newton_runs):
-    nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1], 2 * x[0] + 2 * x[1]])
+    nlp = small_nlp(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1], 2 * x[0] + 2 * x[1]])
     found = minimised(nlp, [5, -3], 0.0, FREE, [(2, 2), (4, 4)])
     assert newton_runs[-1] is not None
     np.testing.assert_allclose(found.x, [1, 1], atol=1e-8)
@@ -89,7 +89,7 @@ def test_constraints_that_repeat_each_other(newton_runs):
 
 def test_a_saddle_is_no_answer():
     """Newton's method walks straight to the saddle of x^2 - y^2; the minimum lies on a bound."""
-    nlp = programme(lambda x, z: x[0] ** 2 - x[1] ** 2, lambda x, z: [x[0]])
+    nlp = small_nlp(lambda x, z: x[0] ** 2 - x[1] ** 2, lambda x, z: [x[0]])
     found = minimised(nlp, [0.5, 0.1], 0.0, [(-1, 1), (-1, 1)], [(-9, 9)])
     np.testing.assert_allclose(np.abs(found.x), [0, 1], atol=1e-6)
     assert found.objective == pytest.approx(-1, abs=1e-6)
@@ -97,7 +97,7 @@ def test_a_saddle_is_no_answer():
 
 def test_a_start_from_which_it_diverges_is_left_to_the_other_solver(newton_runs):
     """Newton's method for the root of arctan diverges from beyond 1.39."""
-    nlp = programme(lambda x, z: x[0] * ca.atan(x[0]) - ca.log(1 + x[0] ** 2) / 2 + x[1] ** 2, lambda x, z: [x[1]])
+    nlp = small_nlp(lambda x, z: x[0] * ca.atan(x[0]) - ca.log(1 + x[0] ** 2) / 2 + x[1] ** 2, lambda x, z: [x[1]])
     minimised(nlp, [1.0, 0], 0.0, FREE, [(-9, 9)])
     assert len(newton_runs) == 1
     assert newton_runs[0] is not None
@@ -112,7 +112,7 @@ def test_a_start_from_which_it_diverges_is_left_to_the_other_solver(newton_runs)
 @pytest.mark.parametrize("start", [-1e-9, -5.0, 0.1 - 1e-9])
 def test_a_start_outside_of_a_bound_does_not_stay_at_it(start):
     """The least of (x - 3)^2 is within the bounds; a variable a hair outside of one is not held there."""
-    nlp = programme(lambda x, z: (x[0] - 3) ** 2 + x[1] ** 2, lambda x, z: [x[1]])
+    nlp = small_nlp(lambda x, z: (x[0] - 3) ** 2 + x[1] ** 2, lambda x, z: [x[1]])
     for low in (0.0, 0.1):
         found = minimised(nlp, [start, 0], 0.0, [(low, 9), (-9, 9)], [(-9, 9)])
         np.testing.assert_allclose(found.x, [3, 0], atol=1e-8)
@@ -121,7 +121,7 @@ def test_a_start_outside_of_a_bound_does_not_stay_at_it(start):
 
 def test_what_is_outside_counts_whatever_the_multipliers_begin_with():
     """At the free minimum a multiplier of the wrong sign takes the violated constraint for an inactive one."""
-    nlp = programme(lambda x, z: ca.sumsqr(x - ca.vertcat(3, 2)), lambda x, z: [x[0] + x[1]])
+    nlp = small_nlp(lambda x, z: ca.sumsqr(x - ca.vertcat(3, 2)), lambda x, z: [x[0] + x[1]])
     bounds = Bounds(*(np.array(limit) for limit in ([-99.0, -99.0], [99.0, 99.0], [-math.inf], [1.0])))
     wrong = (np.zeros(2), np.array([-10.0]))
     found = Newton().minimise(nlp, np.array([3.0, 2.0]), np.zeros(1), bounds, silent, wrong)
@@ -130,7 +130,7 @@ def test_what_is_outside_counts_whatever_the_multipliers_begin_with():
 
 def test_multipliers_of_what_is_not_active_are_zero():
     """Where both unknowns are given there is nothing to do, but not at the price the multipliers begin with."""
-    nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1]])
+    nlp = small_nlp(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1]])
     bounds = Bounds(*(np.array(limit) for limit in ([1.0, 2.0], [1.0, 2.0], [-9.0], [9.0])))
     found = Newton().minimise(nlp, np.array([1.0, 2.0]), np.zeros(1), bounds, silent, (np.zeros(2), np.array([0.5])))
     np.testing.assert_allclose(found.multipliers[0], [-2, -4], atol=1e-12)
@@ -138,17 +138,17 @@ def test_multipliers_of_what_is_not_active_are_zero():
 
 
 def test_what_is_not_a_number_is_no_solution():
-    nlp = programme(lambda x, z: ca.sqrt(x[0]) + x[1] ** 2, lambda x, z: [x[1]])
+    nlp = small_nlp(lambda x, z: ca.sqrt(x[0]) + x[1] ** 2, lambda x, z: [x[1]])
     assert minimised(nlp, [-1, 0], 0.0, FREE, [(-9, 9)]).status is Status.INVALID_NUMBER
 
 
-def test_a_programme_without_constraints():
-    nlp = programme(lambda x, z: ca.sumsqr(x - 1), lambda x, z: [])
+def test_an_nlp_without_constraints():
+    nlp = small_nlp(lambda x, z: ca.sumsqr(x - 1), lambda x, z: [])
     np.testing.assert_allclose(minimised(nlp, [5, -3], 0.0, FREE, np.zeros((0, 2))).x, [1, 1], atol=1e-9)
 
 
 def test_an_interrupt_at_the_last_step_is_not_lost():
-    nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0]])
+    nlp = small_nlp(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0]])
     bounds = Bounds(*(np.array(limit) for limit in ([-1.0, -1.0], [1.0, 1.0], [-9.0], [9.0])))
 
     def observe(iteration):
@@ -172,14 +172,14 @@ def test_a_constraint_of_very_many_unknowns_is_left_to_the_other_solver(size, by
 
 def test_a_constraint_may_need_more_steps_than_the_gradient(newton_runs):
     """Without an objective, as for a walker that needs no torque, the gradient is right from the start."""
-    nlp = programme(lambda x, z: 0 * x[0] + x[1] ** 2, lambda x, z: [ca.exp(x[0])])
+    nlp = small_nlp(lambda x, z: 0 * x[0] + x[1] ** 2, lambda x, z: [ca.exp(x[0])])
     found = minimised(nlp, [1.0, 0], 0.0, FREE, [(9, 9)])
     assert newton_runs[-1] is not None
     np.testing.assert_allclose(found.x, [math.log(9), 0], atol=1e-9)
 
 
-def test_an_infeasible_programme_is_reported_by_the_other_solver():
-    nlp = programme(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1]])
+def test_an_infeasible_nlp_is_reported_by_the_other_solver():
+    nlp = small_nlp(lambda x, z: ca.sumsqr(x), lambda x, z: [x[0] + x[1]])
     assert minimised(nlp, [0, 0], 0.0, [(0, 1), (0, 1)], [(3, 3)]).status is Status.INFEASIBLE
 
 
@@ -256,7 +256,7 @@ def test_limits_that_are_held_are_met_exactly(reference_problem, newton_runs):
 
 
 def test_solvers_that_are_none_are_refused(squared):
-    with pytest.raises(InputError, match=r"Newton.otherwise must be an Ipopt"):
+    with pytest.raises(InputError, match=r"Newton.fallback must be an Ipopt"):
         Newton(fallback=Ipopt)
     for given in (3, Ipopt, "ipopt"):
         with pytest.raises(InputError, match=r"solver must be a Newton\(...\) or an Ipopt"):

@@ -13,7 +13,7 @@ from gaitopt.ocp.solution.swing_foot_checks import lack_of_height
 from gaitopt.ocp.transcription.collocation import lobatto_points
 from gaitopt.ocp.transcription.relaxation import ExactPenalty
 from gaitopt.ocp.transcription.transcription import transcribe
-from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
+from tests.ocp.nlp_examples import SCHEMES, example_nlp, unknowns
 
 LEG = 1.6
 CLEARANCE = Key(Kind.CLEARANCE).label
@@ -34,7 +34,7 @@ def constraints(transcription, problem, x):
 def random_motion(reference_problem):
     """Return a problem, its transcription, and angles that change at constant rates, each interval for itself."""
     problem = reference_problem(sequence=SLIP, limits=Limits(torque=6, clearance=0.03), objective="torque_squared")
-    transcription = programme(problem.sequence, (3, 4), TorqueSquared(), SCHEMES[1], cleared=True)
+    transcription = example_nlp(problem.sequence, (3, 4), TorqueSquared(), SCHEMES[1], cleared=True)
     rng, layout = np.random.default_rng(5), transcription.variables
     x = np.zeros(layout.size)
     x[layout["angles"]], x[layout["rates"]] = rng.uniform(-0.3, 0.3, (2, 2, 8))
@@ -75,7 +75,7 @@ def test_without_a_clearance_there_is_nothing_of_it(reference_problem):
     assert not transcription.structure.cleared
 
 
-def test_problems_that_differ_in_their_clearance_share_a_programme(reference_problem):
+def test_problems_that_differ_in_their_clearance_share_an_nlp(reference_problem):
     one, other = (reference_problem(limits=Limits(torque=6, clearance=height)) for height in (0.0, 0.02))
     assert structure(one, one.transcription) == structure(other, other.transcription)
     assert data_vector(other)[-1] == 0.02
@@ -95,11 +95,11 @@ def test_open_phases_keep_it_too(reference_problem):
 
 @pytest.fixture(scope="module")
 def scuffing(reference_problem, solved):
-    """Return a gait of straight legs, which scuff, on a programme that does not allow it."""
+    """Return a gait of straight legs, which scuff, on an NLP that does not allow it."""
     gait = solved(sequence=SLIP)
     problem = reference_problem(sequence=SLIP, limits=Limits(torque=6, clearance=0.0))
     scheme = problem.transcription.scheme
-    transcription = programme(problem.sequence, gait.solution.intervals, CostOfTransport(), scheme, cleared=True)
+    transcription = example_nlp(problem.sequence, gait.solution.intervals, CostOfTransport(), scheme, cleared=True)
     return gait, problem, transcription, unknowns(gait, transcription)
 
 
@@ -132,14 +132,14 @@ def _dense(segment):
 def test_a_foot_too_low_between_nodes_is_warned_about(scuffing):
     _, problem, transcription, x = scuffing
     (warning,) = warnings(transcription, problem, x, 0.0, 0.0)
-    assert "m lower than Limits.clearance asks: use more intervals" in warning
+    assert "m lower than Limits.clearance between nodes: use more intervals" in warning
     free = problem.replace(limits=evolve(problem.limits, clearance=None))
     assert warnings(transcription, free, x, 0.0, 0.0) == ()
 
 
 def test_every_mode_of_every_scheme_has_it():
     for scheme in SCHEMES:
-        transcription = programme(
+        transcription = example_nlp(
             ContactSequence.parse("slip- stick slip+ | slip-"), (2, 3, 2), TorqueSquared(), scheme, cleared=True
         )
         for number, count in enumerate((2, 3, 2)):

@@ -5,12 +5,12 @@ from gaitopt import ContactSequence, TorqueSquared
 from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Group
 from gaitopt.ocp.solution.diagnosis import violations, warnings
-from tests.ocp.nlp_examples import programme
+from tests.ocp.nlp_examples import example_nlp
 
 
 @pytest.fixture(scope="module")
 def transcription():
-    return programme(ContactSequence.parse("slip+ stick | slip+"), (3, 4), TorqueSquared())
+    return example_nlp(ContactSequence.parse("slip+ stick | slip+"), (3, 4), TorqueSquared())
 
 
 @pytest.fixture
@@ -100,4 +100,4 @@ def test_a_mode_left_between_nodes_is_warned_about(transcription, reference_prob
     problem = reference_problem(sequence="slip+ stick | slip+")
     x = np.ones(transcription.variables.size)
     (warning,) = warnings(transcription, problem, x, 0.0, 2e-3)
-    assert "between nodes the contact leaves its mode by 2.0e-03" in warning
+    assert "the contact mode is violated by 2.0e-03 between nodes" in warning

@@ -11,13 +11,13 @@ from gaitopt.progress import silent
 def rough(problem):
     """Return a solution that meets its equations to a few digits only."""
     gait = solve(problem)
-    own = SingleStart(problem.replace(guess=WarmStart(gait)), WarmStart(gait), Ipopt(tolerance=1e-4), silent)
-    return own.run(problem.transcription, gait.solution, 1e-3)
+    start = SingleStart(problem.replace(guess=WarmStart(gait)), WarmStart(gait), Ipopt(tolerance=1e-4), silent)
+    return start.solve_on_grid(problem.transcription, gait.solution, 1e-3)
 
 
 def test_equations_are_met_to_rounding_and_little_else_changes(reference_problem):
     step = rough(reference_problem())
-    before, after = step.outcome, step.polished().outcome
+    before, after = step.outcome, step.refine_feasibility().outcome
     rows = np.flatnonzero(np.ptp(step.transcription.row_bounds, axis=0) == 0)
     wanted = step.transcription.row_bounds[0, rows]
     assert np.abs(before.g[rows] - wanted).max() > 1e-9
@@ -31,4 +31,4 @@ def test_what_rests_on_a_bound_stays_there(reference_problem):
     travel = step.transcription.variables["travel"]
     limits = bounds(step.transcription, step.problem)
     assert limits.x_lower[travel] == limits.x_upper[travel]
-    assert step.polished().outcome.x[travel] == step.outcome.x[travel]
+    assert step.refine_feasibility().outcome.x[travel] == step.outcome.x[travel]

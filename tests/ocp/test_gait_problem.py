@@ -53,7 +53,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"parameters": {"leg_mass": -1}}, "leg_mass must be greater than 0"),
         ({"parameters": {"leg_mass": math.nan}}, "leg_mass must be a finite number"),
         ({"parameters": {"leg_mas": 4}}, "no parameter 'leg_mas'. Did you mean 'leg_mass'"),
-        ({"parameters": {"friction": 0.2}}, r"Give friction as GaitProblem\(friction=...\)"),
+        ({"parameters": {"friction": 0.2}}, r"friction must be given as GaitProblem\(friction=...\)"),
         ({"limits": Limits(torque=0)}, "Limits.torque is 0 for every actuator"),
         ({"limits": Limits(torque={"knee": 3})}, "no actuator 'knee'"),
         ({"objective": "cheap"}, "no objective 'cheap'"),
@@ -68,7 +68,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"transcription": None}, "transcription must be"),
         ({"guess": "passive"}, "guess must be"),
         ({"robot": "compass"}, "robot must be a Robot"),
-        ({"robot": rimless_wheel()}, "no actuators, so there is nothing to optimise"),
+        ({"robot": rimless_wheel()}, "no actuators; an optimal gait needs at least one"),
     ],
 )
 def test_problems_that_cannot_be(changes, reason):

@@ -25,10 +25,10 @@ from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.swing_foot_checks import EarlyTouchdown, early_touchdown
 from gaitopt.ocp.transcription.grid import divide_into_phases, node_places
-from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, schedule_for, shift_arming
+from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, propose_schedule, shift_arming
 from gaitopt.ocp.transcription.transcription import transcribe
 from gaitopt.progress import silent
-from tests.ocp.nlp_examples import programme, unknowns
+from tests.ocp.nlp_examples import example_nlp, unknowns
 
 ROBOT = compass_biped()
 
@@ -92,31 +92,32 @@ def test_where_no_other_plan_is_found_the_early_one_is_kept(problem, early, monk
 
 def test_a_remedy_that_runs_out_of_iterations_on_a_finer_grid_is_none(problem, early, monkeypatch):
     """Nor is its status that of the plan there was before, which is solved."""
-    own = SingleStart(problem, LinearGuess(), Ipopt(), silent)
-    step = mesh_refinement.refine_mesh(own, mesh_refinement.approach_through_coarse_grids(own))
-    ran_out = replace(step, outcome=replace(step.outcome, status=Status.ITERATION_LIMIT), kept=True)
-    monkeypatch.setattr(mesh_refinement, "refine_mesh", lambda own, step: ran_out)
-    kept = mesh_refinement.repair_early_touchdown(own, step)
+    start = SingleStart(problem, LinearGuess(), Ipopt(), silent)
+    solution = mesh_refinement.refine_mesh(start, mesh_refinement.approach_through_coarse_grids(start))
+    ran_out = replace(solution, outcome=replace(solution.outcome, status=Status.ITERATION_LIMIT), kept=True)
+    monkeypatch.setattr(mesh_refinement, "refine_mesh", lambda start, solution: ran_out)
+    kept = mesh_refinement.repair_early_touchdown(start, solution)
     assert kept.outcome.status is Status.SOLVED
     assert kept.outcome.objective == pytest.approx(early.solver.objective, rel=1e-6)
 
 
 def test_the_touchdown_is_armed_at_the_cheapest_node(problem, gait):
-    own = SingleStart(problem, LinearGuess(), Ipopt(), silent)
-    step = mesh_refinement.refine_mesh(own, mesh_refinement.approach_through_coarse_grids(own))
-    worse = mesh_refinement._solve_with_guard(own, step, replace(GuardSchedule(**gait.problem["landing"]), unarmed=0.4))
+    start = SingleStart(problem, LinearGuess(), Ipopt(), silent)
+    solution = mesh_refinement.refine_mesh(start, mesh_refinement.approach_through_coarse_grids(start))
+    schedule = replace(GuardSchedule(**gait.problem["landing"]), unarmed=0.4)
+    worse = mesh_refinement._solve_with_guard(start, solution, schedule)
     assert worse.outcome.objective > 1.02 * gait.solver.objective
-    better = mesh_refinement._improve_arming_node(own, worse)
-    assert better.transcription.structure.landing.unarmed == gait.problem["landing"]["unarmed"]
+    better = mesh_refinement._improve_arming_node(start, worse)
+    assert better.transcription.structure.schedule.unarmed == gait.problem["landing"]["unarmed"]
     assert better.outcome.objective == pytest.approx(gait.solver.objective, rel=1e-6)
 
 
-def test_a_landing_is_shifted_by_a_node_and_not_beyond_the_lowest_guard():
+def test_a_schedule_is_shifted_by_a_node_and_not_beyond_the_lowest_guard():
     phases = divide_into_phases(ContactSequence.parse("slip+ stick | slip+"), (2, 4))
-    landing = GuardSchedule(unarmed=0.5, below=1.5, above=1.75)
-    assert shift_arming(phases, landing, 1) == replace(landing, unarmed=1.0)
-    assert shift_arming(phases, landing, -1) is None  # there is no touchdown at the first node
-    assert shift_arming(phases, replace(landing, unarmed=1.25), 1) is None
+    schedule = GuardSchedule(unarmed=0.5, below=1.5, above=1.75)
+    assert shift_arming(phases, schedule, 1) == replace(schedule, unarmed=1.0)
+    assert shift_arming(phases, schedule, -1) is None  # there is no touchdown at the first node
+    assert shift_arming(phases, replace(schedule, unarmed=1.25), 1) is None
     assert shift_arming(phases, None, 1) is None
 
 
@@ -153,7 +154,7 @@ def test_a_dip_between_two_nodes_is_seen(solved, reference_problem, dip, falls):
     gait = solved(sequence="stick | stick")
     problem = reference_problem()
     scheme, counts = problem.transcription.scheme, gait.solution.intervals
-    transcription = programme(problem.sequence, counts, problem.objective, scheme)
+    transcription = example_nlp(problem.sequence, counts, problem.objective, scheme)
     node, x = bent(gait, transcription, dip)  # at its lowest 1e-4 - dip / 4
     found = early_touchdown(transcription, problem, x)
     assert (found is not None) is falls
@@ -166,22 +167,22 @@ def test_a_guard_that_is_positive_when_armed_falls_before():
     phases = divide_into_phases(ContactSequence.parse("stick | stick"), (10,))
     guard = np.array([0.0, -0.2, 0.1, 0.2, 0.01, -0.1, -0.2, 0.1, 0.3, 0.1])
     armed = np.linspace(-0.4, 0.5, 10)
-    assert schedule_for(phases, guard, armed) == GuardSchedule(unarmed=0.4, below=0.6, above=0.8)
+    assert propose_schedule(phases, guard, armed) == GuardSchedule(unarmed=0.4, below=0.6, above=0.8)
 
 
 def test_a_guard_that_dips_a_little_stays_above():
     phases = divide_into_phases(ContactSequence.parse("slip+ stick | slip+"), (4, 6))
     guard = np.array([0.0, -0.2, 0.1, 0.2, 0.2, -0.01, 0.2, 0.3, 0.3, 0.1])
     armed = np.linspace(-0.3, 0.5, 10) - 0.02
-    assert schedule_for(phases, guard, armed) == GuardSchedule(0.75, 0.75, 0.75)
+    assert propose_schedule(phases, guard, armed) == GuardSchedule(0.75, 0.75, 0.75)
 
 
-def test_a_landing_is_asked_for_at_the_nodes_of_any_grid():
-    landing = GuardSchedule(unarmed=0.5, below=1.25, above=1.5)
+def test_a_schedule_constrains_the_nodes_of_any_grid():
+    schedule = GuardSchedule(unarmed=0.5, below=1.25, above=1.5)
     for scale in (1, 2):
         counts = (4 * scale, 8 * scale)
-        transcription = programme(
-            ContactSequence.parse("slip+ stick | slip+"), counts, TorqueSquared(), landing=landing
+        transcription = example_nlp(
+            ContactSequence.parse("slip+ stick | slip+"), counts, TorqueSquared(), schedule=schedule
         )
         rows, labels = transcription.constraints, [place.label for place in node_places(transcription.phases)]
         spans = {"not armed": (1, 2), "guard below zero": (2, 6), "guard above zero": (8, 11)}
@@ -196,8 +197,8 @@ def test_a_landing_is_asked_for_at_the_nodes_of_any_grid():
 
 
 def test_its_rows_are_the_guard_and_what_arms_it():
-    transcription = programme(
-        ContactSequence.parse("stick | stick"), (8,), TorqueSquared(), landing=GuardSchedule(0.25, 0.5, 0.75)
+    transcription = example_nlp(
+        ContactSequence.parse("stick | stick"), (8,), TorqueSquared(), schedule=GuardSchedule(0.25, 0.5, 0.75)
     )
     rng, rows = np.random.default_rng(2), transcription.constraints
     x = rng.uniform(-0.3, 0.3, transcription.variables.size)
@@ -209,6 +210,6 @@ def test_its_rows_are_the_guard_and_what_arms_it():
     assert g[rows["touchdown guard above zero"][0]] == pytest.approx((th2 - th1)[6:8])
 
 
-def test_a_programme_without_a_landing_has_no_such_rows():
-    rows = transcribe(programme(ContactSequence.parse("stick | stick"), (8,), TorqueSquared()).structure).constraints
+def test_an_nlp_without_a_schedule_has_no_such_rows():
+    rows = transcribe(example_nlp(ContactSequence.parse("stick | stick"), (8,), TorqueSquared()).structure).constraints
     assert not any(rows.find(kind).size for kind in (Kind.NOT_ARMED, Kind.GUARD_ABOVE, Kind.GUARD_BELOW))

@@ -24,7 +24,7 @@ from gaitopt.ocp.initial.initial_point import initial_point, setting
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.statement.initial_guess import Setting
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, touchdown_pose
-from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
+from tests.ocp.nlp_examples import SCHEMES, example_nlp, unknowns
 
 PERIOD, STEP = 0.75, 0.47
 ROOT = Path(__file__).resolve().parents[2]
@@ -112,7 +112,7 @@ def test_a_previous_motion_of_another_robot_is_refused(published):
 @pytest.mark.parametrize("guess", [LinearGuess(), Keyframes((0, 1), {"th1": (-0.1, 0.1), "th2": (-3.0, 3.0)})])
 def test_a_start_lies_inside_the_bounds_and_is_finite(reference_problem, guess):
     problem = reference_problem(sequence="slip+ stick | slip+", intervals=8, guess=guess)
-    transcription = programme(problem.sequence, (5, 8), problem.objective)
+    transcription = example_nlp(problem.sequence, (5, 8), problem.objective)
     x, limits = initial_point(transcription, problem, guess), bounds(transcription, problem)
     assert np.all(np.isfinite(x))
     assert np.all((limits.x_lower <= x) & (x <= limits.x_upper))
@@ -121,7 +121,7 @@ def test_a_start_lies_inside_the_bounds_and_is_finite(reference_problem, guess):
 def test_a_start_from_a_solution_is_that_solution(reference_problem, solved):
     gait = solved(sequence="slip+ stick | slip+")
     problem = reference_problem(sequence=gait.sequence, guess=FromMotion(gait.motion))
-    transcription = programme(problem.sequence, (10, 40), problem.objective, SCHEMES[1])
+    transcription = example_nlp(problem.sequence, (10, 40), problem.objective, SCHEMES[1])
     x = initial_point(transcription, problem, problem.guess)
     expected = unknowns(gait, transcription)
     for name in ("angles", "rates", "torque", "duration", (Unknown.SLIDE, 0)):
@@ -141,11 +141,11 @@ def test_a_start_from_a_solution_is_that_solution(reference_problem, solved):
 def test_the_aim_of_a_guess_lies_within_the_targets(reference_problem, speed, step, expected):
     problem = reference_problem(speed=speed, step_length=step)
     aim = setting(problem)
-    assert problem.step_range.lower <= aim.step <= problem.step_range.upper
-    assert problem.speed_range.lower <= aim.step / aim.period * (1 + 1e-12)
-    assert aim.step / aim.period <= problem.speed_range.upper * (1 + 1e-12)
+    assert problem.step_length_range.lower <= aim.step_length <= problem.step_length_range.upper
+    assert problem.speed_range.lower <= aim.step_length / aim.period * (1 + 1e-12)
+    assert aim.step_length / aim.period <= problem.speed_range.upper * (1 + 1e-12)
     if expected is not None:
-        assert (aim.step, aim.period) == pytest.approx(expected)
+        assert (aim.step_length, aim.period) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("limit", [0.3, 1.0, math.pi / 2, 3.0])

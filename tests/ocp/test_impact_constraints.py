@@ -6,7 +6,7 @@ import pytest
 from gaitopt import ContactSequence, Mode, TorqueSquared, compass_biped
 from gaitopt.model import solve_impact
 from gaitopt.ocp.nlp.keys import Unknown
-from tests.ocp.nlp_examples import programme
+from tests.ocp.nlp_examples import example_nlp
 
 ROBOT = compass_biped()
 SEQUENCES = {
@@ -57,7 +57,7 @@ def rows(transcription, x, friction, margins=MARGINS):
 @pytest.mark.parametrize("mode", SEQUENCES)
 def test_an_exact_impact_satisfies_every_row(mode):
     sequence, counts = SEQUENCES[mode]
-    transcription = programme(sequence, counts, TorqueSquared())
+    transcription = example_nlp(sequence, counts, TorqueSquared())
     for friction, q, v, impact in impacts(mode):
         length = float(ROBOT.landing(q, v, ROBOT.vector(ROBOT.resolve({})))[0][0])
         durations = np.linspace(0.3, 0.4, len(sequence.phases))
@@ -83,7 +83,7 @@ def test_an_exact_impact_satisfies_every_row(mode):
 def test_another_outcome_breaks_a_row(mode):
     """What the simulator would not do, the optimiser must not be able to do."""
     sequence, counts = SEQUENCES[mode]
-    transcription = programme(sequence, counts, TorqueSquared())
+    transcription = example_nlp(sequence, counts, TorqueSquared())
     for other in set(SEQUENCES) - {mode}:
         for friction, q, v, impact in impacts(other, count=5):
             x = place(transcription, q, v, impact, 0.4, np.full(len(sequence.phases), 0.3))
@@ -100,7 +100,7 @@ def test_another_outcome_breaks_a_row(mode):
 
 def test_foot_slide_counts_as_travel():
     sequence, counts = SEQUENCES[Mode.SLIP_FORWARD]
-    transcription = programme(sequence, counts, TorqueSquared())
+    transcription = example_nlp(sequence, counts, TorqueSquared())
     friction, q, v, impact = next(impacts(Mode.SLIP_FORWARD))
     x = place(transcription, q, v, impact, 0.4, np.full(2, 0.3))
     x[transcription.variables[Unknown.SLIDE, 0][0, -1]] = 0.05
@@ -110,7 +110,7 @@ def test_foot_slide_counts_as_travel():
 
 def test_the_impact_margin_shrinks_the_cone():
     sequence, counts = SEQUENCES[Mode.STICK]
-    transcription = programme(sequence, counts, TorqueSquared())
+    transcription = example_nlp(sequence, counts, TorqueSquared())
     friction, q, v, impact = next(impacts(Mode.STICK))
     x = place(transcription, q, v, impact, 0.4, [0.3])
     tangential, normal = impact.impulse
@@ -121,7 +121,7 @@ def test_the_impact_margin_shrinks_the_cone():
 
 def test_a_step_that_ends_sliding_takes_its_foot_speed_into_the_impact():
     sequence = ContactSequence.parse("stick slip- | stick")
-    transcription = programme(sequence, (2, 2), TorqueSquared())
+    transcription = example_nlp(sequence, (2, 2), TorqueSquared())
     p = ROBOT.vector(ROBOT.resolve({"friction": 0.5}))
     q, v = np.array([0, 0, 0.15, 0.15]), np.array([-0.05, 0, 0.6, -0.1])
     impact = solve_impact(ROBOT, q, v, p)

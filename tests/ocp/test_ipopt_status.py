@@ -80,27 +80,27 @@ def test_a_solve_in_another_thread(problem):
 
 
 def test_what_the_next_thread_begins_is_not_mixed_up_with_what_was_found(problem, monkeypatch):
-    taps, compiled = [], ipopt._compiled
+    callbacks, build = [], ipopt._compile
 
     @contextmanager
     def lock():
         yield
-        for tap in taps:  # a thread that has waited for its turn
-            tap.interrupted, tap.failure, tap.best = True, ValueError("of another thread"), None
+        for callback in callbacks:  # a thread that has waited for its turn
+            callback.interrupted, callback.failure, callback.best = True, ValueError("of another thread"), None
 
     def recorded(*arguments):
-        taps.append(compiled(*arguments)[1])
-        return compiled(*arguments)
+        callbacks.append(build(*arguments)[1])
+        return build(*arguments)
 
     monkeypatch.setattr(ipopt, "ONE_AT_A_TIME", lock())
-    monkeypatch.setattr(ipopt, "_compiled", recorded)
+    monkeypatch.setattr(ipopt, "_compile", recorded)
     problem = problem.replace(transcription=Collocation(intervals=10, tolerance=math.inf))
     assert solve(problem, solver=Ipopt()).status is Status.SOLVED
 
 
 def test_an_observer_that_solves_within_ipopt_is_told(problem):
     """Ipopt within Ipopt would crash the process."""
-    with pytest.raises(InputError, match="solve later"):
+    with pytest.raises(InputError, match="solve afterwards"):
         solve(problem, observer=lambda iteration: solve(problem))
     assert solve(problem).status is Status.SOLVED
 

@@ -9,7 +9,7 @@ from gaitopt.ocp.bounds import data_vector
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
 from gaitopt.ocp.statement.initial_guess import LinearGuess
-from tests.ocp.nlp_examples import programme
+from tests.ocp.nlp_examples import example_nlp
 
 CASES = [
     ("stick | stick", (4,), TorqueSquared()),
@@ -22,7 +22,7 @@ CASES = [
 
 
 def toy():
-    """Return a programme with shared rows, shared columns, and one column used twice by one instance."""
+    """Return an NLP with shared rows, shared columns, and one column used twice by one instance."""
     z = ca.SX.sym("z", 1)
     a, b = ca.SX.sym("a"), ca.SX.sym("b")
     coupled = Block(
@@ -37,7 +37,7 @@ def toy():
     return assemble_nlp([coupled, alone], z, 4, 3), np.array([0.7])
 
 
-def test_the_toy_programme_is_the_sum_of_its_parts():
+def test_the_toy_nlp_is_the_sum_of_its_parts():
     nlp, z = toy()
     x = np.array([0.3, -0.8, 1.1, 0.5])
     f, g = values(nlp)(x, z)
@@ -48,11 +48,11 @@ def test_the_toy_programme_is_the_sum_of_its_parts():
     assert np.asarray(g).ravel() == pytest.approx(by_hand)
 
 
-def programmes():
+def examples():
     yield "toy", *toy(), np.array([0.3, -0.8, 1.1, 0.5])
     for sequence, counts, objective in CASES:
         problem = _problem(sequence, objective)
-        transcription = programme(problem.sequence, counts, objective)
+        transcription = example_nlp(problem.sequence, counts, objective)
         x = initial_point(transcription, problem, LinearGuess())
         x += 0.05 * np.random.default_rng(len(x)).standard_normal(x.size)
         yield f"{sequence}, {objective.name}", transcription.nlp, data_vector(problem), x
@@ -69,8 +69,8 @@ def _problem(sequence, objective):
     )
 
 
-PROGRAMMES = {name: rest for name, *rest in programmes()}
-every_programme = pytest.mark.parametrize("name", PROGRAMMES)
+EXAMPLES = {name: rest for name, *rest in examples()}
+every_nlp = pytest.mark.parametrize("name", EXAMPLES)
 
 
 def values(nlp):
@@ -91,9 +91,9 @@ def weights(nlp):
     return 0.6, rng.standard_normal(nlp.n_constraints)
 
 
-@every_programme
+@every_nlp
 def test_derivatives_against_casadi(name):
-    nlp, z, x = PROGRAMMES[name]
+    nlp, z, x = EXAMPLES[name]
     weight, multipliers = weights(nlp)
     f, gradient, g, jacobian, hessian = own(nlp, x, z, weight, multipliers)
     sx, sz, sf, sg = (nlp.functions[key] for key in "xpfg")
@@ -108,9 +108,9 @@ def test_derivatives_against_casadi(name):
     assert np.max(np.abs(hessian - np.triu(expected[4]))) < 1e-10 * (1 + np.max(np.abs(hessian)))
 
 
-@every_programme
+@every_nlp
 def test_derivatives_against_central_differences(name):
-    nlp, z, x = PROGRAMMES[name]
+    nlp, z, x = EXAMPLES[name]
     weight, multipliers = weights(nlp)
     _, gradient, _, jacobian, upper = own(nlp, x, z, weight, multipliers)
     hessian = upper + np.triu(upper, 1).T
@@ -129,10 +129,10 @@ def test_derivatives_against_central_differences(name):
         assert np.max(np.abs(curvature - hessian @ direction)) < 1e-6 * (1 + np.max(np.abs(curvature)))
 
 
-@every_programme
+@every_nlp
 def test_the_pattern_holds_in_any_point(name):
     """The sparsity handed to Ipopt must not depend on the point it was built at."""
-    nlp, z, x = PROGRAMMES[name]
+    nlp, z, x = EXAMPLES[name]
     patterns = [nlp.derivatives["jac_g"](at, z)[1].sparsity() for at in (x, np.zeros_like(x) + 0.1)]
     assert patterns[0] == patterns[1]
     jacobian = ca.jacobian(nlp.functions["g"], nlp.functions["x"])

@@ -11,7 +11,7 @@ from gaitopt.model import solve_impact
 from gaitopt.motion import summarise
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.ocp import ExactPenalty, FischerBurmeister, Scholtes
-from gaitopt.ocp.mode_search.impact_proposal import outcomes_near
+from gaitopt.ocp.mode_search.impact_proposal import list_outcomes_near
 from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status
 
@@ -85,7 +85,7 @@ def test_the_impact_found_is_the_impact_laws(found, compass):
     ],
 )
 def test_an_impact_on_the_edge_of_its_cone_proposes_both_that_meet_there(reference_problem, impulse, speed, modes):
-    assert [mode.value for mode in outcomes_near(*impulse, speed, reference_problem())] == modes
+    assert [mode.value for mode in list_outcomes_near(*impulse, speed, reference_problem())] == modes
 
 
 def test_a_sticking_impact_exactly_on_its_cone(reference_problem, solved):
@@ -101,7 +101,7 @@ def test_a_sticking_impact_exactly_on_its_cone(reference_problem, solved):
 
 def test_a_biactive_impact_is_solved_both_ways(reference_problem, monkeypatch):
     monkeypatch.setattr(
-        "gaitopt.ocp.mode_search.impact_proposal.outcomes_near",
+        "gaitopt.ocp.mode_search.impact_proposal.list_outcomes_near",
         lambda *impact: [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD],
     )
     gait = solve(reference_problem(sequence=OPEN, intervals=15))
@@ -152,7 +152,7 @@ def test_too_few_steps_are_told(reference_problem):
 
 def test_a_wrong_proposal_is_unconfirmed(reference_problem, monkeypatch):
     """A closed contact sequence dearer than the relaxed problem, as when the homotopy lost its way, is no solution."""
-    monkeypatch.setattr("gaitopt.ocp.mode_search.impact_proposal.outcomes_near", lambda *impact: [Mode.STICK])
+    monkeypatch.setattr("gaitopt.ocp.mode_search.impact_proposal.list_outcomes_near", lambda *impact: [Mode.STICK])
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 0)
     gait = solve(reference_problem(sequence=OPEN, intervals=10))
     assert str(gait.sequence) == "slip+ stick | stick"
@@ -164,12 +164,12 @@ def test_an_open_sequence_is_refused_where_a_closed_one_is_needed(reference_prob
     from gaitopt.ocp.bounds import structure
 
     problem = reference_problem(sequence=OPEN)
-    with pytest.raises(SequenceError, match="A smooth programme needs a closed sequence"):
+    with pytest.raises(SequenceError, match="A smooth NLP needs a closed"):
         structure(problem, problem.transcription)
 
 
 def test_an_open_sequence_needs_a_friction_limit(reference_problem):
-    with pytest.raises(InputError, match="needs no open place"):
+    with pytest.raises(InputError, match="open places, which need a finite friction"):
         reference_problem(sequence=OPEN, friction=math.inf)
 
 

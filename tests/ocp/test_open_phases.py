@@ -15,10 +15,10 @@ from gaitopt.ocp.mode_search.homotopy import follow_homotopy
 from gaitopt.ocp.mode_search.phase_proposal import (
     ModeRun,
     contact,
+    drop_brief_runs,
+    find_runs,
     friction_residual,
-    relative_lengths,
-    runs_of,
-    without_brief,
+    interval_lengths,
 )
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.statement.initial_guess import LinearGuess
@@ -86,7 +86,7 @@ def test_time_stepping_has_the_robots_accelerations_and_forces(stepped, compass)
     slide, speed = x[layout[Unknown.SLIDE]]
     q = np.vstack([slide, 0 * slide, x[layout["angles"]]])
     v = np.vstack([speed, 0 * slide, x[layout["rates"]]])
-    step, torque = relative_lengths(transcription, x), x[layout["torque"]]
+    step, torque = interval_lengths(transcription, x), x[layout["torque"]]
     normal, forward, backward, _ = contact(transcription, x)
     seen = set()
     for k, h in enumerate(step):
@@ -115,21 +115,21 @@ def test_a_wrong_force_is_seen_by_the_residual(stepped):
 
 def test_runs_of_equal_modes():
     speed = np.array([0.3, 0.2, 0.0, 0.0, 0.0, -0.05, -0.2, 0.0, 0.0])
-    assert runs_of(speed, 0.01) == [
+    assert find_runs(speed, 0.01) == [
         ModeRun(FORWARD, 0, 2),
         ModeRun(STICK, 2, 2),
         ModeRun(BACKWARD, 4, 3),
         ModeRun(STICK, 7, 1),
     ]
     # A creep below the least speed of a slide is none.
-    assert runs_of(np.array([0.0, 0.005, 0.004, 0.0]), 0.01) == [ModeRun(STICK, 0, 3)]
+    assert find_runs(np.array([0.0, 0.005, 0.004, 0.0]), 0.01) == [ModeRun(STICK, 0, 3)]
 
 
 def test_brief_runs_join_their_neighbours_but_an_impacts_slide_stays():
     runs = [ModeRun(FORWARD, 0, 1), ModeRun(STICK, 1, 10), ModeRun(BACKWARD, 11, 1), ModeRun(STICK, 12, 8)]
-    assert without_brief(runs, STICK) == [ModeRun(STICK, 0, 20)]
-    assert without_brief(runs, FORWARD) == [ModeRun(FORWARD, 0, 1), ModeRun(STICK, 1, 19)]
-    assert without_brief([ModeRun(STICK, 0, 1), ModeRun(FORWARD, 1, 1)], STICK) == [ModeRun(STICK, 0, 2)]
+    assert drop_brief_runs(runs, STICK) == [ModeRun(STICK, 0, 20)]
+    assert drop_brief_runs(runs, FORWARD) == [ModeRun(FORWARD, 0, 1), ModeRun(STICK, 1, 19)]
+    assert drop_brief_runs([ModeRun(STICK, 0, 1), ModeRun(FORWARD, 1, 1)], STICK) == [ModeRun(STICK, 0, 2)]
 
 
 @pytest.mark.parametrize(
@@ -162,5 +162,5 @@ def test_intervals_of_phases_not_known_yet(reference_problem):
         reference_problem(
             sequence="any | any", transcription=evolve(reference_problem().transcription, intervals=(5, 20))
         )
-    with pytest.raises(InputError, match="needs no open place"):
+    with pytest.raises(InputError, match="open places, which need a finite friction"):
         reference_problem(sequence="any | any", friction=math.inf)

@@ -55,7 +55,7 @@ def test_other_masses_have_other_cycles():
 
 
 def test_no_cycle_uphill():
-    with pytest.raises(InputError, match=r"no passive cycle that could be found at a slope of -2 deg"):
+    with pytest.raises(InputError, match=r"No passive cycle of robot 'compass_biped' was found at a slope of -2 deg"):
         passive_cycle(compass_biped(), math.radians(-2))
 
 

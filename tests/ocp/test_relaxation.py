@@ -19,7 +19,7 @@ RELAXATIONS = (Scholtes(), FischerBurmeister(), ExactPenalty())
 
 
 class Small:
-    """The programme  min (x - a)^2 + (y - b)^2  with  0 <= x _|_ y >= 0, as a homotopy takes it."""
+    """The NLP  min (x - a)^2 + (y - b)^2  with  0 <= x _|_ y >= 0, as a homotopy solves it."""
 
     def __init__(self, relaxation, target):
         x, t = ca.SX.sym("x", 2), ca.SX.sym("t")
@@ -63,7 +63,7 @@ def test_the_better_branch_is_found(relaxation, target, answer):
 
 @pytest.mark.parametrize("relaxation", RELAXATIONS)
 def test_a_biactive_pair_is_reached(relaxation):
-    """Where both sides vanish at the optimum, no smooth programme has a regular solution; relaxed ones do."""
+    """Where both sides vanish at the optimum, no smooth NLP has a regular solution; relaxed ones do."""
     trail = solved(relaxation, (-1, -2))
     assert trail.ended
     assert trail.outcome.x == pytest.approx((0, 0), abs=2e-3)

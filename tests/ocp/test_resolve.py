@@ -9,7 +9,7 @@ from gaitopt.ocp.transcription.transcription import transcribe
 
 
 def builds():
-    return transcribe.cache_info().misses, ipopt._compiled.cache_info().misses
+    return transcribe.cache_info().misses, ipopt._compile.cache_info().misses
 
 
 @pytest.fixture(scope="module")

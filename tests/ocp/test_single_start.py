@@ -34,10 +34,10 @@ def iterations(seen):
 
 
 def test_a_fine_grid_is_approached_through_coarse_ones():
-    path = Collocation(intervals=320).approach(ContactSequence.parse(SLIP))
+    path = Collocation(intervals=320).list_grids(ContactSequence.parse(SLIP))
     assert [method.intervals for method in path[:-1]] == [(5, 10), (5, 20), (20, 80)]
     assert path[-1].intervals_for(ContactSequence.parse(SLIP)) == (80, 320)
-    assert Collocation(intervals=20).approach(ContactSequence.parse(SLIP)) == [Collocation(intervals=20)]
+    assert Collocation(intervals=20).list_grids(ContactSequence.parse(SLIP)) == [Collocation(intervals=20)]
 
 
 def test_a_fine_grid_that_defeats_a_straight_line_is_solved(reference_problem):
@@ -127,7 +127,7 @@ def test_an_interrupt_late_in_a_solve_keeps_the_best_iterate_that_meets_the_cons
 
     gait = solve(problem, observer=observe)
     assert gait.status is Status.INTERRUPTED
-    assert "best one that meets the constraints" in gait.solver.message
+    assert "the best feasible one" in gait.solver.message
     assert gait.solver.constraint_violation <= 1e-6
     best = min(step.objective for step in seen[: stop + 1] if step.infeasibility <= 1e-6)
     assert gait.solver.objective == pytest.approx(best, rel=1e-6)
@@ -159,7 +159,7 @@ def test_an_interrupt_on_the_fine_grid_keeps_the_solution_of_the_coarse_one(refe
 
     gait = solve(reference_problem(sequence=SLIP), observer=observe)
     assert gait.status is Status.INTERRUPTED
-    assert "kept is the solution before this refinement" in gait.solver.message
+    assert "the result is the solution before this refinement" in gait.solver.message
     assert gait.problem["intervals"] == [5, 10]
     assert gait.solver.constraint_violation <= 1e-6
 
@@ -176,7 +176,7 @@ def test_a_grid_too_coarse_for_the_cone_is_doubled(reference_problem):
     )
     assert gait.status is Status.SOLVED
     assert gait.problem["intervals"] == [16]
-    assert any("between nodes the contact leaves its mode" in warning for warning in gait.solver.warnings)
+    assert any("the contact mode is violated by" in warning for warning in gait.solver.warnings)
 
 
 def test_a_grid_too_coarse_for_its_tolerance_is_doubled_once_points_are_exhausted(reference_problem):

@@ -6,7 +6,7 @@ from scipy.integrate import trapezoid
 
 from gaitopt import CostOfTransport, Mode, MultipleShooting, Status, solve
 from gaitopt.ocp.solution.trajectory import check_between_nodes, read_motion
-from tests.ocp.nlp_examples import SCHEMES, programme, unknowns
+from tests.ocp.nlp_examples import SCHEMES, example_nlp, unknowns
 
 SLIP = "slip+ stick | slip+"
 
@@ -19,7 +19,7 @@ def gait(solved):
 @pytest.fixture(scope="module")
 def transcription(gait):
     counts = tuple(gait.problem["intervals"])
-    return programme(gait.sequence, counts, CostOfTransport(), SCHEMES[1])
+    return example_nlp(gait.sequence, counts, CostOfTransport(), SCHEMES[1])
 
 
 def test_segments_join_in_time_and_state(gait):

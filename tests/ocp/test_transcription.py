@@ -7,18 +7,18 @@ from gaitopt import ContactSequence, CostOfTransport, Limits, Margins, Mode, Tor
 from gaitopt.model import solve_impact
 from gaitopt.ocp.bounds import bounds, data_vector
 from gaitopt.ocp.nlp.keys import Group, Unknown
-from tests.ocp.nlp_examples import programme
+from tests.ocp.nlp_examples import example_nlp
 
 ROBOT = compass_biped()
 SLIPPING = ContactSequence.parse("slip+ stick slip- | slip+")
 
 
 def sized(sequence, counts, objective):
-    return programme(ContactSequence.parse(sequence), counts, objective)
+    return example_nlp(ContactSequence.parse(sequence), counts, objective)
 
 
 def test_every_variable_and_every_row_has_a_name():
-    transcription = programme(SLIPPING, (3, 4, 2), CostOfTransport())
+    transcription = example_nlp(SLIPPING, (3, 4, 2), CostOfTransport())
     for layout in (transcription.variables, transcription.constraints):
         assert len(layout.labels) == layout.size
         assert all(place and name for place, name in layout.labels)
@@ -39,7 +39,7 @@ def test_sizes_of_a_sticking_problem():
 
 
 def test_rows_say_where_they_are():
-    transcription = programme(SLIPPING, (3, 4, 2), CostOfTransport())
+    transcription = example_nlp(SLIPPING, (3, 4, 2), CostOfTransport())
     labels = set(transcription.constraints.labels)
     assert ("phase 2 (stick), node 3", "dynamics of th1 rate") in labels
     assert ("phase 2 (stick), node 0", "forward friction cone, inner point 1") in labels
@@ -51,7 +51,7 @@ def test_rows_say_where_they_are():
 
 
 def test_a_node_between_phases_belongs_to_the_earlier_one():
-    transcription = programme(SLIPPING, (3, 4, 2), TorqueSquared())
+    transcription = example_nlp(SLIPPING, (3, 4, 2), TorqueSquared())
     angles = transcription.variables["angles"]
     assert transcription.variables.label(angles[0, 3]) == ("phase 1 (slip+), node 3", "th1")
     assert transcription.variables.label(angles[0, 4]) == ("phase 2 (stick), node 1", "th1")
@@ -92,7 +92,7 @@ def slipping(reference_problem):
             touchdown_armed=0.08,
         ),
     )
-    transcription = programme(problem.sequence, (4, 4, 4), problem.objective)
+    transcription = example_nlp(problem.sequence, (4, 4, 4), problem.objective)
     return problem, transcription, bounds(transcription, problem)
 
 

@@ -1,7 +1,7 @@
 """Accelerations and contact forces of the stance foot in each contact mode.
 
-In foot-anchored coordinates a stuck foot simply drops its two coordinates and a sliding one drops the normal
-coordinate, so no multiplier system has to be solved:
+In coordinates relative to the foot, a sticking foot eliminates its two coordinates and a sliding foot the normal one,
+so no system with multipliers is needed:
 
 stick   M_aa a_a = (E u - h)_a, then f from the two foot rows
 slip    f_t = -s mu f_n; eliminating f_n from the foot rows gives
@@ -38,7 +38,7 @@ def accelerations(mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX)
         inner = solve_symmetric(mass_matrix[2:, 2:], drive[2:])
         acceleration = ca.vertcat(ca.SX.zeros(2), inner)
         return acceleration, mass_matrix[:2, 2:] @ inner - drive[:2]
-    # Angles first, as functions of the foot's acceleration; then one scalar equation for that.
+    # Angles first, as functions of the foot acceleration; then one scalar equation for the latter.
     both = solve_symmetric(mass_matrix[2:, 2:], ca.horzcat(drive[2:], mass_matrix[2:, 0]))
     at_rest, per_foot = both[:, 0], both[:, 1]
     slide = mode.sign * friction
@@ -51,15 +51,15 @@ def accelerations(mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX)
 
 
 def sliding_inertia(mass_matrix: ca.SX, friction: ca.SX) -> ca.SX:
-    """Return the share of the mass that resists a push of a foot sliding forward, and backward, shape (2, 1).
+    """Return the effective mass of the foot in forward and in backward slip over the total mass, shape (2, 1).
 
-    It is the push along the ground per acceleration of the foot, while friction follows the normal force, over the
+    It is the tangential force per acceleration of the foot, with friction proportional to the normal force, over the
     total mass: with S the inverse of the foot's mobility W M^-1 W^T, (S_tt + s mu S_tn) / M_tt for s = +1 and -1.
-    As S is positive definite this has the sign of
+    As S is positive definite, its sign is that of
 
         w_n M^-1 (w_n - s mu w_t)^T
 
-    so slip is well posed while it is positive; otherwise it is Painleve's paradox.
+    Slip is well posed while it is positive; otherwise Painleve's paradox occurs.
     """
     per_foot, shares = solve_symmetric(mass_matrix[2:, 2:], mass_matrix[2:, 0]), []
     for slide in (friction, -friction):
@@ -71,6 +71,7 @@ def sliding_inertia(mass_matrix: ca.SX, friction: ca.SX) -> ca.SX:
 def solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:
     """Return matrix^-1 right for a symmetric positive definite matrix, by its LDL^T factors.
 
-    Expanding by minors, as CasADi does for small systems, loses the square of the mass ratio in digits for light legs.
+    Expansion by minors, CasADi's method for small systems, is inaccurate for light legs: its error grows with the
+    square of the mass ratio.
     """
     return ca.ldl_solve(right, *ca.ldl(ca.densify(matrix)))

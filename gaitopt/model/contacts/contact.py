@@ -1,8 +1,8 @@
-"""Contacts: where a robot can touch the ground, as two scalar functions of its coordinates.
+"""Contacts of a robot with the ground, as two scalar functions of its coordinates.
 
-The *gap* n(q) is the height above the ground and the *slide coordinate* t(q) moves with the material point in contact,
-so rest of t is sticking and its rate is the slip velocity.  A point has n = y, t = x; a circular arc that has turned
-clockwise by phi about its centre c has n = c_y - r and t = c_x - r phi, so rolling without slip is sticking.
+The *gap* n(q) is the height above the ground.  The *slide coordinate* t(q) moves with the material point in contact: it
+is constant while the contact sticks, and its rate is the slip velocity.  A point has n = y, t = x; a circular arc
+turned clockwise by phi about its centre c has n = c_y - r and t = c_x - r phi, so rolling without slip is sticking.
 """
 
 from abc import ABC, abstractmethod
@@ -12,7 +12,7 @@ import casadi as ca
 
 
 class Contact(ABC):
-    """A place of the robot that can touch the ground."""
+    """A part of the robot that can touch the ground."""
 
     @property
     @abstractmethod
@@ -47,7 +47,7 @@ class PointContact(Contact):
     Attributes
     ----------
     position : SX, shape (2, 1)
-        In the slope-fixed frame [m].
+        Position in the slope-fixed frame [m].
 
     Examples
     --------
@@ -88,7 +88,7 @@ class ArcContact(Contact):
     centre : SX, shape (2, 1)
         Centre of the arc in the slope-fixed frame [m].
     radius : SX or float
-        [m].
+        Radius [m].
     angle : SX
         Clockwise angle of the body the arc belongs to [rad].
 

@@ -10,13 +10,13 @@ from gaitopt.model.contacts.transition import TRANSITIONS, Transition
 
 @dataclass(frozen=True)
 class ContactModel:
-    """How contacts change their modes and how they land.
+    """Transitions between contact modes, and the impact law.
 
     Attributes
     ----------
     impact : ImpactLaw
     transitions : tuple of Transition
-        In the order in which they count where several happen at once.
+        Transitions in their order of precedence if several happen simultaneously.
 
     Examples
     --------

@@ -12,7 +12,7 @@ STANCE, SWING = "stance foot", "swing foot"
 
 @dataclass(frozen=True)
 class ContactState:
-    """The mode of each contact; hashable, so that what is compiled for a state is found again.
+    """The mode of each contact; hashable, as a key of compiled Functions.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ContactState:
         Raises
         ------
         InputError
-            If a mode is not one a contact can be in.
+            If a mode is not a physical one.
         """
         physical = {mode.value: mode for mode in PHYSICAL}
         table = {}

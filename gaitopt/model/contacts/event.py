@@ -1,4 +1,4 @@
-"""Events that end a smooth piece of motion."""
+"""Events that end a smooth segment of the motion."""
 
 from enum import Enum
 from typing import NamedTuple
@@ -20,11 +20,11 @@ class EventKind(Enum):
     CUSTOM = "custom"
     SINGULAR = "singular"
 
-    __hash__ = object.__hash__  # each member is one object; by its name, as Enum has it, takes four times as long
+    __hash__ = object.__hash__  # four times as fast as the hash of Enum, by the name
 
 
 class HybridEvent(NamedTuple):
-    """An event with what must be known to continue from it.
+    """An event and the data needed to continue after it.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class HybridEvent(NamedTuple):
     slip : Mode or None
         Mode that begins at a slip onset.
     number : int
-        Which switch or event of the law, in order.
+        Number of the switch or event of the law.
     name : str
         Name of a custom transition.
 
@@ -64,7 +64,7 @@ SINGULAR = HybridEvent(EventKind.SINGULAR)
 
 
 def law_switch(number: int) -> HybridEvent:
-    """Return the event at which a law changes its piece, or an actuator its side."""
+    """Return the event at which a law changes to another piece, or an actuator reaches or leaves its limit."""
     return HybridEvent(EventKind.LAW_SWITCH, number=number)
 
 

@@ -1,4 +1,4 @@
-"""The impact of the landing foot and the map to the coordinates of the next step, solved with numbers."""
+"""Numerical solution of the impact of the landing foot, and the map to the coordinates of the next step."""
 
 import functools
 import threading
@@ -15,18 +15,18 @@ _STICK = Mode.STICK
 
 
 class Impact(NamedTuple):
-    """An impact, solved.
+    """Solution of an impact.
 
     Attributes
     ----------
     mode : Mode or None
-        Outcome; None when no outcome is consistent.
+        Outcome; None if no outcome is consistent.
     impulse : (2,) array [N s]
     v_plus : (n_q,) array
-        Rates after, before the leg swap.
+        Rates after the impact, before the leg swap.
     energy_lost : float [J]
     separation : float [m/s]
-        Upward speed of the trailing foot; negative means the single-impulse answer is not valid.
+        Upward speed of the trailing foot; if negative, the single-impulse solution is invalid.
     ambiguous : bool
         Whether more than one outcome is consistent (possible only at large friction).
 
@@ -51,7 +51,7 @@ class Impact(NamedTuple):
 
 
 def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> Impact:
-    """Solve the impact of a robot exactly, by checking the outcomes of its impact law.
+    """Solve the impact of a robot exactly, by enumeration of the outcomes of its impact law.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> I
 
 
 class TouchdownMap:
-    """The impact of a robot with given parameters and the leg swap that follows it, ready to be solved many times.
+    """The impact of a robot with fixed parameters and the leg swap after it, compiled for repeated solution.
 
     Parameters
     ----------
@@ -88,32 +88,32 @@ class TouchdownMap:
     """
 
     def __init__(self, robot: Robot, p: np.ndarray) -> None:
-        n, self._given = robot.n_q, np.zeros(2 * robot.n_q + 2)
+        n, self._inputs = robot.n_q, np.zeros(2 * robot.n_q + 2)
         self._n, self._friction = n, float(p[robot.index("friction")])
         self._law = robot.contact_model.impact
-        self._collision = FastCall(robot.collision, p, shared=self._given[: 2 * n])
-        self._struck = FastCall(_state_after_impulse(robot), p, shared=self._given)
+        self._collision = FastCall(robot.collision, p, shared=self._inputs[: 2 * n])
+        self._after_impulse = FastCall(_state_after_impulse(robot), p, shared=self._inputs)
 
     def solve(self, y: np.ndarray) -> tuple[Impact, np.ndarray | None]:
         """Return the impact in a state and the state after the leg swap, both (q, v) of shape (2 n_q,).
 
-        The latter is None where the single-impulse answer is not valid.
+        The state is None if the single-impulse solution is invalid.
         """
-        n, given = self._n, self._given
-        given[: 2 * n] = y
-        # Floats: ten times faster here than arrays.
-        v_t, v_n, tt, nt, tn, nn, *_ = self._collision.here().tolist()
-        found = self._law.outcomes((v_t, v_n), ((tt, tn), (nt, nn)), self._friction)
-        if not found:
+        n, inputs = self._n, self._inputs
+        inputs[: 2 * n] = y
+        # Floats are ten times faster than arrays of this size.
+        v_t, v_n, tt, nt, tn, nn, *_ = self._collision.evaluate().tolist()
+        consistent = self._law.outcomes((v_t, v_n), ((tt, tn), (nt, nn)), self._friction)
+        if not consistent:
             return Impact(None, np.full(2, np.nan), np.full(n, np.nan), np.nan, np.nan, False), None
-        mode, impulse = found[0]
+        mode, impulse = consistent[0]
         l_t, l_n = impulse
-        given[2 * n], given[2 * n + 1] = l_t, l_n
-        after = self._struck.here().copy()
+        inputs[2 * n], inputs[2 * n + 1] = l_t, l_n
+        after = self._after_impulse.evaluate().copy()
         v_plus, following = after[:n], after[n:]
         separation = v_plus.item(1)
         lost = -(v_t * l_t + v_n * l_n + (tt * l_t * l_t + (tn + nt) * l_t * l_n + nn * l_n * l_n) / 2)
-        impact = Impact(mode, given[2 * n :].copy(), v_plus, lost, separation, len(found) > 1)
+        impact = Impact(mode, inputs[2 * n :].copy(), v_plus, lost, separation, len(consistent) > 1)
         if not separation >= 0:
             return impact, None
         following[n + 1] = 0.0  # the landing foot stays on the ground, exactly
@@ -124,7 +124,7 @@ class TouchdownMap:
 
 @functools.lru_cache(maxsize=256)
 def _touchdown(robot: Robot, p: bytes, thread: int) -> TouchdownMap:
-    """Return the touchdown of a robot with the parameters in `p`, with memory of its own in each thread."""
+    """Return the touchdown of a robot with the parameters in `p`, with separate memory for each thread."""
     return TouchdownMap(robot, np.frombuffer(p))
 
 
@@ -134,4 +134,4 @@ def _state_after_impulse(robot: Robot) -> ca.Function:
     q, v, impulse = ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q), ca.SX.sym("impulse", 2)
     p = ca.SX.sym("p", len(robot.parameters))
     v_plus = v + robot.collision(q, v, p)[2] @ impulse
-    return ca.Function("struck", [q, v, impulse, p], ca.cse([v_plus, *robot.swap(q, v_plus, p)]))
+    return ca.Function("after_impulse", [q, v, impulse, p], ca.cse([v_plus, *robot.swap(q, v_plus, p)]))

@@ -1,8 +1,8 @@
 """Impact laws: the relation between the impulse at the landing contact and the velocity after the impact.
 
-A law is stated here once and used four times: the simulator asks for every consistent outcome, the optimiser for the
-rows of a known outcome and for complementarity pairs where the outcome is open, and the linearisation for the impulse
-of an outcome as an expression of the state.
+A law is defined once and used four times: the simulator enumerates the consistent outcomes, the optimiser imposes the
+rows of a known outcome or the complementarity pairs of an open one, and the linearisation uses the impulse of an
+outcome as an expression of the state.
 """
 
 import math
@@ -30,7 +30,7 @@ class ImpactLaw(ABC):
         Parameters
         ----------
         velocity : (v_t, v_n) [m/s]
-            Of the landing contact before the impact.
+            Velocity of the landing contact before the impact.
         mobility : ((tt, tn), (tn, nn)) [1/kg]
             Contact velocity per unit impulse.
         friction : float
@@ -42,7 +42,7 @@ class ImpactLaw(ABC):
 
     @abstractmethod
     def excess(self, impulse: Any, friction: Any, outcome: Mode, margin: Any) -> Any:
-        """Return what an outcome requires of the impulse: = 0 for a slip, >= 0 (two entries) for a stick.
+        """Return the friction condition of an outcome on the impulse: = 0 for a slip, >= 0 (two entries) for a stick.
 
         Parameters
         ----------
@@ -51,14 +51,14 @@ class ImpactLaw(ABC):
         friction : SX or float
         outcome : Mode
         margin : SX or float
-            Share of the cone that a sticking impulse keeps clear.
+            Fraction of the cone excluded for a sticking impulse.
         """
 
     @abstractmethod
     def pairs(
         self, impulse: tuple[Any, Any, Any], excess: Any, velocity: tuple[Any, Any], friction: Any
     ) -> tuple[list[Any], list[Any]]:
-        """Return the two sides of the complementarity pairs of an open outcome, for symbols and for numbers.
+        """Return the two sides of the complementarity pairs of an open outcome, for symbols or numbers.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class ImpactLaw(ABC):
         excess : scalar
             Slip speed c [m/s].
         velocity : (v_n, v_t)
-            Of the landing contact after the impact [m/s].
+            Velocity of the landing contact after the impact [m/s].
         friction : scalar
 
         Returns
@@ -89,11 +89,11 @@ class PlasticFrictional(ImpactLaw):
         0 <= b  _|_  c - v_t+ >= 0
         0 <= c  _|_  mu L_n - a - b >= 0
 
-    (c is the slip speed).  In the plane the outcome is stick, slip+ or slip-, found exactly by checking the three.
+    (c is the slip speed).  In the plane the outcome is stick, slip+ or slip-, found exactly by enumeration.
 
     Examples
     --------
-    A point mass of 1 kg that comes down obliquely on ground with friction 0.5 sticks, on ice it slips:
+    A point mass of 1 kg in an oblique impact sticks for friction 0.5 and slips for friction 0.1:
 
     >>> unit = ((1.0, 0.0), (0.0, 1.0))
     >>> [PlasticFrictional().outcomes((0.4, -1.0), unit, mu)[0][0].value for mu in (0.5, 0.1)]
@@ -108,7 +108,7 @@ class PlasticFrictional(ImpactLaw):
         l_t, l_n = (tn * v_n - nn * v_t) / determinant, (tn * v_t - tt * v_n) / determinant
         if l_n >= 0 and abs(l_t) <= friction * l_n:
             consistent.append((_STICK, (l_t, l_n)))
-            if nn > friction * abs(tn):  # then at most one outcome is consistent
+            if nn > friction * abs(tn):  # at most one outcome is consistent
                 return consistent
         if math.isinf(friction):
             return consistent
@@ -120,20 +120,20 @@ class PlasticFrictional(ImpactLaw):
             normal = -v_n / response
             if normal >= 0 and sign * (v_t + (tt * slide + tn) * normal) > 0:
                 consistent.append((mode, (slide * normal, normal)))
-        # Exactly on the edge of the cone rounding may refuse the stick and the slip that coincide there.
+        # Exactly on the edge of the cone, rounding may exclude both the stick and the slip that coincide there.
         if not consistent and v_n < 0 and abs(l_t) - friction * l_n <= ROUNDING * math.hypot(l_t, l_n):
             consistent.append((_STICK, (l_t, l_n)))
         return consistent
 
     def impulse(self, outcome: Mode, velocity: ca.SX, mobility: ca.SX, friction: ca.SX) -> ca.SX:
-        """Return the impulse that stops the contact, or lets it slip on with L_t on the edge of the cone."""
+        """Return the impulse that stops the contact, or that of a slip with L_t on the edge of the cone."""
         if outcome is Mode.STICK:
             return -ca.solve(mobility, velocity)
         direction = ca.vertcat(-outcome.sign * friction, 1)
         return direction * (-velocity[1] / (mobility[1, :] @ direction))
 
     def excess(self, impulse: Any, friction: Any, outcome: Mode, margin: Any) -> Any:
-        """Return the last complementarity pair for a known outcome, over mu so that mu may be unlimited."""
+        """Return the last complementarity pair for a known outcome, divided by mu so that mu may be infinite."""
         tangential, normal = impulse[0], impulse[1]
         if outcome.slips:
             return outcome.sign * tangential / friction + normal

@@ -4,7 +4,7 @@ from enum import Enum
 
 
 class Mode(Enum):
-    """Contact mode of a foot; the value is how contact sequences and files spell it.
+    """Contact mode of a foot; the value is its spelling in contact sequences and files.
 
     ========  =====================================================  ===================
     spelling  foot velocity                                          contact force
@@ -13,13 +13,13 @@ class Mode(Enum):
     slip+     v_n = 0, v_t > 0 (forward, downhill)                   f_t = -mu f_n
     slip-     v_n = 0, v_t < 0 (backward, uphill)                    f_t = +mu f_n
     free      above the ground                                       f = 0
-    any       not a mode but one left open, in a contact sequence to be found
+    any       not a mode: an open place of a contact sequence
     ========  =====================================================  ===================
 
     Attributes
     ----------
     sign : int
-        Sign of the foot's tangential velocity: +1, -1, or 0 when it does not slip.
+        Sign of the tangential foot velocity: +1, -1, or 0 if the foot does not slip.
     slips : bool
         Whether the foot slides on the ground.
 
@@ -39,11 +39,11 @@ class Mode(Enum):
         self.sign = {"slip+": 1, "slip-": -1}.get(spelling, 0)
         self.slips = self.sign != 0
 
-    __hash__ = object.__hash__  # each mode is one object; by its name, as Enum has it, takes four times as long
+    __hash__ = object.__hash__  # four times as fast as the hash of Enum, by the name
 
     @property
     def label(self) -> str:
-        """How figures spell it: with a true minus sign, which is easier to see than a hyphen."""
+        """Spelling in figures, with a minus sign instead of a hyphen."""
         return self.value.replace("-", "\N{MINUS SIGN}")
 
     @staticmethod
@@ -53,4 +53,4 @@ class Mode(Enum):
 
 
 PHYSICAL = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.FREE)
-"""The modes a foot can be in."""
+"""The physical contact modes of a foot."""

@@ -1,6 +1,6 @@
 """The equations of motion of one contact state, in its reduced coordinates.
 
-This is the only place that knows which coordinates a contact state eliminates.
+The elimination of coordinates by a contact state is defined in this module alone.
 
 State of a sticking phase: (angles, rates).  State of a slip phase, and of one whose mode is open: (angles, rates, foot
 slide, foot speed); slide counts from the start of the phase, or of the step if the mode is open.
@@ -23,7 +23,7 @@ class PhaseDynamics:
     ----------
     robot : Robot
     mode : Mode
-        Mode of the stance contact; ``any`` for one that an optimisation finds, whose coordinates are those of a slide.
+        Mode of the stance contact; an open mode, ``any``, has the coordinates of a slip.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class PhaseDynamics:
         return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
 
     def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
-        """Return the reduced state with given positions and velocities of `moving`; undoes :meth:`parts`."""
+        """Return the reduced state with positions and velocities of `moving`, the inverse of :meth:`parts`."""
         n = self.n_angles
         foot = (positions[n], velocities[n]) if self.slides else ()
         return ca.vertcat(positions[:n], velocities[:n], *foot)
@@ -80,8 +80,8 @@ class PhaseDynamics:
     def balance(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return the residual of the equations of motion per weight, shape (n_a, 1), and the contact force [N].
 
-        No equation is solved: M a + h - E u is the contact force in its first two rows and must vanish in the others
-        (inverse dynamics).  `acceleration` is that of `moving`: the angles, then the foot where it slides.
+        By inverse dynamics M a + h - E u is the contact force in its first two rows and must vanish in the others.
+        `acceleration` is that of `moving`: the angles, then the foot if it slides.
         """
         q, v = self.full(state)
         mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
@@ -114,8 +114,8 @@ class PhaseDynamics:
     ) -> tuple[ca.SX, ca.SX]:
         """Return the states in the middle and at the end of an interval with linear torque.
 
-        Each half takes `substeps` Runge-Kutta steps.  With `energy`, states carry the works of the actuators and the
-        losses behind them, integrated with them.
+        Each half has `substeps` Runge-Kutta steps.  With `energy`, the works of the actuators and the losses are
+        appended to the states and integrated with them.
         """
 
         def flow(x: ca.SX, u: ca.SX) -> ca.SX:
@@ -137,7 +137,7 @@ class PhaseDynamics:
         return self.robot.weight(p)
 
     def balance_of(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, force: ca.SX, p: ca.SX) -> ca.SX:
-        """Return the residual of the equations of motion, shape (n_q, 1); it and the given contact force per weight."""
+        """Return the residual of the equations of motion for a contact force, both per weight, shape (n_q, 1)."""
         q, v = self.full(state)
         mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
         excess = mass_matrix @ self.full_acceleration(acceleration) + bias - actuation @ torque
@@ -154,13 +154,13 @@ class PhaseDynamics:
 
     @property
     def entries(self) -> tuple[int, ...]:
-        """Entries of q that move; the others are eliminated."""
+        """Indices of the coordinates in q that are not eliminated."""
         return (*((0,) if self.slides else ()), *range(2, self.robot.n_q))
 
     def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[Condition], ca.SX]:
-        """Return meaning and values of what must be >= 0 along the phase, forces per weight.
+        """Return meaning and values of the conditions >= 0 along the phase, forces per weight.
 
-        Written with 1/mu, so that an unlimited friction (mu = inf) leaves f_n >= 0.
+        They contain 1/mu, so that an infinite friction reduces them to f_n >= 0.
         """
         if self.mode is Mode.ANY:
             return [], ca.SX(0, 1)
@@ -171,7 +171,7 @@ class PhaseDynamics:
         return [Condition.FORWARD_CONE, Condition.BACKWARD_CONE], ca.vertcat(normal - scaled, normal + scaled)
 
     def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> list[NodeCondition]:
-        """Return the conditions of the transition from stick to a slip mode, for a force in N."""
+        """Return the conditions of the transition from stick to a slip mode, with the force in N."""
         static, unused = self.robot.static_friction(p), ca.SX.ones(2)
         contact = ContactQuantities(force / self.weight(p), ca.SX(0), static, unused)
         return self.robot.contact_model.onset(slip).conditions(Mode.STICK, contact)
@@ -182,7 +182,7 @@ class PhaseDynamics:
 
 
 def rk4(flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ...], step: ca.SX) -> ca.SX:
-    """Return the state after one classical Runge-Kutta step, torques given at its start, middle and end."""
+    """Return the state after one classical Runge-Kutta step, with torques at its start, middle and end."""
     start, middle, end = torques
     k1 = flow(state, start)
     k2 = flow(state + step / 2 * k1, middle)

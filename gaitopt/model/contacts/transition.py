@@ -1,7 +1,7 @@
 """Transitions between the modes of a contact.
 
-Each transition states in one place its event, its guard, the mode that follows, its reset, and the rows by which an
-optimisation places it at a node.  The simulator, the linearisation and the transcription ask it.
+Each transition defines its event, its guard, the next mode, its reset, and the conditions by which an optimisation
+places it at a node.  The simulator, the linearisation and the transcription use this definition.
 """
 
 from abc import ABC, abstractmethod
@@ -16,14 +16,14 @@ from gaitopt.model.contacts.event import LIFT_OFF, PAINLEVE, REST, EventKind, Hy
 from gaitopt.model.contacts.mode import Mode
 
 PARADOX_MARGIN = 1e-6
-"""Share of the mass that resists the slide at which slip counts as ill-posed.
+"""Effective fraction of the mass in slip below which slip counts as ill-posed.
 
-Near Painleve's paradox the contact force grows without bound, so the guard falls through zero slightly before.
+Near Painleve's paradox the contact force grows without bound, so the guard falls through zero slightly earlier.
 """
 
 
 class Condition(Enum):
-    """Meaning of a condition on a contact, as optimisations label their rows."""
+    """Meaning of a condition on a contact, the label of its row in an optimisation."""
 
     NORMAL_FORCE = "normal force"
     FORWARD_CONE = "forward friction cone"
@@ -50,7 +50,7 @@ class NodeCondition(NamedTuple):
 
 
 class ContactQuantities(NamedTuple):
-    """Expressions a transition is stated in.
+    """Expressions in which transitions are defined.
 
     Attributes
     ----------
@@ -59,9 +59,9 @@ class ContactQuantities(NamedTuple):
     speed : SX
         Slip velocity v_t [m/s].
     static_friction : SX
-        Coefficient that limits the force at rest.
+        Coefficient of static friction.
     sliding_inertia : SX, shape (2, 1)
-        Share of the mass that resists slip+ and slip-, see :attr:`gaitopt.Robot.wellposed`.
+        Effective fraction of the mass in slip+ and slip-, see :attr:`gaitopt.Robot.wellposed`.
     """
 
     force: ca.SX
@@ -76,7 +76,7 @@ class Transition(ABC):
     @property
     @abstractmethod
     def event(self) -> HybridEvent:
-        """The event at which it happens."""
+        """The event of the transition."""
 
     @abstractmethod
     def leaves(self, mode: Mode) -> bool:
@@ -84,11 +84,11 @@ class Transition(ABC):
 
     @abstractmethod
     def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
-        """Return what is positive while the mode lasts and falls through zero at the transition."""
+        """Return the guard, which is positive during the mode and falls through zero at the transition."""
 
     @abstractmethod
     def following(self, mode: Mode) -> Mode | None:
-        """Return the mode that follows; None if the rules of friction decide, or the motion ends."""
+        """Return the next mode; None if the friction cone determines it, or the motion ends."""
 
     @abstractmethod
     def reset(self, slip_rate: int, size: int) -> np.ndarray:
@@ -97,14 +97,14 @@ class Transition(ABC):
         Parameters
         ----------
         slip_rate : int
-            Entry of the state that is the slip velocity.
+            Index of the slip velocity in the state.
         size : int
-            Entries of the state.
+            Size of the state.
         """
 
     @abstractmethod
     def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
-        """Return what must hold at a node where an optimisation places the transition, forces per weight."""
+        """Return the conditions at a node where an optimisation places the transition, forces per weight."""
 
 
 class _Smooth(Transition):
@@ -115,7 +115,7 @@ class _Smooth(Transition):
         return np.eye(size)
 
     def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
-        """Return that the guard is zero."""
+        """Return the condition that the guard is zero."""
         return [NodeCondition(Condition.CUSTOM, self.guard(mode, contact), True)]
 
 
@@ -126,7 +126,7 @@ class SlipOnset(_Smooth):
     Attributes
     ----------
     slip : Mode
-        The slip mode that follows.
+        The next mode.
 
     Examples
     --------
@@ -146,7 +146,7 @@ class SlipOnset(_Smooth):
         return mode is Mode.STICK
 
     def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
-        """Return mu f_n + s f_t over 1 + mu, so that mu may be 0 or unlimited: f_t falls to -mu f_n before slip+."""
+        """Return (mu f_n + s f_t) / (1 + mu), defined for mu = 0 and mu = inf; s is the sign of the slip."""
         share = 1 / (1 + contact.static_friction)
         tangential, normal = share * contact.force[0], (1 - share) * contact.force[1]
         return normal + self.slip.sign * tangential if self.slip.sign > 0 else normal - tangential
@@ -156,7 +156,7 @@ class SlipOnset(_Smooth):
         return self.slip
 
     def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
-        """Return that the force is on the edge of the cone, over mu, and that the normal force is not negative."""
+        """Return the conditions that the force is on the edge of the cone, and the normal force nonnegative."""
         tangential, normal = contact.force[0], contact.force[1]
         excess = normal + self.slip.sign * tangential / contact.static_friction
         return [NodeCondition(Condition.SLIP_ONSET, excess, True), NodeCondition(Condition.NORMAL_FORCE, normal, False)]
@@ -164,7 +164,7 @@ class SlipOnset(_Smooth):
 
 @dataclass(frozen=True)
 class ComingToRest(Transition):
-    """The slip velocity reaches zero: the contact sticks, or slips on in the other direction."""
+    """The slip velocity reaches zero: the contact sticks, or slips in the opposite direction."""
 
     @property
     def event(self) -> HybridEvent:
@@ -180,17 +180,17 @@ class ComingToRest(Transition):
         return mode.sign * contact.speed
 
     def following(self, mode: Mode) -> None:
-        """Return None: the friction cone decides between stick and reversal."""
+        """Return None: the friction cone determines stick or reversal."""
         return
 
     def reset(self, slip_rate: int, size: int) -> np.ndarray:
-        """Return the identity without the slip velocity, which is exactly zero from here."""
+        """Return the identity without the slip velocity, which is exactly zero after the transition."""
         matrix = np.eye(size)
         matrix[slip_rate, slip_rate] = 0.0
         return matrix
 
     def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
-        """Return that the slip velocity is zero."""
+        """Return the condition that the slip velocity is zero."""
         return [NodeCondition(Condition.REST, contact.speed, True)]
 
 
@@ -212,13 +212,13 @@ class LiftOff(_Smooth):
         return contact.force[1]
 
     def following(self, mode: Mode) -> None:
-        """Return None: a model in single support stops here."""
+        """Return None: the motion of a model in single support ends."""
         return
 
 
 @dataclass(frozen=True)
 class PainleveParadox(_Smooth):
-    """Slip stops being well posed; the motion cannot be continued."""
+    """Slip becomes ill-posed, which ends the motion."""
 
     @property
     def event(self) -> HybridEvent:
@@ -230,7 +230,7 @@ class PainleveParadox(_Smooth):
         return mode.slips
 
     def guard(self, mode: Mode, contact: ContactQuantities) -> ca.SX:
-        """Return the share of the mass that resists the slide, less a margin."""
+        """Return the effective fraction of the mass in slip, minus a margin."""
         return contact.sliding_inertia[0 if mode.sign > 0 else 1] - PARADOX_MARGIN
 
     def following(self, mode: Mode) -> None:
@@ -245,9 +245,9 @@ TRANSITIONS: tuple[Transition, ...] = (
     SlipOnset(Mode.SLIP_FORWARD),
     SlipOnset(Mode.SLIP_BACKWARD),
 )
-"""Transitions of Coulomb friction in the order in which they count where several guards fall through zero at once.
+"""Transitions of Coulomb friction in their order of precedence if several guards fall through zero simultaneously.
 
-In the paradox forces have no meaning, so it comes first.
+Painleve's paradox comes first, because contact forces are undefined in it.
 """
 
 
@@ -259,7 +259,7 @@ def saltation(reset: np.ndarray, before: np.ndarray, after: np.ndarray, time_shi
     reset : (n, n_y) array
         Derivative R of the reset.
     before, after : (n_y,), (n,) arrays
-        Flow f- before and f+ after the transition; zeros for f+ at the section itself, whose clock is reset.
+        Flow f- before and f+ after the transition; f+ is zero at the section itself, where time is reset.
     time_shift : (n_y,) array
         Derivative of the instant of the transition by the state.
 

@@ -1,1 +1,1 @@
-"""Built-in robots, one file each, and the catalogue that finds them by name."""
+"""Built-in robots, one file each, and their catalogue by name."""

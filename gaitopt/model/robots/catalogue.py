@@ -1,4 +1,4 @@
-"""The robots that come with gaitopt, by name."""
+"""The built-in robots by name."""
 
 from collections.abc import Callable
 
@@ -20,7 +20,7 @@ def robot_named(name: str) -> Robot:
     Raises
     ------
     InputError
-        If there is no such robot; the message then names the nearest.
+        If the name is unknown; the message then contains the nearest one.
 
     Examples
     --------

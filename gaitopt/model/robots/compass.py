@@ -23,8 +23,9 @@ PARAMETERS = (
 def compass_biped() -> Robot:
     """Return the compass biped of Goswami et al. and Gamus & Or.
 
-    hip = foot + l (sin th1, cos th1); swing foot = hip + l (sin th2, -cos th2): th1 > 0 is a stance leg leaning
-    forward, th2 > 0 a swing foot ahead of the hip.  The ankle torque works on th1, the hip torque on th1 + th2.
+    hip = foot + l (sin th1, cos th1); swing foot = hip + l (sin th2, -cos th2): for th1 > 0 the stance leg is
+    inclined forward, for th2 > 0 the swing foot is ahead of the hip.  The ankle torque works on th1, the hip torque on
+    th1 + th2.
     Parameters: leg_length [m], leg_com [m], leg_mass [kg], hip_mass [kg], gravity [m/s^2]; ground: slope [rad],
     friction [1].
 
@@ -34,7 +35,7 @@ def compass_biped() -> Robot:
     Returns
     -------
     Robot
-        The same object at every call, so that what is compiled for it is compiled once.
+        The same object at every call, so that its Functions are compiled once.
 
     Examples
     --------

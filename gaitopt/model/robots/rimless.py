@@ -25,7 +25,7 @@ def rimless_wheel() -> Robot:
     """Return the rimless wheel of McGeer, with the parameters of Gamus & Or.
 
     The centre is at foot + l (sin theta, cos theta); theta runs from -pi/n to +pi/n, where the next spoke lands.
-    A point mass on massless spokes is a limit, as a foot without inertia cannot slide; inertia_ratio 1e-6 comes near.
+    A point mass on massless spokes is a singular limit, because its foot has no inertia; inertia_ratio 1e-6 is close.
     Parameters: spokes n, leg_length l [m], mass [kg], inertia_ratio I_c/(m l^2), gravity [m/s^2]; ground: slope
     [rad], friction [1].  There are no actuators.
 
@@ -56,7 +56,7 @@ def rimless_wheel() -> Robot:
             touchdown=half - theta,
             armed=theta,
             exchange=[following],
-            upright=theta + half + 1e-9,  # the step starts at -half exactly: below it, the wheel rolls back
+            upright=theta + half + 1e-9,  # the step starts at -half; below it, the wheel rolls back
         ),
         actuators={},
         drawing=Drawing(

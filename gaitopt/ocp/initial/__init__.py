@@ -1,4 +1,4 @@
 """Initial points of the solver.
 
-They come from a guess or from the solution on another grid or of a nearby problem, whose cost can be predicted.
+An initial point is a guess, or the solution on another grid or of a nearby problem, whose cost can be predicted.
 """

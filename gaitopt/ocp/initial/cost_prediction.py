@@ -1,4 +1,4 @@
-"""What a gait promises for a problem nearby, before anything is solved there."""
+"""First-order prediction of the optimal cost of a perturbed problem."""
 
 import numpy as np
 
@@ -14,15 +14,15 @@ from gaitopt.ocp.transcription.transcription import transcribe
 def predict_cost(problem: GaitProblem, gait: Gait) -> float:
     """Return the optimal objective of a problem to first order, from an optimal gait of a problem nearby.
 
-    It is the problem's Lagrangian at the gait's unknowns and multipliers (envelope theorem: Nocedal & Wright, Numerical
-    Optimization, 12.8), whatever differs between the two: friction, speed, a mass or a limit.  At the gait's own
-    problem it is the gait's objective.  Both are solved on the problem's own grid, and have the same phases.
+    The prediction is the problem's Lagrangian at the gait's unknowns and multipliers (envelope theorem: Nocedal &
+    Wright, Numerical Optimization, 12.8).  The two problems may differ in any number: friction, speed, a mass or a
+    limit; their grids and phases are equal.  For the problem of the gait itself the prediction is its objective.
 
     Parameters
     ----------
     problem : GaitProblem
     gait : Gait
-        With its solution.
+        An optimal gait with its solution.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
 
 
 def _complementarity(multipliers: Array, values: Array, lower: Array, upper: Array) -> float:
-    """Return the sum of multipliers times excess over their bounds: the upper where positive, the lower where not."""
+    """Return the sum of multipliers times excess over the bound: the upper if positive, otherwise the lower."""
     limit = np.where(multipliers > 0, upper, lower)
-    held = np.isfinite(limit)
-    return float(multipliers[held] @ (values[held] - limit[held]))
+    finite = np.isfinite(limit)
+    return float(multipliers[finite] @ (values[finite] - limit[finite]))

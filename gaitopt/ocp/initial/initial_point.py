@@ -1,4 +1,4 @@
-"""Starting points: a guess laid on the grid of a transcription."""
+"""Initial points of the solver: a guess sampled on the grid of a transcription."""
 
 import math
 
@@ -14,11 +14,11 @@ from gaitopt.ocp.transcription.transcription import Transcription
 
 
 def setting(problem: GaitProblem) -> Setting:
-    """Return the step and period a guess should aim at."""
+    """Return the data of a guess: the requested step length and period where fixed, otherwise typical ones."""
     reach = find_longest_reach(problem.robot, problem.values, problem.limits.angles(problem.robot.angles))
-    speed, step = problem.speed_range, problem.step_range
-    length = _typical(step.lower, step.upper, 0.15 * reach)
-    # A swing leg falls forward in about the time of a pendulum of its length.
+    speed, lengths = problem.speed_range, problem.step_length_range
+    length = _typical(lengths.lower, lengths.upper, 0.15 * reach)
+    # The duration of a swing is about that of a pendulum of the leg's length.
     natural = _typical(speed.lower, speed.upper, length / (0.9 * math.sqrt(reach / 2 / problem.values["gravity"]) * 2))
     return Setting(problem.robot, problem.values, problem.sequence, length, length / natural)
 
@@ -28,13 +28,13 @@ def _typical(lower: float, upper: float, usual: float) -> float:
 
 
 def initial_point(transcription: Transcription, problem: GaitProblem, guess: Guess) -> Array:
-    """Return the starting point of a solve, shape (n_variables,), inside the bounds of the variables."""
+    """Return the initial point of a solve, shape (n_variables,), inside the bounds of the variables."""
     limits = bounds(transcription, problem)
     return np.clip(point_from_guess(transcription, problem, guess), limits.x_lower, limits.x_upper)
 
 
 def point_from_guess(transcription: Transcription, problem: GaitProblem, guess: Guess) -> Array:
-    """Return a guess as it is, shape (n_variables,)."""
+    """Return the decision vector of a guess, not clipped to the bounds, shape (n_variables,)."""
     layout, aim = transcription.variables, setting(problem)
     durations = guess.durations(aim)
     ends = np.concatenate([[0.0], np.cumsum(durations)])
@@ -49,7 +49,7 @@ def point_from_guess(transcription: Transcription, problem: GaitProblem, guess: 
     x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]] = sample.angles, sample.rates
     x[layout[Unknown.TORQUE]] = driven.torque
     x[layout[Unknown.DURATION][0]] = durations
-    x[layout[Unknown.TRAVEL]] = aim.step
+    x[layout[Unknown.TRAVEL]] = aim.step_length
     if Unknown.SLOPE in layout:
         x[layout[Unknown.SLOPE]] = aim.values["slope"]
     if Unknown.PEAK in layout:
@@ -76,7 +76,7 @@ def _fill_slides(transcription: Transcription, x: Array, sample: Sample) -> None
 
 
 def _fill_contact(transcription: Transcription, x: Array, sample: Sample) -> None:
-    """Set slide and speed of the foot along a step with open phases, and a contact force that carries the weight."""
+    """Set slide and speed of the foot along a step with open phases, and a normal force equal to the weight."""
     layout = transcription.variables
     x[layout[Unknown.SLIDE]] = sample.slide - sample.slide[0], sample.slide_rate
     x[layout.find(Kind.CONTACT_NORMAL)] = 1.0
@@ -86,7 +86,7 @@ def _fill_contact(transcription: Transcription, x: Array, sample: Sample) -> Non
 
 
 def _fill_accelerations(transcription: Transcription, x: Array, data: Array) -> None:
-    """Set accelerations, where a scheme has them, to those the guessed states and torques have."""
+    """Set the accelerations of a scheme, if it has any, by forward dynamics of the guessed states and torques."""
     layout, inner = transcription.variables, np.array(transcription.structure.scheme.inner)
     robot = transcription.structure.robot
     for phase in transcription.phases:
@@ -98,9 +98,9 @@ def _fill_accelerations(transcription: Transcription, x: Array, data: Array) -> 
         if phase.mode.slips:
             q[0], v[0] = x[layout[Unknown.SLIDE, phase.number]]
         p = np.tile(data[: len(robot.parameters), None], len(nodes))
-        found = robot.acceleration[phase.mode].map(len(nodes))(q, v, x[layout[Unknown.TORQUE][:, nodes]], p)[0]
-        of_all = np.nan_to_num(np.asarray(found))  # a singular robot is the solver's to report
-        moving = np.vstack([of_all[2:], of_all[: phase.mode.slips]])
+        forward = robot.acceleration[phase.mode].map(len(nodes))(q, v, x[layout[Unknown.TORQUE][:, nodes]], p)[0]
+        rates = np.nan_to_num(np.asarray(forward))  # the solver reports a singular mass matrix
+        moving = np.vstack([rates[2:], rates[: phase.mode.slips]])
         x[layout[Unknown.ACCELERATION, phase.number]] = moving
         x[layout[Unknown.INNER_ACCELERATION, phase.number]] = _inside(moving, inner)
 
@@ -112,16 +112,16 @@ def _inside(values: Array, inner: Array) -> Array:
 
 
 def _fill_powers(transcription: Transcription, x: Array, driven: Sample, data: Array) -> None:
-    """Set impulse, power parts and integral to values that fit the guessed motion.
+    """Set impulse, power parts and integral to values consistent with the guessed motion.
 
-    `driven` is the guess at the instants at which torques are unknown.
+    `driven` is the guess at the instants of the torque unknowns.
     """
     structure, layout = transcription.structure, transcription.variables
     robot, p = structure.robot, data[: len(structure.robot.parameters)]
     names = [parameter.name for parameter in robot.parameters]
     mass = float(robot.mass(p))
     weight = mass * p[names.index("gravity")]
-    # With open phases it is the momentum of a walk at about 1 m/s.
+    # With open phases the impulse is the momentum at about 1 m/s.
     x[layout[Unknown.IMPULSE][1]] = 0.1 * weight if structure.scheme.nodal else mass
     if not structure.objective.uses_power:
         return

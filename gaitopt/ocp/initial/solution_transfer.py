@@ -1,7 +1,7 @@
 """Transfer of a solution from one NLP to another: another grid, another scheme, another contact sequence.
 
-Tables with equal keys are matched, row by row where the rows have equal keys; along a phase they are interpolated
-at equal fractions.  Unknowns without a counterpart keep their start, multipliers without one are zero.
+Tables and rows are matched by their keys and interpolated at equal fractions of a phase.  Unknowns without a
+counterpart keep their initial value; multipliers without one are zero.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from gaitopt.ocp.transcription.transcription import NODE_TABLES, Transcription
 
 
 def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
-    """Return the outcome of a solve as named tables."""
+    """Return the result of a solve as named tables."""
 
     def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
         return {
@@ -39,39 +39,42 @@ def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
 
 
 def transfer_solution(solution: Solution, transcription: Transcription, x: Array) -> tuple[Array, tuple[Array, Array]]:
-    """Return a start and multipliers for an NLP.
+    """Return the initial point and the multipliers of an NLP from a solution.
 
     Parameters
     ----------
     solution : Solution
     transcription : Transcription
     x : (n_variables,) array
-        Start of what the solution does not have.
+        Initial values of the unknowns that the solution lacks.
     """
     counts = transcription.structure.counts
 
-    def laid(tables: Mapping[str, Table], layout: Layout, found: Array, part: Callable[[Table], Array]) -> Array:
+    def transfer(tables: Mapping[str, Table], layout: Layout, vector: Array, part: Callable[[Table], Array]) -> Array:
         for key, places in layout.tables.items():
             if table_name(key) not in tables:
                 continue
             table = tables[table_name(key)]
             values, identifiers = part(table), _identifiers(layout, key)
             if solution.intervals == counts and values.shape == places.shape and table.keys == identifiers:
-                found[places] = values  # nothing to interpolate
+                vector[places] = values  # the same grid
                 continue
             before = _fractions(key, values.shape[1], solution.intervals)
             after = _fractions(key, places.shape[1], counts)
             for row, identifier, index in zip(layout.rows[key], identifiers, places, strict=True):
                 if identifier in table.keys:
-                    found[index] = np.interp(after, before, values[table.keys.index(identifier)])
+                    vector[index] = np.interp(after, before, values[table.keys.index(identifier)])
                     if part is _multipliers and row.kind is not Kind.DYNAMICS:
-                        found[index] *= values.shape[1] / places.shape[1]  # they are densities in time
-        return found
+                        # The multipliers of the other rows are densities in time.
+                        vector[index] *= values.shape[1] / places.shape[1]
+        return vector
 
     zero = np.zeros_like(x)
-    return laid(solution.unknowns, transcription.variables, x.copy(), _values), (
-        laid(solution.unknowns, transcription.variables, zero, _multipliers),
-        laid(solution.constraints, transcription.constraints, np.zeros(transcription.constraints.size), _multipliers),
+    return transfer(solution.unknowns, transcription.variables, x.copy(), _values), (
+        transfer(solution.unknowns, transcription.variables, zero, _multipliers),
+        transfer(
+            solution.constraints, transcription.constraints, np.zeros(transcription.constraints.size), _multipliers
+        ),
     )
 
 
@@ -97,7 +100,7 @@ def _multipliers(table: Table) -> Array:
 
 
 def _fractions(key: TableKey, places: int, counts: tuple[int, ...]) -> Array:
-    """Return where the places of a table are: along the step for nodes of all phases, else along their phase."""
+    """Return the fractions at which the places of a table are: of the step for its nodes, otherwise of their phase."""
     if key not in NODE_TABLES:
         return np.linspace(0, 1, places)
     pieces = [(i + np.arange(1, count + 1) / count) / len(counts) for i, count in enumerate(counts)]

@@ -1,5 +1,5 @@
 """Search for contact sequences by complementarity.
 
-A homotopy of relaxed problems proposes sequences for what an open sequence leaves unspecified; the candidates are then
-solved as smooth problems.
+A homotopy of relaxed problems proposes closed sequences for an open one; these candidates are then solved as smooth
+problems.
 """

@@ -1,4 +1,4 @@
-"""What a homotopy proposes: closed contact sequences, and the motion their solves start from."""
+"""Candidates of a homotopy: closed contact sequences, and the initial guesses of their solves."""
 
 import itertools
 from dataclasses import dataclass, field
@@ -16,36 +16,37 @@ from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting
 
 @dataclass(frozen=True, eq=False)
 class RelaxedSolution(Guess):
-    """The motion at which a homotopy ended, as the start of a closed contact sequence.
+    """The motion at which a homotopy ended, as the initial guess for a closed contact sequence.
 
     Attributes
     ----------
-    durations_found : (n_phases,) array [s]
+    phase_durations : (n_phases,) array [s]
     time : (K,) array [s]
-    found : Sample
+    motion : Sample
     solution : Solution or None
-        Where the phases are those of the open contact sequence.
+        Relaxed solution, if the closed sequence has the phases of the open one.
     label : str
     """
 
-    durations_found: Array
+    phase_durations: Array
     time: Array
-    found: Sample
+    motion: Sample
     solution: Solution | None = field(repr=False)
     label: str
 
     def durations(self, setting: Setting) -> Array:
-        """Return the durations found."""
-        return self.durations_found
+        """Return the durations of the relaxed solution."""
+        return self.phase_durations
 
     def sample(self, setting: Setting, time: Array) -> Sample:
-        """Return the motion found, interpolated."""
+        """Return the relaxed motion, interpolated linearly."""
 
         def at(values: Array) -> Array:
             return np.array([np.interp(time, self.time, row) for row in np.atleast_2d(values)])
 
-        found = self.found
-        return Sample(at(found.angles), at(found.rates), at(found.torque), at(found.slide)[0], at(found.slide_rate)[0])
+        motion = self.motion
+        slide, slide_rate = at(motion.slide)[0], at(motion.slide_rate)[0]
+        return Sample(at(motion.angles), at(motion.rates), at(motion.torque), slide, slide_rate)
 
     def solution_for(self, sequence: ContactSequence) -> Solution | None:
         """Return the relaxed solution."""
@@ -58,24 +59,24 @@ class RelaxedSolution(Guess):
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Closed contact sequences that a homotopy proposes, likeliest first, and where their solves start.
+    """Closed contact sequences that a homotopy proposes, likeliest first, and the initial guesses of their solves.
 
     Attributes
     ----------
-    trail : Trail
+    path : HomotopyPath
     sequences : tuple of ContactSequence
         At least one.
-    guesses : tuple of Relaxed
-        One for each.
+    guesses : tuple of RelaxedSolution
+        One per sequence.
     agreement : float
-        Largest relative difference in cost at which they agree.
+        Largest accepted relative difference between the relaxed and the closed cost.
     biactive : bool
-        Whether both sides of a pair of the impact vanish, so that the relaxed problem does not decide its outcome.
+        Whether both sides of a pair of the impact vanish, so that the relaxed problem leaves its outcome undecided.
     on_edge : int
-        Intervals of an open phase that stick on the edge of the cone, where both sides of a pair vanish too.
+        Number of intervals of open phases that stick on the edge of the cone, where both sides of a pair vanish.
     """
 
-    trail: HomotopyPath
+    path: HomotopyPath
     sequences: tuple[ContactSequence, ...]
     guesses: tuple[RelaxedSolution, ...]
     agreement: float
@@ -83,21 +84,21 @@ class Candidates:
     on_edge: int = 0
 
 
-def select_admitted(sequences: list[ContactSequence], asked: ContactSequence) -> list[ContactSequence]:
-    """Return those of some closed sequences that a periodic gait can have and the open sequence asked for admits."""
-    found = []
+def select_admitted(sequences: list[ContactSequence], open_sequence: ContactSequence) -> list[ContactSequence]:
+    """Return the closed sequences that are periodic and that the open sequence admits."""
+    periodic = []
     for sequence in sequences:
         try:
-            found.append(sequence.check_periodic())
+            periodic.append(sequence.check_periodic())
         except SequenceError:
             continue
-    return [sequence for sequence in found if asked.admits(sequence)]
+    return [sequence for sequence in periodic if open_sequence.admits(sequence)]
 
 
-def select_simplest(asked: ContactSequence) -> ContactSequence:
-    """Return a closed contact sequence that an open one admits, for when nothing better is known."""
-    impact = Mode.STICK if asked.impact is Mode.ANY else asked.impact
-    modes = [Mode.STICK if mode is Mode.ANY else mode for mode in asked.phases]
-    if impact.slips and asked.phases[0] is Mode.ANY:
+def select_simplest(open_sequence: ContactSequence) -> ContactSequence:
+    """Return the closed contact sequence with the fewest slips that an open one admits."""
+    impact = Mode.STICK if open_sequence.impact is Mode.ANY else open_sequence.impact
+    modes = [Mode.STICK if mode is Mode.ANY else mode for mode in open_sequence.phases]
+    if impact.slips and open_sequence.phases[0] is Mode.ANY:
         modes.insert(0, impact)
     return ContactSequence(tuple(mode for mode, _ in itertools.groupby(modes)), impact)

@@ -1,4 +1,4 @@
-"""How well a motion keeps the laws of impact and friction, computed from its impulses, forces and speeds alone."""
+"""Complementarity residual of impact and friction, computed from impulses, forces and speeds alone."""
 
 from typing import Any
 
@@ -8,17 +8,17 @@ from gaitopt.model.contacts.impact_law import PlasticFrictional
 
 
 def complementarity_residual(tangential: Any, normal: Any, speed: Any, friction: float) -> float:
-    """Return the complementarity residual of contacts: the largest product of a pair's sides, or negative part of one.
+    """Return the complementarity residual of contacts: the largest product or negative part of the sides of a pair.
 
-    The programme's auxiliary unknowns are not used: a and b are the parts of the tangential impulse or force, c is the
-    amount of the speed.  nan where the numbers are.
+    The auxiliary unknowns of the NLP are not used: a and b are the parts of the tangential impulse or force, c is the
+    absolute speed.  The residual is nan if any argument is.
 
     Parameters
     ----------
     tangential, normal : scalars or (K,) arrays
         Impulses or forces.
     speed : scalar or (K,) array
-        Tangential speed of the foot that goes with them [m/s].
+        Tangential speed of the foot [m/s].
     friction : float
 
     Examples

@@ -1,4 +1,4 @@
-"""Homotopy: relaxed problems solved in turn until the complementarity pairs hold."""
+"""Homotopy: a sequence of relaxed problems in which the complementarity pairs become exact."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,21 +20,22 @@ LEAST_BARRIER, MOST_BARRIER = 1e-8, 1e-2
 
 @frozen(kw_only=True)
 class Homotopy:
-    """How the open places of a contact sequence are closed.
+    """Options of the homotopy that closes the open places of a contact sequence.
 
     Attributes
     ----------
     relaxation : ExactPenalty, Scholtes or FischerBurmeister
     first : float
-        The relaxation's parameter t to begin with.
+        Initial value of the relaxation parameter t.
     factor : float
-        By which it falls from step to step.
+        Factor by which t is multiplied after each relaxed problem.
     tolerance : float
-        Largest complementarity residual to end with, see :class:`gaitopt.motion.Proposal`; at least 1e-7, the
-        solver's own tolerance is about 1e-8.
+        Complementarity residual at which the homotopy ends, see :class:`gaitopt.motion.Proposal`; at least 1e-7, as the
+        tolerance of the solver is about 1e-8.
     max_steps : int
+        Largest number of relaxed problems.
     intervals : int
-        Intervals of a phase left open, of equal length; its contact mode may change from one to the next.
+        Number of intervals of an open phase, of equal length; the contact mode may change from one to the next.
 
     Raises
     ------
@@ -64,9 +65,10 @@ class HomotopyPath:
     Attributes
     ----------
     steps : tuple of HomotopyIteration
-    outcome : Outcome
+    outcome : NlpResult
+        Result of the last relaxed problem.
     ended : bool
-        Whether the last problem was solved with a residual within tolerance.
+        Whether the last relaxed problem was solved with a residual within the tolerance.
     """
 
     steps: tuple[HomotopyIteration, ...]
@@ -84,18 +86,18 @@ def follow_homotopy(
     solver: NlpSolver,
     observer: SolveObserver,
 ) -> HomotopyPath:
-    """Solve relaxed problems from a start until the pairs hold, or a relaxed problem cannot be solved.
+    """Solve relaxed problems from an initial point until the pairs hold, or one is not solved.
 
     Parameters
     ----------
     homotopy : Homotopy
     transcription : Transcription
-        Of a structure with the homotopy's relaxation.
+        Transcription of a structure with the relaxation of the homotopy.
     x, data : arrays
-        Start and data, without the relaxation's parameter.
+        Initial point, and data without the relaxation parameter.
     limits : Bounds
     residual : callable
-        Computes the complementarity residual of a decision vector.
+        Function that returns the complementarity residual of a decision vector.
     solver : NlpSolver
     observer : SolveObserver
     """

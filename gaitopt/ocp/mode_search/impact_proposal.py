@@ -1,4 +1,4 @@
-"""Contact sequences whose impact alone is open: the smooth NLP with the impact law as complementarity pairs."""
+"""Proposals for an open impact: the smooth NLP with the impact law as complementarity pairs."""
 
 import numpy as np
 
@@ -15,23 +15,23 @@ from gaitopt.ocp.mode_search.homotopy import Homotopy, follow_homotopy
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.trajectory import planned_states, solved_parameters
+from gaitopt.ocp.solution.trajectory import read_parameters, read_states
 from gaitopt.ocp.statement.initial_guess import Guess, Sample
 from gaitopt.ocp.transcription.nlp_builder import slide_columns
 from gaitopt.ocp.transcription.transcription import Transcription, transcribe
 from gaitopt.progress import SolveObserver
 
 AGREEMENT = 1e-3
-"""Largest relative difference in cost of the closed sequence, on the same grid; margins make up for most of it."""
+"""Largest accepted relative difference between relaxed and closed cost on the same grid, mostly due to margins."""
 
 
 def propose_impact(
     problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: SolveObserver, homotopy: Homotopy
 ) -> Candidates:
-    """Follow the homotopy of a contact sequence whose phases are known, on the coarsest grid of its transcription."""
-    method = problem.transcription.approach(problem.sequence)[0]
+    """Follow the homotopy of a sequence whose impact alone is open, on the coarsest grid of its transcription."""
+    method = problem.transcription.list_grids(problem.sequence)[0]
     transcription = transcribe(structure(problem, method, homotopy.relaxation))
-    trail = follow_homotopy(
+    path = follow_homotopy(
         homotopy,
         transcription,
         initial_point(transcription, problem, guess),
@@ -41,15 +41,15 @@ def propose_impact(
         solver,
         observer,
     )
-    x = np.nan_to_num(trail.outcome.x)
-    modes = outcomes_near(*impulse_and_speed(transcription, problem, x), problem)
+    x = np.nan_to_num(path.outcome.x)
+    modes = list_outcomes_near(*impulse_and_speed(transcription, problem, x), problem)
     sequences = select_admitted([ContactSequence(problem.sequence.phases, mode) for mode in modes], problem.sequence)
     sequences = sequences or [select_simplest(problem.sequence)]
-    start_found = _as_guess(transcription, problem, x, solution_of(transcription, trail.outcome))
+    relaxed_solution = _make_guess(transcription, problem, x, solution_of(transcription, path.outcome))
     return Candidates(
-        trail=trail,
+        path=path,
         sequences=tuple(sequences),
-        guesses=(start_found,) * len(sequences),
+        guesses=(relaxed_solution,) * len(sequences),
         agreement=AGREEMENT,
         biactive=len(modes) > 1,
     )
@@ -58,7 +58,7 @@ def propose_impact(
 def impulse_and_speed(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[float, float, float]:
     """Return the impulse per mass, tangential and normal, and the speed of the landing foot after it [m/s]."""
     layout, robot, first = transcription.variables, transcription.structure.robot, transcription.phases[0]
-    p = robot.vector(solved_parameters(transcription, problem, x))
+    p = robot.vector(read_parameters(transcription, problem, x))
     tangential, normal = x[layout[Unknown.IMPULSE][:, 0]] / float(robot.mass(p))
     columns = slide_columns(layout, first, [first.first])
     speed = x[columns[1, 0]] if columns.size else 0.0
@@ -70,17 +70,17 @@ def impact_residual(transcription: Transcription, problem: GaitProblem, x: Array
     return complementarity_residual(*impulse_and_speed(transcription, problem, x), problem.friction)
 
 
-def outcomes_near(tangential: float, normal: float, speed: float, problem: GaitProblem) -> list[Mode]:
-    """Return the outcome of an impact, and where it rests on the edge of its cone both that meet there.
+def list_outcomes_near(tangential: float, normal: float, speed: float, problem: GaitProblem) -> list[Mode]:
+    """Return the outcomes consistent with an impact: one, or both that meet on the edge of the impact cone.
 
-    Nearer than the problem's margins to an edge, a relaxed problem cannot tell.
+    Within the margins of the problem a relaxed solution does not distinguish the two.
 
     Parameters
     ----------
     tangential, normal : float
-        Impulse.
+        Impulse per mass [m/s].
     speed : float [m/s]
-        Of the landing foot after it.
+        Speed of the landing foot after the impact.
     problem : GaitProblem
     """
     if abs(speed) > problem.margins.slip_speed:
@@ -91,19 +91,19 @@ def outcomes_near(tangential: float, normal: float, speed: float, problem: GaitP
     return [Mode.STICK, Mode.slipping(-tangential)]
 
 
-def _as_guess(transcription: Transcription, problem: GaitProblem, x: Array, solution: Solution) -> RelaxedSolution:
+def _make_guess(transcription: Transcription, problem: GaitProblem, x: Array, solution: Solution) -> RelaxedSolution:
     layout = transcription.variables
     durations = x[layout[Unknown.DURATION][0]]
     ends = np.concatenate([[0.0], np.cumsum(durations)])
     slide, speed = np.zeros((2, transcription.n_nodes))
     time, place = np.zeros(transcription.n_nodes), 0.0
     for phase in transcription.phases:
-        own = list(phase.nodes)
-        time[own] = np.linspace(ends[phase.number], ends[phase.number + 1], len(own))
-        slide[own] = place
+        nodes = list(phase.nodes)
+        time[nodes] = np.linspace(ends[phase.number], ends[phase.number + 1], len(nodes))
+        slide[nodes] = place
         if phase.slides:
-            states = planned_states(transcription, phase, x)[0]
-            slide[own], speed[own] = place + states[-2], states[-1]
-        place = slide[own[-1]]
-    found = Sample(x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]], x[layout[Unknown.TORQUE]], slide, speed)
-    return RelaxedSolution(durations, time, found, solution, f"what was found for '{problem.sequence}'")
+            states = read_states(transcription, phase, x)[0]
+            slide[nodes], speed[nodes] = place + states[-2], states[-1]
+        place = slide[nodes[-1]]
+    motion = Sample(x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]], x[layout[Unknown.TORQUE]], slide, speed)
+    return RelaxedSolution(durations, time, motion, solution, f"relaxed solution of '{problem.sequence}'")

@@ -1,4 +1,4 @@
-"""Contact sequences with open phases: the phases that a relaxed time-stepping NLP proposes."""
+"""Proposals for open phases: the contact modes of a relaxed time-stepping NLP."""
 
 import itertools
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.mode_search.candidate_sequences import Candidates, RelaxedSolution, select_admitted, select_simplest
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
 from gaitopt.ocp.mode_search.homotopy import Homotopy, follow_homotopy
-from gaitopt.ocp.mode_search.impact_proposal import impact_residual, impulse_and_speed, outcomes_near
+from gaitopt.ocp.mode_search.impact_proposal import impact_residual, impulse_and_speed, list_outcomes_near
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
@@ -24,13 +24,13 @@ from gaitopt.progress import SolveObserver
 from gaitopt.reductions import worst
 
 AGREEMENT = 0.1
-"""Largest relative difference in cost of the closed contact sequence; the grids differ, and one is of low order."""
+"""Largest accepted relative difference between relaxed and closed cost; the relaxed grid is of low order."""
 
 MOST_SEQUENCES = 3
-"""Proposed contact sequences that are solved."""
+"""Largest number of proposed contact sequences that are solved."""
 
 BRIEF = 2
-"""A run of equal modes with fewer intervals may be an artefact of the grid."""
+"""Number of intervals below which a run of equal modes may be an artefact of the grid."""
 
 
 def propose_phases(
@@ -41,7 +41,7 @@ def propose_phases(
     counts = tuple(homotopy.intervals // parts.get(mode, 4) for mode in problem.sequence.phases)
     method = evolve(problem.transcription, intervals=counts)
     transcription = transcribe(structure(problem, method, homotopy.relaxation))
-    trail = follow_homotopy(
+    path = follow_homotopy(
         homotopy,
         transcription,
         initial_point(transcription, problem, guess),
@@ -51,22 +51,22 @@ def propose_phases(
         solver,
         observer,
     )
-    x = np.nan_to_num(trail.outcome.x)
+    x = np.nan_to_num(path.outcome.x)
     impacts = [problem.sequence.impact]
     if problem.sequence.impact is Mode.ANY:
-        impacts = outcomes_near(*impulse_and_speed(transcription, problem, x), problem)
-    found = propose_sequence(transcription, problem, x, impacts)
+        impacts = list_outcomes_near(*impulse_and_speed(transcription, problem, x), problem)
+    guesses = propose_sequence(transcription, problem, x, impacts)
     return Candidates(
-        trail=trail,
-        sequences=tuple(found),
-        guesses=tuple(found.values()),
+        path=path,
+        sequences=tuple(guesses),
+        guesses=tuple(guesses.values()),
         agreement=AGREEMENT,
         biactive=len(impacts) > 1,
-        on_edge=on_edge(transcription, problem, x),
+        on_edge=count_on_cone_edge(transcription, problem, x),
     )
 
 
-def relative_lengths(transcription: Transcription, x: Array) -> Array:
+def interval_lengths(transcription: Transcription, x: Array) -> Array:
     """Return the length of every interval, shape (N,) [s]."""
     counts = transcription.structure.counts
     return np.repeat(x[transcription.variables[Unknown.DURATION][0]] / counts, counts)
@@ -85,8 +85,8 @@ def friction_residual(transcription: Transcription, problem: GaitProblem, x: Arr
     )
 
 
-def on_edge(transcription: Transcription, problem: GaitProblem, x: Array) -> int:
-    """Return in how many intervals of open phases the foot sticks with its force on the cone, within the margins."""
+def count_on_cone_edge(transcription: Transcription, problem: GaitProblem, x: Array) -> int:
+    """Return the number of intervals of open phases with a stick on the edge of the cone, within the margins."""
     normal, forward, backward, _ = contact(transcription, x)
     is_open = np.repeat([mode is Mode.ANY for mode in problem.sequence.phases], transcription.structure.counts)
     speed = x[transcription.variables[Unknown.SLIDE][1, 1:]]
@@ -110,34 +110,34 @@ class ModeRun:
     count: int
 
 
-def runs_of(speed: Array, margin: float) -> list[ModeRun]:
-    """Return the runs of equal contact modes of a foot with given speeds at the nodes, shape (N+1,) [m/s].
+def find_runs(speed: Array, margin: float) -> list[ModeRun]:
+    """Return the runs of equal contact modes from the speed of the foot at the nodes, shape (N+1,) [m/s].
 
-    A slide that never exceeds `margin`, the least speed of a sliding foot, counts as sticking.
+    A slide whose speed never exceeds `margin` counts as sticking.
     """
     middle = (speed[1:] + speed[:-1]) / 2
     modes = [Mode.slipping(v) if abs(v) > margin / 10 else Mode.STICK for v in middle]
-    for run in _grouped(modes):
+    for run in _group_modes(modes):
         speeds = speed[run.first : run.first + run.count + 1]
         if run.mode.slips and np.max(np.abs(speeds)) < margin:
             modes[run.first : run.first + run.count] = [Mode.STICK] * run.count
-    return _grouped(modes)
+    return _group_modes(modes)
 
 
-def without_brief(runs: list[ModeRun], kept: Mode) -> list[ModeRun]:
-    """Return runs without those of fewer than `BRIEF` intervals, which join the run before, or else after.
+def drop_brief_runs(runs: list[ModeRun], kept: Mode) -> list[ModeRun]:
+    """Return runs with those of fewer than `BRIEF` intervals joined to the run before, or after at the start.
 
-    The first one stays if it has the mode `kept`: what an impact leaves sliding slides on, however briefly.
+    The first run stays if it has the mode `kept`, the slip that the impact starts.
     """
     modes: list[Mode | None] = []
     for i, run in enumerate(runs):
         brief = run.count < BRIEF and not (i == 0 and run.mode is kept)
         modes += [(modes[-1] if modes else None) if brief else run.mode] * run.count
     known = next((mode for mode in modes if mode is not None), Mode.STICK)
-    return _grouped([mode or known for mode in modes])
+    return _group_modes([mode or known for mode in modes])
 
 
-def _grouped(modes: list[Mode]) -> list[ModeRun]:
+def _group_modes(modes: list[Mode]) -> list[ModeRun]:
     runs, first = [], 0
     for mode, group in itertools.groupby(modes):
         count = len(list(group))
@@ -149,13 +149,13 @@ def _grouped(modes: list[Mode]) -> list[ModeRun]:
 def propose_sequence(
     transcription: Transcription, problem: GaitProblem, x: Array, impacts: list[Mode]
 ) -> dict[ContactSequence, RelaxedSolution]:
-    """Return the sequences that a relaxed solution stands for, likeliest first, and the starts of their solves."""
-    runs = runs_of(x[transcription.variables[Unknown.SLIDE][1]], problem.margins.slip_speed)
+    """Return the sequences a relaxed solution proposes, likeliest first, and the initial guesses of their solves."""
+    runs = find_runs(x[transcription.variables[Unknown.SLIDE][1]], problem.margins.slip_speed)
     choices: dict[ContactSequence, list[ModeRun]] = {}
     for impact in impacts:
-        for choice in (without_brief(runs, impact), runs):
+        for choice in (drop_brief_runs(runs, impact), runs):
             if impact.slips and choice[0].mode is not impact:
-                choice = [ModeRun(impact, 0, 1), *_shortened(choice)]
+                choice = [ModeRun(impact, 0, 1), *_drop_first_interval(choice)]
             for sequence in select_admitted(
                 [ContactSequence(tuple(run.mode for run in choice), impact)], problem.sequence
             ):
@@ -171,22 +171,22 @@ def propose_sequence(
     }
 
 
-def _shortened(runs: list[ModeRun]) -> list[ModeRun]:
+def _drop_first_interval(runs: list[ModeRun]) -> list[ModeRun]:
     """Return runs without the first interval."""
     first, *others = runs
     return others if first.count == 1 else [ModeRun(first.mode, first.first + 1, first.count - 1), *others]
 
 
 def _start_of(transcription: Transcription, problem: GaitProblem, x: Array, runs: list[ModeRun]) -> RelaxedSolution:
-    layout, steps = transcription.variables, relative_lengths(transcription, x)
+    layout, steps = transcription.variables, interval_lengths(transcription, x)
     time = np.concatenate([[0.0], np.cumsum(steps)])
     middles = (time[1:] + time[:-1]) / 2
     torque = np.array([np.interp(time, middles, row) for row in x[layout[Unknown.TORQUE]]])
     slide, speed = x[layout[Unknown.SLIDE]]
     return RelaxedSolution(
-        durations_found=np.array([steps[run.first : run.first + run.count].sum() for run in runs]),
+        phase_durations=np.array([steps[run.first : run.first + run.count].sum() for run in runs]),
         time=time,
-        found=Sample(x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]], torque, slide, speed),
+        motion=Sample(x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]], torque, slide, speed),
         solution=None,
-        label=f"what was found for '{problem.sequence}'",
+        label=f"relaxed solution of '{problem.sequence}'",
     )

@@ -1,4 +1,4 @@
-"""Closing an open sequence: relaxed problems propose closed sequences, which are solved as smooth NLPs."""
+"""Closure of an open sequence: relaxed problems propose closed sequences, which are solved as smooth NLPs."""
 
 import math
 import time
@@ -28,80 +28,82 @@ NEGLIGIBLE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class CandidateCheck:
-    """A proposed contact sequence, solved on a coarse grid: that of the relaxed problem where its phases are known.
+    """A proposed contact sequence, solved on a coarse grid: that of the relaxed problem if only the impact is open.
 
     Attributes
     ----------
     sequence : ContactSequence
-    step : Step
-    start : Relaxed
-        For the contact sequence on the grid of the problem.
+    solution : GridSolution
+        Solution on the coarse grid.
+    guess : RelaxedSolution
+        Initial guess for the grid of the problem.
     """
 
     sequence: ContactSequence
-    step: GridSolution
-    start: RelaxedSolution
+    solution: GridSolution
+    guess: RelaxedSolution
 
     @property
     def rank(self) -> tuple[bool, float]:
-        """What it is sorted by: solutions first, the cheapest before the others."""
-        return (not self.step.outcome.status.ok, rank_of(self.step.outcome.objective))
+        """Sorting key: solutions first, in the order of their cost."""
+        return (not self.solution.outcome.status.ok, rank_of(self.solution.outcome.objective))
 
 
 def solve_open_sequence(
     problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: SolveObserver, *, homotopy: Homotopy
 ) -> Gait:
-    """Close the contact sequence of a problem from one start, and solve the cheapest contact sequence proposed."""
-    began = time.perf_counter()
+    """Close the contact sequence of a problem from one start, and solve the proposed sequence of lowest cost."""
+    started = time.perf_counter()
     propose = propose_phases if problem.sequence.has_open_phases else propose_impact
-    found = propose(problem, guess, solver, observer, homotopy)
-    ending = found.trail.outcome.status
-    if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):  # what there is, without another iteration
-        closed = problem.replace(sequence=found.sequences[0])
-        gait = solve_from_start(closed, found.guesses[0], Ipopt(max_iterations=0), silent)
-        return _judge_candidate(problem, homotopy, found, [], replace(gait, status=ending))
+    candidates = propose(problem, guess, solver, observer, homotopy)
+    ending = candidates.path.outcome.status
+    if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):  # the last iterate, without further iterations
+        closed = problem.replace(sequence=candidates.sequences[0])
+        gait = solve_from_start(closed, candidates.guesses[0], Ipopt(max_iterations=0), silent)
+        return _judge_candidate(problem, homotopy, candidates, [], replace(gait, status=ending))
     checks = [
-        _check_candidate(problem.replace(sequence=sequence), start, solver, observer)
-        for sequence, start in zip(found.sequences, found.guesses, strict=True)
+        _check_candidate(problem.replace(sequence=sequence), closed_guess, solver, observer)
+        for sequence, closed_guess in zip(candidates.sequences, candidates.guesses, strict=True)
     ]
     checks.sort(key=lambda check: check.rank)
-    gait = solve_from_start(problem.replace(sequence=checks[0].sequence), checks[0].start, solver, observer)
-    earlier = sum(step.iterations for step in found.trail.steps) + sum(c.step.outcome.iterations for c in checks)
+    gait = solve_from_start(problem.replace(sequence=checks[0].sequence), checks[0].guess, solver, observer)
+    relaxed = sum(step.iterations for step in candidates.path.steps)
+    coarse = sum(check.solution.outcome.iterations for check in checks)
     report = replace(
         gait.solver,
-        iterations=gait.solver.iterations + earlier,
-        solve_seconds=time.perf_counter() - began - gait.solver.build_seconds,
+        iterations=gait.solver.iterations + relaxed + coarse,
+        solve_seconds=time.perf_counter() - started - gait.solver.build_seconds,
     )
-    return _judge_candidate(problem, homotopy, found, checks, replace(gait, solver=report))
+    return _judge_candidate(problem, homotopy, candidates, checks, replace(gait, solver=report))
 
 
 def _check_candidate(
-    problem: GaitProblem, start: RelaxedSolution, solver: NlpSolver, observer: SolveObserver
+    problem: GaitProblem, guess: RelaxedSolution, solver: NlpSolver, observer: SolveObserver
 ) -> CandidateCheck:
-    method = problem.transcription.approach(problem.sequence)[0]
-    step = SingleStart(problem, start, solver, observer).run(
-        method, start.solution_for(problem.sequence), BARRIER_NEARBY_PROBLEM
+    method = problem.transcription.list_grids(problem.sequence)[0]
+    solution = SingleStart(problem, guess, solver, observer).solve_on_grid(
+        method, guess.solution_for(problem.sequence), BARRIER_NEARBY_PROBLEM
     )
-    if step.outcome.status.ok:
-        start = replace(start, solution=solution_of(step.transcription, step.outcome))
-    return CandidateCheck(problem.sequence, step, start)
+    if solution.outcome.status.ok:
+        guess = replace(guess, solution=solution_of(solution.transcription, solution.outcome))
+    return CandidateCheck(problem.sequence, solution, guess)
 
 
 def _judge_candidate(
-    problem: GaitProblem, homotopy: Homotopy, found: Candidates, checks: list[CandidateCheck], gait: Gait
+    problem: GaitProblem, homotopy: Homotopy, candidates: Candidates, checks: list[CandidateCheck], gait: Gait
 ) -> Gait:
-    """Return a gait with the record of its proposal, and with another status if the two disagree."""
-    last, reasons = found.trail.steps[-1], []
-    after = checks[0].step.outcome.objective if checks else math.nan
+    """Return a gait with the record of its proposal; its status is `UNCONFIRMED` if the two costs disagree."""
+    last, reasons = candidates.path.steps[-1], []
+    after = checks[0].solution.outcome.objective if checks else math.nan
     scale = max(abs(last.objective), NEGLIGIBLE * problem.objective.typical)
-    if not found.trail.ended:
+    if not candidates.path.ended:
         reasons.append(
             f"the homotopy stopped at t = {last.relaxation:.0e} ({last.status}) with complementarity residual "
             f"{last.complementarity:.1e}, its tolerance is {homotopy.tolerance:.1e}"
         )
     if not gait.status.ok:
         reasons.append(f"the proposed contact sequence '{gait.sequence}' is not solved ({gait.status.key})")
-    elif found.trail.ended and not abs(after - last.objective) <= found.agreement * scale:
+    elif candidates.path.ended and not abs(after - last.objective) <= candidates.agreement * scale:
         reasons.append(
             f"the proposed sequence '{gait.sequence}' costs {after:.6g}, the relaxed problem {last.objective:.6g}"
         )
@@ -109,10 +111,10 @@ def _judge_candidate(
     proposal = Proposal(
         sequence=str(problem.sequence),
         relaxation=homotopy.relaxation.name,
-        steps=found.trail.steps,
+        steps=candidates.path.steps,
         complementarity=last.complementarity,
         sequences=tuple(str(check.sequence) for check in checks),
-        stationarity=_stationarity(found, checks),
+        stationarity=_describe_stationarity(candidates, checks),
         cost_before=last.objective,
         cost_after=after,
         reason="; ".join(reasons),
@@ -120,22 +122,22 @@ def _judge_candidate(
     return replace(gait, proposal=proposal)
 
 
-def _stationarity(found: Candidates, checks: list[CandidateCheck]) -> str:
-    """Return what is known of the choice of the contact sequence."""
-    if not found.trail.ended:
+def _describe_stationarity(candidates: Candidates, checks: list[CandidateCheck]) -> str:
+    """Return the stationarity of the gait with respect to the choice of the contact sequence."""
+    if not candidates.path.ended:
         return "unknown: the homotopy did not end"
-    endings = [(check.sequence, check.step.outcome.status) for check in checks]
+    endings = [(check.sequence, check.solution.outcome.status) for check in checks]
     unsolved = [f"'{sequence}' ({status.key})" for sequence, status in endings if not status.ok]
     if unsolved:
-        return f"unknown: not solved {', '.join(unsolved)}"
-    if found.on_edge:
+        return f"unknown: not all proposed sequences are solved: {', '.join(unsolved)}"
+    if candidates.on_edge:
         return (
-            f"unknown: {found.on_edge} intervals of the open phases stick on the edge of the cone (biactive pairs); "
-            "the closed contact sequence is optimal by itself"
+            f"unknown: {candidates.on_edge} intervals of the open phases stick on the edge of the cone (biactive "
+            "pairs); the closed contact sequence alone is optimal"
         )
-    if not found.biactive:
-        return "strong: no pair is biactive, so the closed sequence's optimality is the open one's"
+    if not candidates.biactive:
+        return "strong: no pair is biactive, so the optimality of the closed sequence implies that of the open one"
     sequences = ", ".join(f"'{sequence}'" for sequence, _ in endings)
     return (
-        f"B: a pair is biactive; of the periodic sequences that meet there none is cheaper than the first: {sequences}"
+        f"B: a pair is biactive; the first of the periodic sequences that meet there has the lowest cost: {sequences}"
     )

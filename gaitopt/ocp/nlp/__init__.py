@@ -1,4 +1,4 @@
-"""Nonlinear programs and their solvers.
+"""Nonlinear programs (NLPs) and their solvers.
 
-A program is assembled from small blocks that are mapped over their instances; its solvers know nothing of gaits.
+An NLP is assembled from small blocks that are mapped over their instances; its solvers are independent of gaits.
 """

@@ -1,4 +1,4 @@
-"""Newton's method on the conditions of optimality: the quickest road to a smooth optimum, where it leads there.
+"""Newton's method on the optimality conditions, with a primal-dual active set, for smooth optima.
 
 One step solves
 
@@ -6,11 +6,12 @@ One step solves
     [ J                  -D ] [ m+ ]  =  [ -c - D m             ]
 
 with the Hessian H of the Lagrangian, the Jacobian J of all constraints, and the violations c and rows J_a of the active
-ones: equalities, what is violated, and what rests on its bound and is pressed against it by its multiplier (a primal-
-dual active set, which makes this a semismooth Newton method: Hintermueller, Ito & Kunisch, SIAM J. Optim. 13, 2002).
-D is tiny for active constraints, a proximal term that lets them depend on each other, and huge for the others, which
-takes them out; variables held at a bound are held by a stiff spring.  So the matrix keeps its pattern, and thanks to
-rho it has a factorisation L D L' without pivoting whatever the order, whose signs tell a minimum from a saddle.
+ones: equalities, violated constraints, and constraints at their bound with a multiplier of the active sign.  This
+primal-dual active set makes the method a semismooth Newton method (Hintermueller, Ito & Kunisch, SIAM J. Optim. 13,
+2002).  D is 1e-11 for active constraints, a proximal term that admits dependent ones, and 1e12 for the others, which
+removes them; variables at an active bound are fixed by a penalty of 1e12.  The pattern of the matrix is therefore
+constant, and with rho > 0 the matrix has a factorisation L D L' without pivoting in any order, whose signs distinguish
+a minimum from a saddle.
 """
 
 import functools
@@ -33,40 +34,40 @@ from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.status import Status
 
 MOST_STEPS = 15
-"""Newton's method has arrived by then, or will not."""
+"""Largest number of Newton steps; convergence is quadratic, so more steps seldom help."""
 
 SOFT, STIFF = 1e-11, 1e12
-"""Compliance of active constraints; stiffness of what is held, whose inverse is the compliance of what is let go."""
+"""Compliance of active constraints; penalty of fixed variables, and compliance of inactive constraints."""
 
 _MESSAGES = {Status.SOLVED: CONVERGED, Status.INTERRUPTED: "User_Requested_Stop"}
 
 EQUAL_COST = 1e-4
-"""Newton's method may leave another solver's minimum dearer by this share and still has stayed with it."""
+"""Largest relative increase in cost at which Newton's result counts as the minimum of the fallback."""
 
 RESTING = 1e-7
-"""Distance from a bound at which a variable rests on it; Ipopt leaves 1e-8."""
+"""Distance from a bound within which the bound may be active; Ipopt leaves 1e-8."""
 
 MOST_ENTRIES = 200
-"""A constraint of more unknowns, such as an integral over a fine grid, fills the matrix."""
+"""Largest number of unknowns of a constraint; longer rows, such as an integral over a fine grid, fill the matrix."""
 
 
 @frozen(kw_only=True)
 class Newton:
-    """Newton's method for smooth objectives, such as squared torques; another solver where it does not arrive.
+    """Newton's method for smooth objectives, such as squared torques, with Ipopt as its fallback.
 
-    Objectives with kinks, such as the cost of transport, go to the other solver at once: their optima switch torques
-    on and off, many constraints are active by a hair, and Newton's method has no single active set to settle on.  So do
-    smooth ones per weight and travel on fine grids, where the row that sums the integral makes steps slow.
+    Objectives with kinks, such as the cost of transport, are passed to the fallback immediately: their optima switch
+    torques on and off, many constraints are weakly active, and the active set is not unique.  Smooth objectives per
+    weight and travel on fine grids are passed on as well, because the row that sums the integral makes steps slow.
 
     Attributes
     ----------
-    otherwise : Ipopt
-        Its tolerance is Newton's, too, and so is its limit of iterations.
+    fallback : Ipopt
+        Solver used when Newton's method does not converge; its tolerance and its iteration limit apply to both.
 
     Raises
     ------
     InputError
-        If `otherwise` is no Ipopt.
+        If `fallback` is not an Ipopt.
 
     Examples
     --------
@@ -90,30 +91,30 @@ class Newton:
         if not nlp.smooth or _longest_row(nlp) > MOST_ENTRIES:
             return self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
 
-        def arrived(x: Array, multipliers: Array, observer: Observer) -> NlpResult | None:
+        def run_newton(x: Array, multipliers: Array, observer: Observer) -> NlpResult | None:
             run = _Run(nlp, data, bounds, self.fallback)
             with ONE_AT_A_TIME, stop_on_interrupt(run.interrupt):
-                found = run.arrived(x, multipliers, observer)
-            if found is None and run.interrupted:
-                raise KeyboardInterrupt  # it came as Newton's method gave up
-            return found
+                result = run.minimise(x, multipliers, observer)
+            if result is None and run.interrupted:
+                raise KeyboardInterrupt  # the interrupt arrived in the last step
+            return result
 
-        begun = np.zeros(nlp.n_constraints) if multipliers is None else multipliers[1]
-        found = arrived(x, begun, observer)
-        if found is None:
-            found = self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
-            if found.status.ok:  # to the last digits: an interior point stays a little outside of its bounds
-                exact = arrived(found.x, found.multipliers[1], silent)
+        initial_multipliers = np.zeros(nlp.n_constraints) if multipliers is None else multipliers[1]
+        result = run_newton(x, initial_multipliers, observer)
+        if result is None:
+            result = self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
+            if result.status.ok:  # full accuracy: an interior point lies slightly outside its bounds
+                exact = run_newton(result.x, result.multipliers[1], silent)
                 if exact is not None and exact.status is Status.INTERRUPTED:
-                    found = replace(found, status=exact.status, message=exact.message)
-                elif exact is not None and exact.objective <= found.objective + EQUAL_COST * abs(found.objective):
-                    found = replace(exact, iterations=found.iterations + exact.iterations)
-        return found
+                    result = replace(result, status=exact.status, message=exact.message)
+                elif exact is not None and exact.objective <= result.objective + EQUAL_COST * abs(result.objective):
+                    result = replace(exact, iterations=result.iterations + exact.iterations)
+        return result
 
 
 @functools.lru_cache(maxsize=32)
 def _longest_row(nlp: Nlp) -> int:
-    """Return the number of unknowns of the constraint with the most of them."""
+    """Return the largest number of unknowns of a constraint."""
     return int(np.bincount(nlp.derivatives["jac_g"].sparsity_out(1).row()).max(initial=0))
 
 
@@ -126,36 +127,36 @@ class _Run:
         self.limits = (bounds.x_lower, bounds.x_upper, bounds.g_lower, bounds.g_upper)
 
     def interrupt(self) -> None:
-        """Ask to stop after the present step."""
+        """Request a stop after the present step."""
         self.interrupted = True
 
-    def arrived(self, x: Array, multipliers: Array, observer: Observer) -> NlpResult | None:
-        """Return the minimum arrived at from a start, or where it was interrupted; None if it goes astray."""
-        iterate, inertia = _iterate(self.nlp)
+    def minimise(self, x: Array, multipliers: Array, observer: Observer) -> NlpResult | None:
+        """Return the minimum reached from a start, or the interrupted iterate; None if the method does not converge."""
+        iterate, inertia = _build_iterate(self.nlp)
         scaled, before = multipliers / self.nlp.typical, (math.inf, math.inf)
         for number in range(self.most_steps + 1):
             numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
             f, unmet, wrong, mean = numbers.tolist()
-            # CasADi's norms leave out what is not a number, which the next iterate shows.
-            sound = math.isfinite(sum(float(part.sum()) for part in (numbers, g, x_after, scaled_after)))
-            there = sound and max(wrong / max(1.0, mean), unmet) <= self.tolerance
-            saddle = there and inertia(matrix) != self.nlp.n_constraints
-            # What Functions return lies in memory of their own.
+            # CasADi's norms omit nan, which the next iterate contains.
+            finite = math.isfinite(sum(float(part.sum()) for part in (numbers, g, x_after, scaled_after)))
+            converged = finite and max(wrong / max(1.0, mean), unmet) <= self.tolerance
+            saddle = converged and inertia(matrix) != self.nlp.n_constraints
+            # The arrays returned by Functions are overwritten by the next call.
             g, x_after, scaled_after = g.copy(), x_after.copy(), scaled_after.copy()
-            prices = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
-            self._tell(observer, Iteration(number, f, unmet))
-            if self.interrupted or (there and not saddle):
+            unscaled = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
+            self._report(observer, Iteration(number, f, unmet))
+            if self.interrupted or (converged and not saddle):
                 status = Status.INTERRUPTED if self.interrupted else Status.SOLVED
-                return NlpResult(status, _MESSAGES[status], x, g, f, number, prices)
-            # The first step brings multipliers along, of whatever size; from then on the error must fall, and where
-            # there is none left, what is violated.
-            nearer = wrong < before[0] or (wrong <= self.tolerance and unmet < before[1])
-            if saddle or not sound or (number > 1 and not nearer):
+                return NlpResult(status, _MESSAGES[status], x, g, f, number, unscaled)
+            # The first step sets the multipliers, so it may increase the error; from then on the error must fall, or
+            # if it is within the tolerance, the violation.
+            decreases = wrong < before[0] or (wrong <= self.tolerance and unmet < before[1])
+            if saddle or not finite or (number > 1 and not decreases):
                 return None
             x, scaled, before = x_after, scaled_after, (wrong, unmet)
         return None
 
-    def _tell(self, observer: Observer, iteration: Iteration) -> None:
+    def _report(self, observer: Observer, iteration: Iteration) -> None:
         try:
             observer(iteration)
         except KeyboardInterrupt:
@@ -163,7 +164,7 @@ class _Run:
 
 
 class _Inertia:
-    """Counts negative eigenvalues; there is one for each constraint at a minimum (Sylvester's law of inertia)."""
+    """Count of negative eigenvalues: at a minimum one per constraint (Sylvester's law of inertia)."""
 
     def __init__(self, pattern: ca.Sparsity) -> None:
         self._pattern, self._factors = pattern, ca.Linsol("inertia", "ldl", pattern)
@@ -175,49 +176,48 @@ class _Inertia:
 
 
 @functools.lru_cache(maxsize=32)
-def _iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
-    """Return the Function of one iterate, and what tells whether its matrix is that of a minimum.
+def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
+    """Return the Function of one iterate, and the count of the negative eigenvalues of its matrix.
 
-    Of (x, scaled multipliers, data, bounds) it returns four numbers (the objective, the violation, the error of the
-    gradient of the Lagrangian and the mean size of the multipliers), the constraints, the multipliers of bounds
-    and constraints, the next x and multipliers, and the matrix.
+    The Function maps (x, scaled multipliers, data, bounds) to four numbers (objective, violation, error of the gradient
+    of the Lagrangian, mean size of the multipliers), the constraints, the multipliers of bounds and constraints, the
+    next x and multipliers, and the matrix.
     """
-    x, data, given = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
+    x, data, multipliers = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
     x_lower, x_upper = ca.MX.sym("x_lower", nlp.n_variables), ca.MX.sym("x_upper", nlp.n_variables)
     lower, upper = ca.MX.sym("lower", nlp.n_constraints), ca.MX.sym("upper", nlp.n_constraints)
     f, gradient = nlp.derivatives["grad_f"](x, data)
     g, jacobian = nlp.derivatives["jac_g"](x, data)
 
-    above, below = ca.logic_or(given + g > upper, lower == upper), given + g < lower
+    above, below = ca.logic_or(multipliers + g > upper, lower == upper), multipliers + g < lower
     active = ca.logic_or(above, below)
-    lam = active * given
+    lam = active * multipliers
     unmet = ca.if_else(above, g - upper, ca.if_else(below, g - lower, 0))
     hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
-    turned = jacobian.T
-    slope = gradient / nlp.typical + turned @ lam
+    transposed = jacobian.T
+    slope = gradient / nlp.typical + transposed @ lam
 
     at_upper, at_lower = x > x_upper - RESTING, x < x_lower + RESTING
     low = ca.logic_or(ca.logic_and(at_lower, slope > 0), x < x_lower - RESTING)
     high = ca.logic_or(ca.logic_and(at_upper, slope < 0), x > x_upper + RESTING)
-    fixed = x_lower == x_upper
-    held = ca.logic_or(ca.logic_or(low, high), fixed)
-    pulled = ca.if_else(ca.logic_or(low, fixed), x_lower - x, ca.if_else(high, x_upper - x, 0))
+    equal = x_lower == x_upper
+    fixed = ca.logic_or(ca.logic_or(low, high), equal)
+    to_bound = ca.if_else(ca.logic_or(low, equal), x_lower - x, ca.if_else(high, x_upper - x, 0))
 
-    spring, compliance = STIFF * held, ca.if_else(active, SOFT, STIFF)
-    matrix = ca.blockcat(
-        [[hessian + turned @ (ca.diag(active) @ jacobian) + ca.diag(spring), turned], [jacobian, -ca.diag(compliance)]]
-    )
-    pull = spring * pulled + held * slope - gradient / nlp.typical - turned @ unmet
-    step = ca.solve(matrix, ca.vertcat(pull, -unmet - SOFT * lam), "ldl")
-    # What is outside counts whether it is thought to be active or not.
+    penalty, compliance = STIFF * fixed, ca.if_else(active, SOFT, STIFF)
+    augmented = hessian + transposed @ (ca.diag(active) @ jacobian) + ca.diag(penalty)
+    matrix = ca.blockcat([[augmented, transposed], [jacobian, -ca.diag(compliance)]])
+    right = penalty * to_bound + fixed * slope - gradient / nlp.typical - transposed @ unmet
+    newton_step = ca.solve(matrix, ca.vertcat(right, -unmet - SOFT * lam), "ldl")
+    # Violations of constraints that are not in the active set count as well.
     outside = ca.vertcat(_excess(x, x_lower, x_upper), _excess(g, lower, upper))
-    violation = ca.norm_inf(ca.vertcat(unmet, pulled, outside))
-    error = ca.norm_inf((1 - held) * slope)
+    violation = ca.norm_inf(ca.vertcat(unmet, to_bound, outside))
+    error = ca.norm_inf((1 - fixed) * slope)
     numbers = ca.vertcat(f, violation, error, ca.norm_1(lam) / max(1, nlp.n_constraints))
-    moved, priced = ca.vertsplit(step, [0, nlp.n_variables, nlp.n_variables + nlp.n_constraints])
-    following = [x + moved, active * priced]
-    inputs = [x, given, data, x_lower, x_upper, lower, upper]
-    function = ca.Function("iterate", inputs, [numbers, g, -held * slope, lam, *following, matrix])
+    change, lam_next = ca.vertsplit(newton_step, [0, nlp.n_variables, nlp.n_variables + nlp.n_constraints])
+    following = [x + change, active * lam_next]
+    inputs = [x, multipliers, data, x_lower, x_upper, lower, upper]
+    function = ca.Function("iterate", inputs, [numbers, g, -fixed * slope, lam, *following, matrix])
     return FastCall(function), _Inertia(matrix.sparsity())
 
 

@@ -1,7 +1,7 @@
-"""The last digits: a solution's equations met to rounding, which a solver leaves met to its tolerance.
+"""Refinement of feasibility: the equality constraints of a solution satisfied to rounding.
 
-An unstable walker multiplies what is left of them within one step, by 1e5 and more for five links, so that a plan can
-be optimal to all digits that matter and yet miss its own touchdown when its torques are played back.
+A solver satisfies them to its tolerance only.  An unstable walker amplifies this residual within one step, by 1e5 and
+more for five links, so the open-loop replay of an otherwise accurate optimum can miss its touchdown.
 """
 
 import math
@@ -17,22 +17,22 @@ from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 
 CORRECTIONS = 3
-"""Newton steps; each squares what is left."""
+"""Largest number of Newton steps; each squares the residual."""
 
 AT_BOUND = 1e-7
-"""Distance of what rests on a bound; Ipopt leaves it 1e-8 to either side."""
+"""Distance from a bound within which the bound is active; Ipopt leaves 1e-8 to either side."""
 
 NEGLIGIBLE = 1e-12
-"""Weight of equations against corrections: lets equations that repeat others be."""
+"""Regularisation of the equations, which admits dependent ones."""
 
 
 def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds) -> NlpResult:
-    """Return a solution moved by the least that meets its equality constraints; what rests on a bound stays there.
+    """Return the solution with the least correction that satisfies its equality constraints; active bounds stay active.
 
     Parameters
     ----------
     nlp : Nlp
-    outcome : Outcome
+    outcome : NlpResult
         A solution.
     data : (n_z,) array
     bounds : Bounds
@@ -52,7 +52,7 @@ def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds
         entries = (np.array(jacobian.nonzeros()), pattern.row(), pattern.colind())
         rows = sp.csc_matrix(entries, shape=jacobian.shape)[equal][:, free]
         system = sp.block_array([[sp.identity(free.size), rows.T], [rows, -NEGLIGIBLE * sp.identity(equal.size)]])
-        moved = splu(system.tocsc()).solve(np.concatenate([np.zeros(free.size), unmet]))[: free.size]
+        correction = splu(system.tocsc()).solve(np.concatenate([np.zeros(free.size), unmet]))[: free.size]
         x = x.copy()
-        x[free] += moved
+        x[free] += correction
     return outcome

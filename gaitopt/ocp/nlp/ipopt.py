@@ -1,4 +1,4 @@
-"""Ipopt as an object that holds its options."""
+"""The interior-point solver Ipopt and its options."""
 
 import functools
 import math
@@ -39,17 +39,17 @@ _STATUS = {
 }
 
 STOPPED = (Status.ITERATION_LIMIT, Status.TIME_LIMIT, Status.INTERRUPTED)
-"""Endings that come from outside; the best iterate that meets the constraints is then the answer."""
+"""Statuses of a stopped solve, whose result is the best feasible iterate."""
 
 LINEAR_SOLVERS = ("mumps", "spral", "ma27", "ma57", "ma77", "ma86", "pardiso")
-"""Linear solvers the Ipopt of CasADi's wheel knows; the first two come with it (MA97 would crash the process)."""
+"""Linear solvers accepted by the Ipopt of CasADi's wheel; the first two are part of it (MA97 crashes the process)."""
 
 
 MOST_ITERATIONS = 2**31 - 1
-"""Ipopt counts in 32 bits."""
+"""Largest iteration count of Ipopt, a 32-bit integer."""
 
 ONE_AT_A_TIME = threading.RLock()
-"""Ipopt with MUMPS is not safe in threads: parallel solves belong in processes."""
+"""Lock of all solves: Ipopt with MUMPS is not thread-safe, so parallel solves need processes."""
 
 
 def _check_linear_solver(options: object, attribute: object, value: str) -> None:
@@ -68,12 +68,12 @@ class Ipopt:
     max_iterations : int
     time_limit : float [s]
     linear_solver : str
-        ``"mumps"`` and the slower ``"spral"`` come with CasADi; others must be installed.
+        ``"mumps"`` and the slower ``"spral"`` are part of CasADi; others must be installed.
 
     Raises
     ------
     InputError
-        If an option has a value that Ipopt does not take, or an observer of a solve with Ipopt solves with it again.
+        If an option has a value that Ipopt does not accept, or an observer of a solve with Ipopt calls Ipopt again.
 
     Examples
     --------
@@ -98,22 +98,22 @@ class Ipopt:
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         with defer_interrupt():
-            solver, tap = _compiled(nlp, self, None if multipliers is None else barrier)
+            solver, callback = _compile(nlp, self, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
-        with _alone():
+        with _lock_solves():
             try:
-                with stop_on_interrupt(tap.interrupt):
-                    tap.watch(observer, bounds)
+                with stop_on_interrupt(callback.interrupt):
+                    callback.watch(observer, bounds)
                     answer = solver(x0=x, p=data, **limits, **near)
             finally:
-                tap.rest()
-            # All of this belongs to the next thread as soon as it may begin.
-            stats, kept, interrupted, failure = solver.stats(), tap.best, tap.interrupted, tap.failure
+                callback.release()
+            # Read before the lock is released: the next thread overwrites these.
+            stats, best, interrupted, failure = solver.stats(), callback.best, callback.interrupted, callback.failure
         if failure is not None:
             raise failure
         message = str(stats["return_status"])
-        if message == "Invalid_Option":  # Ipopt has not run: its answer and its counts mean nothing
+        if message == "Invalid_Option":  # Ipopt has not run: its result and counts are meaningless
             answer = answer | {"x": x, "g": nlp.derivatives["jac_g"](x, data)[0]}
             stats = {}
         elif interrupted:
@@ -121,9 +121,9 @@ class Ipopt:
         status = _STATUS.get(message, Status.FAILED)
         if status is Status.SOLVED:
             message = CONVERGED
-        if status in STOPPED and kept is not None:
-            answer = kept.values
-            message = f"{message}; kept is iterate {kept.number}, the best one that meets the constraints"
+        if status in STOPPED and best is not None:
+            answer = best.values
+            message = f"{message}; the result is iterate {best.number}, the best feasible one"
         return NlpResult(
             status=status,
             message=message,
@@ -161,10 +161,10 @@ _running = threading.local()
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
-    """Keep other threads waiting; InputError within a solve of Ipopt, inside which another one crashes the process."""
+def _lock_solves() -> Iterator[None]:
+    """Hold the lock of all solves; InputError within a solve by this thread, as a nested one crashes the process."""
     if getattr(_running, "now", False):
-        raise InputError("An observer cannot solve with Ipopt while Ipopt is solving: keep the iterates, solve later.")
+        raise InputError("An observer of a solve with Ipopt must not call Ipopt: store the iterates, solve afterwards.")
     with ONE_AT_A_TIME:
         _running.now = True
         try:
@@ -174,7 +174,8 @@ def _alone() -> Iterator[None]:
 
 
 @functools.lru_cache(maxsize=32)
-def _compiled(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, IterationCallback]:
-    """Return the solver of an NLP and its tap; built once for equal options."""
-    tap = IterationCallback(nlp)
-    return nlp.solver("gait", "ipopt", {**options._options(nlp.typical, barrier), "iteration_callback": tap}), tap
+def _compile(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, IterationCallback]:
+    """Return the solver of an NLP and its iteration callback; built once for equal options."""
+    callback = IterationCallback(nlp)
+    settings = {**options._options(nlp.typical, barrier), "iteration_callback": callback}
+    return nlp.solver("gait", "ipopt", settings), callback

@@ -12,10 +12,10 @@ from gaitopt.progress import Iteration, Observer
 from gaitopt.reductions import worst
 
 FEASIBLE = 1e-6
-"""Largest violation of an iterate that is worth keeping."""
+"""Largest constraint violation of a feasible iterate."""
 
 OUTPUTS = tuple(ca.nlpsol_out(i) for i in range(ca.nlpsol_n_out()))
-"""What a solver of CasADi tells its iteration callback, in this order."""
+"""Names of the values that a CasADi solver passes to its iteration callback, in order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class BestIterate:
 
 
 class IterationCallback(ca.Callback):
-    """Ipopt's iteration callback: tells the observer, keeps the best iterate and passes on an interrupt."""
+    """Iteration callback of Ipopt: calls the observer, records the best feasible iterate, stops on an interrupt."""
 
     def __init__(self, nlp: Nlp) -> None:
         ca.Callback.__init__(self)
@@ -42,40 +42,40 @@ class IterationCallback(ca.Callback):
         self.construct("iteration_tap", {})
 
     def watch(self, observer: Observer, bounds: Bounds) -> None:
-        """Begin to listen to a solve."""
+        """Set the observer and the constraint bounds of a solve, and reset the record."""
         self._observer, self._limits, self._count = observer, (bounds.g_lower, bounds.g_upper), 0
         self.interrupted, self.failure, self.best = False, None, None
 
     def interrupt(self) -> None:
-        """Ask Ipopt to stop after the present iteration."""
+        """Request that Ipopt stops after the present iteration."""
         self.interrupted = True
 
-    def rest(self) -> None:
-        """Listen no more."""
+    def release(self) -> None:
+        """Remove the observer after a solve."""
         self._observer = None
 
     def get_n_in(self) -> int:
-        """Return how many values CasADi hands over."""
+        """Return the number of values that CasADi passes."""
         return ca.nlpsol_n_out()
 
     def get_n_out(self) -> int:
-        """Return how many values it gets back."""
+        """Return the number of values that CasADi receives."""
         return 1
 
     def get_name_in(self, i: int) -> str:
-        """Return the name of a value handed over."""
+        """Return the name of a value that CasADi passes."""
         return ca.nlpsol_out(i)
 
     def get_name_out(self, i: int) -> str:
-        """Return the name of the answer."""
+        """Return the name of the value that CasADi receives."""
         return "stop"
 
     def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        """Return the size of a value handed over."""
+        """Return the size of a value that CasADi passes."""
         return ca.Sparsity.dense(self._sizes[ca.nlpsol_out(i)], 1)
 
     def eval(self, arguments: list[ca.DM]) -> list[int]:
-        """Take note of an iterate; the answer 1 stops the solver."""
+        """Record an iterate and report it; return [1] to stop the solver."""
         if self._observer is None:
             return [0]
         try:
@@ -83,14 +83,14 @@ class IterationCallback(ca.Callback):
             g, (lower, upper) = np.asarray(values["g"]).ravel(), self._limits
             excess = worst(0.0, lower - g, g - upper)
             objective = float(values["f"])
-            cheaper = self.best is None or objective < float(self.best.values["f"])
-            if excess <= FEASIBLE and math.isfinite(objective) and cheaper:
+            better = self.best is None or objective < float(self.best.values["f"])
+            if excess <= FEASIBLE and math.isfinite(objective) and better:
                 self.best = BestIterate(self._count, values)
             self._observer(Iteration(self._count, objective, excess))
             self._count += 1
         except KeyboardInterrupt:
             self.interrupt()
-        except Exception as failure:  # CasADi would print it with all arguments and lose it
+        except Exception as failure:  # CasADi would print and discard it
             self.failure = failure
             self.interrupt()
         return [int(self.interrupted)]

@@ -1,8 +1,8 @@
 """Typed keys of the unknowns and the constraint rows of an NLP.
 
-A table of a layout is known by a member of :class:`Unknown` or :class:`Group`, or by such a member and the number of a
-phase.  A row of a table is known by its :class:`Key`, a column by its :class:`Place`.  Bounds, diagnosis and the
-transfer of solutions find what they need by these; labels are printed and never compared.
+A table of a layout is identified by a member of :class:`Unknown` or :class:`Group`, or by such a member and the number
+of a phase; a row of a table by its :class:`Key`, a column by its :class:`Place`.  Bounds, diagnosis and the transfer of
+solutions use these keys; labels are printed and never compared.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from gaitopt.model.contacts.mode import Mode
 
 
 class Unknown(StrEnum):
-    """Tables of unknowns; the value is their name in files.  Those of a phase are paired with its number."""
+    """Tables of unknowns; the value is the name in files.  Tables of a phase are paired with its number."""
 
     ANGLES = "angles"
     RATES = "rates"
@@ -35,7 +35,7 @@ class Unknown(StrEnum):
 
 
 class Group(StrEnum):
-    """Tables of constraint rows; the value is their name in files.  Those of a phase are paired with its number."""
+    """Tables of constraint rows; the value is the name in files.  Tables of a phase are paired with its number."""
 
     INTERVAL = "interval"
     END = "end"
@@ -70,13 +70,13 @@ class Kind(Enum):
     Attributes
     ----------
     text : str
-        Its spelling, with ``{of}`` for the angle, the actuator or other payload.  Two kinds may be spelled alike.
+        Spelling, with ``{of}`` for the angle or the actuator.  Two kinds may have the same spelling.
     """
 
     text: str
 
     def __new__(cls, text: str) -> "Kind":
-        """Return a member with a number for its value, so that two members may share a text."""
+        """Return a member whose value is a number, so that two members may share a text."""
         member = object.__new__(cls)
         member._value_ = len(cls.__members__)
         member.text = text
@@ -145,7 +145,7 @@ class Key:
     ----------
     kind : Kind
     of : str
-        The angle, the actuator or other payload it belongs to.
+        The angle, the actuator or another name the quantity belongs to.
     inner : int
         Inner point of an interval, counted from 1; 0 at a node.
 
@@ -166,7 +166,7 @@ class Key:
 
     @property
     def identifier(self) -> str:
-        """Text that stands for the key in files; it does not change with what is printed."""
+        """Text of the key in files, independent of the printed label."""
         text = self.kind.text.format(of=self.of)
         return f"{text}, inner point {self.inner}" if self.inner else text
 
@@ -190,7 +190,7 @@ def equation(kind: Kind, of: str = "") -> Row:
 
 
 class Section(Enum):
-    """Parts of a step; the value is printed for all but a phase."""
+    """Parts of a step; the value is the printed label except for a phase."""
 
     PHASE = "phase"
     TOUCHDOWN = "touchdown"
@@ -200,7 +200,7 @@ class Section(Enum):
 
 @dataclass(frozen=True)
 class Place:
-    """Where along the step a column of a table is.
+    """Place along the step that a column of a table belongs to.
 
     Attributes
     ----------

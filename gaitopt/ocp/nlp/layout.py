@@ -1,4 +1,4 @@
-"""Places in a long vector: which table, row and column an entry belongs to."""
+"""Layout of the decision and constraint vectors: table, row and column of every entry."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ class Layout:
     ----------
     size : int
     tables : dict of TableKey to (n_rows, n_places) int array
-        Where the entries of a table are in the vector.
+        Indices of the entries of a table in the vector.
     rows : dict of TableKey to tuple of Key
     entries : list of (Place, Key)
         Place and quantity of each entry of the vector.
@@ -58,24 +58,24 @@ class Layout:
         return table in self.tables
 
     def find(self, kind: Kind, of: str | None = None) -> Index:
-        """Return where all quantities of a kind are, at nodes and inner points, shape (n,).
+        """Return the indices of all quantities of a kind, at nodes and inner points, shape (n,).
 
         Parameters
         ----------
         kind : Kind
         of : str, optional
-            Only those of one angle, actuator or other payload.
+            Name of one angle or actuator, to which the search is restricted.
         """
-        found = [
+        indices = [
             self.tables[table][i]
             for table, rows in self.rows.items()
             for i, key in enumerate(rows)
             if key.kind is kind and of in (None, key.of)
         ]
-        return np.concatenate(found) if found else np.empty(0, dtype=np.intp)
+        return np.concatenate(indices) if indices else np.empty(0, dtype=np.intp)
 
     def label(self, index: int) -> tuple[str, str]:
-        """Return what is printed for an entry: its place and its quantity."""
+        """Return the printed labels of an entry: its place and its quantity."""
         place, key = self.entries[index]
         return place.label, key.label
 
@@ -98,7 +98,7 @@ class Rows:
         return self.layout.add(table, [row.key for row in rows], places)
 
     def bound(self, index: int, lower: float, upper: float) -> None:
-        """Give one entry other bounds than its row has."""
+        """Replace the bounds of one entry."""
         self._bounds[index] = (lower, upper)
 
     def bounds(self) -> np.ndarray:

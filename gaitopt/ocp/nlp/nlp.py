@@ -4,8 +4,8 @@ minimise    sum over blocks and instances of cost(w[columns], z)
 subject to  lower <= g <= upper,  g[rows] += constraint(w[columns], z)
 
 Each block is a small SX function of the few variables it touches.  Its Jacobian and Hessian are derived once, mapped
-over its instances and scattered into the sparse derivatives of the whole.  Building costs what the small functions
-cost, whatever the number of intervals, and evaluation runs at the speed of a fully expanded problem.
+over its instances and scattered into the sparse derivatives of the whole.  The time to build the NLP depends on the
+small functions and not on the number of intervals; its evaluation is as fast as that of a fully expanded problem.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Block:
-    """A small function and where its instances live.
+    """A small function and the indices of its instances.
 
     Attributes
     ----------
@@ -31,17 +31,17 @@ class Block:
     cost : SX or None
         Scalar added to the objective.
     penalty : SX or None
-        Scalar that the solver minimises besides, and that is no part of the objective.
+        Scalar that the solver minimises in addition, not part of the objective.
     constraints : SX, shape (m, 1)
         Added to the constraint rows; several blocks may add to the same row.
     columns : (n, instances) int array
-        Position of the local variables in the decision vector.
+        Indices of the local variables in the decision vector.
     rows : (m, instances) int array
-        Position of the constraints.
+        Indices of the constraint rows.
     symbols : SX, shape (k, 1)
-        Symbols whose values differ from instance to instance but are known.
+        Symbols whose known values differ between the instances.
     constants : (k, instances) array
-        Their values.
+        Values of the symbols.
     """
 
     name: str
@@ -79,9 +79,9 @@ class Nlp:
         The objective, without the penalties of a relaxation.
     n_variables, n_constraints : int
     typical : float
-        Size of the objective, by which a solver scales it.
+        Typical size of the objective, by which a solver scales it.
     smooth : bool
-        Whether optima are smooth functions of the data, as against such that switch on and off.
+        Whether optima are smooth functions of the data; otherwise torques may switch on and off.
     """
 
     functions: dict[str, ca.MX]
@@ -114,7 +114,7 @@ def assemble_nlp(
     ----------
     blocks : sequence of Block
     data : SX, shape (n_z, 1)
-        The symbols shared by all blocks whose values are given at each solve.
+        Symbols shared by all blocks; their values are data of a solve.
     n_variables, n_constraints : int
         Sizes of the decision vector and of the constraint vector.
     typical : float
@@ -128,7 +128,7 @@ def assemble_nlp(
     """
     assembly = _Assembly(data.numel(), n_variables, n_constraints)
     for block in blocks:
-        assembly.add(_shared(block), data)
+        assembly.add(_merge_subexpressions(block), data)
     return assembly.finish(typical, smooth)
 
 
@@ -148,10 +148,10 @@ class _Assembly:
         if block.symbols.numel():
             local.append(ca.DM(block.constants))
         local.append(self.z)
-        self.constraints.add(_flat(block.rows), [0], _mapped(block, data, "g", [block.constraints])(*local))
+        self.constraints.add(_flat(block.rows), [0], _map_block(block, data, "g", [block.constraints])(*local))
         jacobian = ca.jacobian(block.constraints, block.variables)
         rows, columns = _triplets(jacobian.sparsity())
-        values = _mapped(block, data, "j", [_nonzeros(jacobian)])(*local)
+        values = _map_block(block, data, "j", [_nonzeros(jacobian)])(*local)
         self.jacobian.add(_flat(block.rows[rows]), _flat(block.columns[columns]), values)
         if block.minimised is not None:
             self._add_cost(block, data, local)
@@ -162,7 +162,7 @@ class _Assembly:
             raise ValueError(f"block {block.name} has no cost")
         slope = ca.gradient(block.minimised, block.variables)
         parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
-        cost, penalty, slopes = _mapped(block, data, "c", [*parts, ca.densify(slope)])(*local)
+        cost, penalty, slopes = _map_block(block, data, "c", [*parts, ca.densify(slope)])(*local)
         self.cost += ca.sum2(cost)
         if block.penalty is not None:
             self.penalty += ca.sum2(penalty)
@@ -204,13 +204,13 @@ class _Assembly:
         return Nlp({"x": x, "p": z, "f": f, "g": g}, derivatives, objective, n, m, typical, smooth)
 
 
-def _shared(block: Block) -> Block:
-    """Return the block with common subexpressions merged, from which all derivatives profit."""
+def _merge_subexpressions(block: Block) -> Block:
+    """Return the block with common subexpressions merged, before its derivatives are built."""
     parts = {name: part for name in ("constraints", "cost", "penalty") if (part := getattr(block, name)) is not None}
     return replace(block, **dict(zip(parts, ca.cse(list(parts.values())), strict=True)))
 
 
-def _mapped(block: Block, data: ca.SX, suffix: str, outputs: list[ca.SX]) -> ca.Function:
+def _map_block(block: Block, data: ca.SX, suffix: str, outputs: list[ca.SX]) -> ca.Function:
     """Return a function of (local variables, constants, data), mapped over the instances; the data are shared."""
     name = f"{block.name}_{suffix}"
     return ca.Function(name, [*block.inputs, data], outputs).map(

@@ -10,7 +10,7 @@ from gaitopt.progress import Observer
 from gaitopt.status import Status
 
 CONVERGED = "converged to a local optimum"
-"""Message of a solved NLP, the same whichever solver finished."""
+"""Message of a solved NLP, independent of the solver."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,13 +21,13 @@ class NlpResult:
     ----------
     status : Status
     message : str
-        Of a solved NLP `CONVERGED`, otherwise the solver's report.
+        `CONVERGED` for a solved NLP, otherwise the report of the solver.
     x : (n_variables,) array
     g : (n_constraints,) array
     objective : float
     iterations : int
     multipliers : (n_variables,), (n_constraints,) arrays
-        Of the bounds and of the constraints.
+        Multipliers of the bounds and of the constraints.
     """
 
     status: Status
@@ -40,7 +40,7 @@ class NlpResult:
 
 
 class NlpSolver(Protocol):
-    """A solver of NLPs, an object that holds its options."""
+    """A solver of NLPs; the object stores its options."""
 
     def minimise(
         self,
@@ -63,7 +63,7 @@ class NlpSolver(Protocol):
         observer : Observer
             Called once per iteration.
         multipliers : (n_variables,), (n_constraints,) arrays, optional
-            Of a nearby solution, from which the solver is warm-started.
+            Multipliers of a nearby solution, from which the solver is warm-started.
         barrier : float
-            How close: about the complementarity the start is expected to have (in units of the scaled objective).
+            Barrier parameter of a warm start: the expected complementarity of the initial point, scaled objective.
         """

@@ -1,4 +1,4 @@
-"""Entries of vectors and sparse matrices that are summed where they coincide."""
+"""Entries of vectors and sparse matrices; entries with equal indices are summed."""
 
 from collections.abc import Sequence
 

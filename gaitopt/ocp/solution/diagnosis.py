@@ -1,4 +1,4 @@
-"""Which constraints are not met, by phase, node and name; and what in a solution deserves a look."""
+"""Diagnosis of a solution: violated constraints by phase, node and name, and warnings."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_
 from gaitopt.ocp.transcription.transcription import Transcription
 
 ROUNDING = 1e-7
-"""Violations of a contact mode below this are the solver's tolerance, not the grid's."""
+"""Violation of a contact mode below which it is due to the tolerance of the solver."""
 
 
 def violations(
@@ -26,11 +26,11 @@ def violations(
     x, g : arrays
         Decision vector and constraint values.
     above : float
-        Smaller violations are not listed.
+        Least violation that is listed.
     most : int
-        Length of the list.
+        Largest length of the list.
     """
-    found: list[tuple[float, Place, Key]] = []
+    entries: list[tuple[float, Place, Key]] = []
     for layout, value, lower, upper in (
         (transcription.constraints, g, bounds.g_lower, bounds.g_upper),
         (transcription.variables, x, bounds.x_lower, bounds.x_upper),
@@ -40,9 +40,9 @@ def violations(
         for index in np.argsort(-excess):
             if excess[index] <= above:
                 break
-            found.append((float(excess[index]), *layout.entries[index]))
+            entries.append((float(excess[index]), *layout.entries[index]))
     worst: dict[tuple[Place, Key], Violation] = {}
-    for size, place, key in sorted(found, key=lambda entry: -entry[0]):
+    for size, place, key in sorted(entries, key=lambda entry: -entry[0]):
         section = replace(place, node=None, between=False)
         worst.setdefault((section, key.at(0)), Violation(place.label, key.label, size))
     return tuple(worst.values())[:most]
@@ -51,45 +51,46 @@ def violations(
 def warnings(
     transcription: Transcription, problem: GaitProblem, x: Array, error: float, outside: float
 ) -> tuple[str, ...]:
-    """Return what in a solution deserves a look: durations that rest on their bounds, a grid that is too coarse.
+    """Return the warnings of a solution, one sentence each.
 
-    A swing foot that is too low between nodes, or touches down before the end, is told of, too.
+    They concern the error between nodes, contact modes violated there, a swing foot that is too low or touches down
+    before the end, and phases of minimum duration.
 
     Parameters
     ----------
     x : array
         Decision vector.
     error : float
-        Error between nodes, or of the energy ledger, after the last refinement.
+        Error between nodes, or of the energy balance, after the last refinement.
     outside : float
-        By how much a contact mode is violated between nodes.
+        Largest violation of a contact mode between nodes.
     """
-    found = []
+    sentences = []
     if not error <= problem.transcription.tolerance:
-        found.append(
-            f"the plan is only accurate to {error:.1e} between nodes, not to the tolerance "
+        sentences.append(
+            f"the error between nodes is {error:.1e}, not within the tolerance "
             f"{problem.transcription.tolerance:.1e}: use more intervals."
         )
     if not outside <= ROUNDING:
-        found.append(
-            f"between nodes the contact leaves its mode by {outside:.1e}: use more intervals, or larger Margins "
+        sentences.append(
+            f"the contact mode is violated by {outside:.1e} between nodes: use more intervals, or larger Margins "
             f"(cone, normal_force, slip_speed)."
         )
     low = lack_of_height(transcription, problem, x)
     if not low <= SCUFF:
-        found.append(
-            f"between nodes the swing foot is {low:.1e} m lower than Limits.clearance asks: use more intervals."
+        sentences.append(
+            f"the swing foot is {low:.1e} m lower than Limits.clearance between nodes: use more intervals."
         )
     early = early_touchdown(transcription, problem, x)
     if early is not None:
-        found.append(
-            f"the plan touches down before its end, after {early.place}, and its replay will end the step there: try "
+        sentences.append(
+            f"the plan touches down before its end, after {early.place}, and its replay ends the step there: try "
             f"another step_length or speed, or Limits.clearance for a walker with knees."
         )
     shortest = problem.limits.shortest_phase
     for phase in transcription.phases:
         if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
-            found.append(
-                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without it may be better."
+            sentences.append(
+                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without it may have a lower cost."
             )
-    return tuple(found)
+    return tuple(sentences)

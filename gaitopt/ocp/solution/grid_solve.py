@@ -1,4 +1,4 @@
-"""One run of the solver on one grid, and what it found."""
+"""One solve on one grid, and its result."""
 
 import functools
 import math
@@ -21,7 +21,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.diagnosis import warnings
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
-from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_motion, solved_parameters
+from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_motion, read_parameters
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
@@ -32,12 +32,12 @@ from gaitopt.reductions import worst
 from gaitopt.status import Status
 
 BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
-"""Barrier parameters to go on with from the same problem on another grid, and from another problem."""
+"""Barrier parameters of a warm start from the same problem on another grid, and from another problem."""
 
 
 @dataclass(frozen=True, eq=False)
 class GridSolution:
-    """What was found on one grid.
+    """Result of a solve on one grid.
 
     Attributes
     ----------
@@ -45,9 +45,9 @@ class GridSolution:
     method : Method
     transcription : Transcription
     limits : Bounds
-    outcome : Outcome
+    outcome : NlpResult
     kept : bool
-        Whether this is a solution whose refinement was stopped, which its status then tells.
+        Whether this is a solution whose refinement was stopped; its status then states why.
     """
 
     problem: GaitProblem
@@ -59,13 +59,13 @@ class GridSolution:
 
     @property
     def x(self) -> Array:
-        """Decision vector, finite whatever the solver left, shape (n_variables,)."""
+        """Decision vector with nan and infinity replaced by zero, shape (n_variables,)."""
         return np.nan_to_num(self.outcome.x, nan=0.0, posinf=0.0, neginf=0.0)
 
     @property
     def values(self) -> dict[str, float]:
         """Every parameter by name."""
-        return solved_parameters(self.transcription, self.problem, self.x)
+        return read_parameters(self.transcription, self.problem, self.x)
 
     @functools.cached_property
     def motion(self) -> Motion:
@@ -75,34 +75,35 @@ class GridSolution:
 
     @functools.cached_property
     def between(self) -> BetweenNodes:
-        """What the plan does between its nodes."""
+        """Check of the plan between its nodes."""
         with defer_interrupt():
             return check_between_nodes(self.transcription, self.values, self.x)
 
     @functools.cached_property
     def error(self) -> float:
-        """Drift between the nodes or closing error of the energy ledger, whichever is larger."""
+        """Larger of the drift between the nodes and the relative error of the energy balance."""
         return worst(self.between.drift, ledger(self.motion).relative_residual)
 
-    def polished(self) -> "GridSolution":
-        """Return the step with its equations met to rounding."""
+    def refine_feasibility(self) -> "GridSolution":
+        """Return the solution with its equality constraints satisfied to rounding."""
         outcome = refine_feasibility(self.transcription.nlp, self.outcome, data_vector(self.problem), self.limits)
         return replace(self, outcome=outcome)
 
-    def stopped(self, later: NlpResult) -> "GridSolution":
-        """Return the step with the status of a later one that was stopped before it got anywhere."""
-        message = f"{later.message}; kept is the solution before this refinement"
-        return replace(self, outcome=replace(self.outcome, status=later.status, message=message), kept=True)
+    def mark_stopped(self, refinement: NlpResult) -> "GridSolution":
+        """Return the solution with the status of a refinement that was stopped without a result."""
+        message = f"{refinement.message}; the result is the solution before this refinement"
+        return replace(self, outcome=replace(self.outcome, status=refinement.status, message=message), kept=True)
 
-    def reject_unsound(self) -> "GridSolution":
-        """Return the step, as a failure if a solution is not finite between its nodes: no motion passes there."""
+    def check_finite(self) -> "GridSolution":
+        """Return the solution, with the status of a failure if the plan is not finite between its nodes."""
         if not self.outcome.status.ok or math.isfinite(self.error):
             return self
         message = f"{self.outcome.message}; the plan is not finite between its nodes"
         return replace(self, outcome=replace(self.outcome, status=Status.INVALID_NUMBER, message=message))
 
+    @property
     def drift(self) -> float:
-        """Return the error between nodes; infinite where there is no solution."""
+        """Error of the states between nodes; infinite without a solution."""
         return self.between.drift if self.outcome.status.ok or self.kept else math.inf
 
     def scuffs(self) -> bool:
@@ -110,14 +111,14 @@ class GridSolution:
         return lack_of_height(self.transcription, self.problem, self.x) > SCUFF
 
     def warnings(self) -> tuple[str, ...]:
-        """Return what in a solution deserves a look."""
+        """Return the warnings of a solution."""
         if not self.outcome.status.ok:
             return ()
         return warnings(self.transcription, self.problem, self.outcome.x, self.error, self.between.outside)
 
 
 class SingleStart:
-    """A solve in progress: counts what it costs.
+    """A solve from one start, over several grids, and its iterations and build time.
 
     Parameters
     ----------
@@ -130,20 +131,20 @@ class SingleStart:
     def __init__(self, problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer) -> None:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
         self.iterations, self.build_seconds = 0, 0.0
-        self.landing: GuardSchedule | None = None
+        self.schedule: GuardSchedule | None = None
 
-    def found(self, step: GridSolution) -> dict[str, object]:
-        """Return what of the problem's description the solve has decided."""
-        solved = step.transcription.structure
+    def describe(self, solution: GridSolution) -> dict[str, object]:
+        """Return the entries of the problem's description that the solve determines."""
+        structure = solution.transcription.structure
         return {
             "guess": self.guess.describe(),
-            "transcription": step.method.name,
-            "intervals": list(solved.counts),
-            "landing": solved.landing and asdict(solved.landing),
+            "transcription": solution.method.name,
+            "intervals": list(structure.counts),
+            "landing": structure.schedule and asdict(structure.schedule),
         }
 
-    def remarks(self) -> tuple[str, ...]:
-        """Return what is odd about the user's own guess."""
+    def check_guess(self) -> tuple[str, ...]:
+        """Return sentences about a guess given by the user that lies outside the bounds."""
         problem = self.problem
         if self.guess is not problem.guess or isinstance(self.guess, WarmStart):
             return ()
@@ -152,24 +153,24 @@ class SingleStart:
             transcription, bounds(transcription, problem), point_from_guess(transcription, problem, self.guess)
         )
 
-    def run(self, method: Method, before: Solution | None, barrier: float) -> GridSolution:
-        """Solve on one grid, from a solution or else from the guess."""
+    def solve_on_grid(self, method: Method, warm_start: Solution | None, barrier: float) -> GridSolution:
+        """Solve on one grid, from a solution or otherwise from the guess."""
         problem = self.problem
-        began, known = time.perf_counter(), transcribe.cache_info().misses
+        started, misses = time.perf_counter(), transcribe.cache_info().misses
         with defer_interrupt():
-            transcription = transcribe(structure(problem, method, landing=self.landing))
-            if transcribe.cache_info().misses > known:
-                self.build_seconds += time.perf_counter() - began
-            if before is not None and covers_transcription(before, transcription):
-                x, multipliers = transfer_solution(before, transcription, np.zeros(transcription.variables.size))
+            transcription = transcribe(structure(problem, method, schedule=self.schedule))
+            if transcribe.cache_info().misses > misses:
+                self.build_seconds += time.perf_counter() - started
+            if warm_start is not None and covers_transcription(warm_start, transcription):
+                x, multipliers = transfer_solution(warm_start, transcription, np.zeros(transcription.variables.size))
             else:
                 x, multipliers = initial_point(transcription, problem, self.guess), None
-                if before is not None:
-                    x, multipliers = transfer_solution(before, transcription, x)
+                if warm_start is not None:
+                    x, multipliers = transfer_solution(warm_start, transcription, x)
         limits, data = bounds(transcription, problem), data_vector(problem)
         outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}, at nan or inf")
-        # Without its guess: what is read out of a step later must not keep the gait alive from which it went on.
+        # Without the guess: lazily evaluated results must not keep the gait alive that the solve started from.
         return GridSolution(problem.without_guess(), method, transcription, limits, outcome)

@@ -1,4 +1,4 @@
-"""From coarse grids to a plan that is accurate between its nodes and touches down at its end."""
+"""Mesh refinement: from coarse grids to a plan that is accurate between its nodes and touches down at its end."""
 
 import math
 from dataclasses import replace
@@ -13,99 +13,106 @@ from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, shift_arm
 from gaitopt.status import Status
 
 MOST_DOUBLINGS = 2
-"""Grids are doubled so often for a contact mode that is violated between the points at which it is held."""
+"""Largest number of doublings for a contact mode that is violated between the points of its constraints."""
 
 MAX_GUARD_REPAIRS = 3
-"""A plan that touches down early is solved so often again with its touchdown kept from that."""
+"""Largest number of solves with guard constraints for a plan that touches down early."""
 
 GAIN = 1e-4
-"""Share of the objective for which the node at which the touchdown is armed is moved further."""
+"""Relative decrease of the objective that justifies another shift of the node at which the touchdown is armed."""
 
 STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
-"""Endings after which nothing more is tried."""
+"""Statuses after which no further solve is started."""
 
 
-def approach_through_coarse_grids(own: SingleStart) -> GridSolution:
-    """Return the solution on the problem's own grid, found through coarser ones."""
-    problem, guess = own.problem, own.guess
-    path, before, barrier = problem.transcription.approach(problem.sequence), None, BARRIER_SAME_PROBLEM
+def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
+    """Return the solution on the grid of the problem, warm-started from coarser grids."""
+    problem, guess = start.problem, start.guess
+    grids, warm_start, barrier = problem.transcription.list_grids(problem.sequence), None, BARRIER_SAME_PROBLEM
     known = guess.solution_for(problem.sequence)
     if known is not None:
-        path, before, barrier = path[-1:], known, BARRIER_NEARBY_PROBLEM
-    step = None
-    for method in path:
-        if step is not None:
-            before = solution_of(step.transcription, step.outcome)
-        last, step = step, own.run(method, before, barrier)
-        if step.outcome.status in STOPPED and last is not None:
-            return last.stopped(step.outcome)
-        if step.outcome.status in STOPPED_EARLY:
-            return step
-        if not step.outcome.status.ok:
+        grids, warm_start, barrier = grids[-1:], known, BARRIER_NEARBY_PROBLEM
+    solution = None
+    for method in grids:
+        coarse = solution
+        if coarse is not None:
+            warm_start = solution_of(coarse.transcription, coarse.outcome)
+        solution = start.solve_on_grid(method, warm_start, barrier)
+        if solution.outcome.status in STOPPED and coarse is not None:
+            return coarse.mark_stopped(solution.outcome)
+        if solution.outcome.status in STOPPED_EARLY:
+            return solution
+        if not solution.outcome.status.ok:
             break
-        # On another grid a swing foot rests on its least height at other points.
+        # On another grid the clearance is active at other points.
         barrier = BARRIER_SAME_PROBLEM if problem.limits.clearance is None else BARRIER_NEARBY_PROBLEM
-    if step is None:
-        raise InputError(f"{type(problem.transcription).__name__}.approach must return at least one grid, got none.")
-    if step.outcome.status.ok or len(path) == 1:
-        return step
-    return own.run(path[-1], None, BARRIER_SAME_PROBLEM)  # the coarse grid has misled
+    if solution is None:
+        raise InputError(f"{type(problem.transcription).__name__}.list_grids must return at least one grid, got none.")
+    if solution.outcome.status.ok or len(grids) == 1:
+        return solution
+    return start.solve_on_grid(grids[-1], None, BARRIER_SAME_PROBLEM)  # the coarse grid failed
 
 
-def refine_mesh(own: SingleStart, step: GridSolution) -> GridSolution:
-    """Return the solution once it is accurate enough, or refinement ends."""
-    problem, doublings = own.problem, MOST_DOUBLINGS
+def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
+    """Return the solution refined to the tolerance, or to the end of the refinement."""
+    problem, doublings = start.problem, MOST_DOUBLINGS
     tolerance = problem.transcription.tolerance
-    while step.outcome.status.ok and math.isfinite(tolerance):
-        if not step.error <= tolerance:
-            step = step.polished()
-        finer, rough = None, not step.error <= tolerance
-        if rough:
-            finer = step.method.finer()
-        if finer is None and doublings and (rough or step.between.outside > ROUNDING or step.scuffs()):
-            finer, doublings = step.method.doubled(problem.sequence), doublings - 1
-        if finer is None:
+    while solution.outcome.status.ok and math.isfinite(tolerance):
+        if not solution.error <= tolerance:
+            solution = solution.refine_feasibility()
+        method, inaccurate = None, not solution.error <= tolerance
+        if inaccurate:
+            method = solution.method.refine()
+        violated = inaccurate or solution.between.outside > ROUNDING or solution.scuffs()
+        if method is None and doublings and violated:
+            method, doublings = solution.method.double_intervals(problem.sequence), doublings - 1
+        if method is None:
             break
-        last, step = step, own.run(finer, solution_of(step.transcription, step.outcome), BARRIER_SAME_PROBLEM)
-        if step.outcome.status in STOPPED:
-            return last.stopped(step.outcome)
-    return step.reject_unsound() if math.isfinite(tolerance) else step
+        coarse = solution
+        warm_start = solution_of(coarse.transcription, coarse.outcome)
+        solution = start.solve_on_grid(method, warm_start, BARRIER_SAME_PROBLEM)
+        if solution.outcome.status in STOPPED:
+            return coarse.mark_stopped(solution.outcome)
+    return solution.check_finite() if math.isfinite(tolerance) else solution
 
 
-def repair_early_touchdown(own: SingleStart, step: GridSolution) -> GridSolution:
-    """Return a solution that does not touch down before its end, where one is found nearby."""
-    tries = MAX_GUARD_REPAIRS if math.isfinite(own.problem.transcription.tolerance) else 0
+def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSolution:
+    """Return a nearby solution that does not touch down before its end, or the given one if none is found."""
+    tries = MAX_GUARD_REPAIRS if math.isfinite(start.problem.transcription.tolerance) else 0
     for number in range(tries):
-        early = early_touchdown(step.transcription, own.problem, step.x) if step.outcome.status.ok else None
+        early = None
+        if solution.outcome.status.ok:
+            early = early_touchdown(solution.transcription, start.problem, solution.x)
         if early is None:
             break
-        later = _solve_with_guard(own, step, replace(early.landing, least=early.landing.least * 4**number))
-        if not later.outcome.status.ok:
-            return later if later.outcome.status in STOPPED_EARLY else step
-        step = later
-    return _improve_arming_node(own, step)
+        repaired = _solve_with_guard(start, solution, replace(early.schedule, least=early.schedule.least * 4**number))
+        if not repaired.outcome.status.ok:
+            return repaired if repaired.outcome.status in STOPPED_EARLY else solution
+        solution = repaired
+    return _improve_arming_node(start, solution)
 
 
-def _solve_with_guard(own: SingleStart, step: GridSolution, landing: GuardSchedule) -> GridSolution:
-    """Solve again from a solution, its touchdown held to a landing; the solution is kept if that is interrupted."""
-    own.landing = landing
-    later = refine_mesh(
-        own, own.run(step.method, solution_of(step.transcription, step.outcome), BARRIER_NEARBY_PROBLEM)
-    )
-    return step.stopped(later.outcome) if later.outcome.status in STOPPED_EARLY else later
+def _solve_with_guard(start: SingleStart, solution: GridSolution, schedule: GuardSchedule) -> GridSolution:
+    """Solve again from a solution with guard constraints; if that is interrupted, return the given solution."""
+    start.schedule = schedule
+    warm_start = solution_of(solution.transcription, solution.outcome)
+    constrained = refine_mesh(start, start.solve_on_grid(solution.method, warm_start, BARRIER_NEARBY_PROBLEM))
+    if constrained.outcome.status in STOPPED_EARLY:
+        return solution.mark_stopped(constrained.outcome)
+    return constrained
 
 
-def _improve_arming_node(own: SingleStart, step: GridSolution) -> GridSolution:
-    """Return the cheapest solution nearby whose touchdown is armed at another node, where there is a choice."""
+def _improve_arming_node(start: SingleStart, solution: GridSolution) -> GridSolution:
+    """Return the lowest-cost solution over shifts of the node at which the touchdown is armed."""
     for side in (-1, 1):
-        while landing := shift_arming(step.transcription.phases, step.transcription.structure.landing, side):
-            later = _solve_with_guard(own, step, landing)
-            if later.outcome.status in STOPPED_EARLY:
-                return later
-            gained = step.outcome.objective - later.outcome.objective
-            if not later.outcome.status.ok or not gained > GAIN * abs(step.outcome.objective):
+        while schedule := shift_arming(solution.transcription.phases, solution.transcription.structure.schedule, side):
+            shifted = _solve_with_guard(start, solution, schedule)
+            if shifted.outcome.status in STOPPED_EARLY:
+                return shifted
+            decrease = solution.outcome.objective - shifted.outcome.objective
+            if not shifted.outcome.status.ok or not decrease > GAIN * abs(solution.outcome.objective):
                 break
-            if early_touchdown(later.transcription, own.problem, later.x) is not None:
+            if early_touchdown(shifted.transcription, start.problem, shifted.x) is not None:
                 break
-            step = later
-    return step
+            solution = shifted
+    return solution

@@ -1,4 +1,4 @@
-"""Passive walking cycles, as starts for an optimisation."""
+"""Passive walking cycles, as initial guesses of an optimisation."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ from gaitopt.progress import silent
 def passive_cycle(
     robot: Robot, slope: float, parameters: Mapping[str, float] | None = None, *, intervals: int = 40
 ) -> Motion:
-    """Return a cycle in which the robot walks down a slope without torque and without slipping.
+    """Find a passive gait: a cycle in which the robot walks down a slope without torque and without slip.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def passive_cycle(
     Returns
     -------
     Motion
-        One step; start another optimisation from it with ``FromMotion(motion)``.
+        One step; ``FromMotion(motion)`` starts another optimisation from it.
 
     Raises
     ------
@@ -70,14 +70,14 @@ def passive_cycle(
     outcome = Ipopt().minimise(transcription.nlp, x, data_vector(problem), limits, silent)
     if not outcome.status.ok:
         raise InputError(
-            f"Robot {robot.name!r} has no passive cycle that could be found at a slope of {math.degrees(slope):g} deg "
-            f"({outcome.message}); try another slope, or start from Line() or Keyframes(...)."
+            f"No passive cycle of robot {robot.name!r} was found at a slope of {math.degrees(slope):g} deg "
+            f"({outcome.message}); try another slope."
         )
     return read_motion(transcription, problem.values, outcome.x)
 
 
 def _without_torque(transcription: Transcription, limits: Bounds) -> Bounds:
-    """Return bounds that hold all torques at zero."""
+    """Return bounds that fix all torques at zero."""
     lower, upper = limits.x_lower.copy(), limits.x_upper.copy()
     torques = transcription.variables[Unknown.TORQUE]
     lower[torques] = upper[torques] = 0.0

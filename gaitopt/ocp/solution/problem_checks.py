@@ -1,4 +1,4 @@
-"""What is odd about a problem before it is solved."""
+"""Checks of a problem: poor scaling, and a guess outside the bounds."""
 
 import math
 
@@ -10,14 +10,14 @@ from gaitopt.ocp.nlp.keys import Key
 from gaitopt.ocp.transcription.transcription import Transcription
 
 MOVED = 1e-3
-"""A guess outside the bounds by less than this (in the unit of the quantity) is not worth a remark."""
+"""Least distance of a guess from its bounds that is reported, in the unit of the quantity."""
 
 STEEP = 1e6
-"""A constraint with larger derivatives is badly scaled: Ipopt scales it down to 100, and its accuracy with it."""
+"""Derivative above which a constraint is badly scaled: Ipopt scales it to 100, which reduces its accuracy."""
 
 
 def report_poor_scaling(transcription: Transcription, start: Array, data: Array) -> tuple[str, ...]:
-    """Return a sentence about the constraint that is scaled worst, if it is badly."""
+    """Return a sentence about the constraint with the largest derivative if it is badly scaled."""
     jacobian = transcription.nlp.derivatives["jac_g"](start, data)[1]
     sizes, rows = np.abs(np.asarray(jacobian.nonzeros())), jacobian.sparsity().row()
     steepest = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
@@ -27,20 +27,20 @@ def report_poor_scaling(transcription: Transcription, start: Array, data: Array)
     if sizes[steepest] <= STEEP:
         return ()
     return (
-        f"'{name}' at {place} changes by {sizes[steepest]:.0e} per unit: the problem is badly scaled. Give masses, "
+        f"'{name}' at {place} has a derivative of {sizes[steepest]:.0e}: the problem is badly scaled. Give masses, "
         f"lengths and speeds in SI units, and look for a parameter that is off by orders of magnitude.",
     )
 
 
 def report_clipped_guess(transcription: Transcription, limits: Bounds, guessed: Array) -> tuple[str, ...]:
-    """Return sentences about what of a guess lay outside the bounds, the worst place of each quantity.
+    """Return a sentence per quantity of a guess outside its bounds, for its largest violation.
 
     Parameters
     ----------
     transcription : Transcription
     limits : Bounds
     guessed : (n_variables,) array
-        The guess before it was moved inside the bounds.
+        Decision vector of the guess before it is clipped to the bounds.
     """
     excess = np.maximum(limits.x_lower - guessed, guessed - limits.x_upper)
     excess = np.where(np.isnan(excess), np.inf, excess)

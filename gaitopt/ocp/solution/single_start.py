@@ -1,4 +1,4 @@
-"""One attempt at a gait: from one start to a plan."""
+"""Solution from a single start."""
 
 import time
 
@@ -19,32 +19,32 @@ from gaitopt.progress import Observer
 
 
 def solve_from_start(problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer) -> Gait:
-    """Solve from one start."""
-    began, own = time.perf_counter(), SingleStart(problem, guess, solver, observer)
-    step = repair_early_touchdown(own, refine_mesh(own, approach_through_coarse_grids(own)))
-    transcription, outcome, remarks = step.transcription, step.outcome, own.remarks()
+    """Solve a problem with a closed contact sequence from one start."""
+    started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer)
+    solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start)))
+    transcription, outcome, remarks = solution.transcription, solution.outcome, start.check_guess()
     if not outcome.status.ok:
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, guess), data_vector(problem)
         )
-    unmet = violations(transcription, step.limits, outcome.x, outcome.g)
-    # Without a tolerance nothing has been looked at between the nodes; that can wait until somebody asks.
+    unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
+    # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.
     return Gait(
         robot=problem.robot,
         sequence=problem.sequence,
         status=outcome.status,
-        motion=Deferred(lambda: step.motion),
-        problem=problem.describe() | own.found(step),
+        motion=Deferred(lambda: solution.motion),
+        problem=problem.describe() | start.describe(solution),
         solver=SolverReport(
-            iterations=own.iterations,
+            iterations=start.iterations,
             objective=outcome.objective,
             constraint_violation=unmet[0].size if unmet else 0.0,
-            error_between_nodes=Deferred(step.drift),
-            build_seconds=own.build_seconds,
-            solve_seconds=time.perf_counter() - began - own.build_seconds,
+            error_between_nodes=Deferred(lambda: solution.drift),
+            build_seconds=start.build_seconds,
+            solve_seconds=time.perf_counter() - started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=Deferred(lambda: remarks + step.warnings()),
+            warnings=Deferred(lambda: remarks + solution.warnings()),
         ),
         versions=versions(),
         solution=solution_of(transcription, outcome),

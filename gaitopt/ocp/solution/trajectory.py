@@ -1,4 +1,4 @@
-"""From a decision vector back to a motion."""
+"""Motion of a decision vector, and its accuracy between the nodes."""
 
 import functools
 import math
@@ -18,18 +18,18 @@ from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.reductions import worst
 
 STEPS = 50
-"""Least number of Runge-Kutta steps, for the whole period, by which a plan is read and checked."""
+"""Least number of Runge-Kutta steps per period by which a plan is integrated between its nodes."""
 
 
-def solved_parameters(transcription: Transcription, problem: GaitProblem, x: Array) -> dict[str, float]:
-    """Return every parameter by name, the slope as found where it was free."""
+def read_parameters(transcription: Transcription, problem: GaitProblem, x: Array) -> dict[str, float]:
+    """Return every parameter by name, with the optimised slope if it is free."""
     if Unknown.SLOPE not in transcription.variables:
         return problem.values
     return problem.values | {"slope": float(x[transcription.variables[Unknown.SLOPE][0, 0]])}
 
 
 def read_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
-    """Return the planned step, sampled at nodes and mid-intervals, where it is integrated from the node before.
+    """Return the planned step at the nodes and at mid-intervals, which are integrated from the node before.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def read_motion(transcription: Transcription, values: dict[str, float], x: Array
     p = transcription.structure.robot.vector(values)
     segments: list[Segment] = []
     time, place = 0.0, 0.0
-    for phase, stance in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
-        segment = _segment(transcription, phase, stance, x, p, time, place)
+    for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
+        segment = _segment(transcription, phase, dynamics, x, p, time, place)
         segments.append(segment)
         time, place = segment.time[-1], segment.q[0, -1]
     jump = _jump(transcription, x, p, segments[-1])
@@ -51,21 +51,21 @@ def read_motion(transcription: Transcription, values: dict[str, float], x: Array
 
 
 def _segment(
-    transcription: Transcription, phase: Phase, stance: PhaseDynamics, x: Array, p: Array, time: float, place: float
+    transcription: Transcription, phase: Phase, dynamics: PhaseDynamics, x: Array, p: Array, time: float, place: float
 ) -> Segment:
     robot, layout, count = transcription.structure.robot, transcription.variables, phase.count
     n_u, n_works = robot.n_u, robot.n_works
-    state, torque = planned_states(transcription, phase, x)
+    state, torque = read_states(transcription, phase, x)
     duration = x[layout[Unknown.DURATION][0, phase.number]]
-    begun, parts = np.vstack([state[:, :-1], np.zeros((n_works, count))]), _parts(transcription, phase, x)
-    middle, end = _halve_interval(stance, begun, _subdivided(torque, parts), duration / count, p)
-    n_x, samples = stance.n_x, 2 * count + 1
+    initial, parts = np.vstack([state[:, :-1], np.zeros((n_works, count))]), _count_steps(transcription, phase, x)
+    middle, end = _halve_interval(dynamics, initial, _subdivide(torque, parts), duration / count, p)
+    n_x, samples = dynamics.n_x, 2 * count + 1
     states, torques, energy = np.empty((n_x, samples)), np.empty((n_u, samples)), np.zeros((n_works, samples))
     states[:, ::2], states[:, 1::2] = state, middle[:n_x]
     torques[:, ::2], torques[:, 1::2] = torque, (torque[:, :-1] + torque[:, 1:]) / 2
-    done = np.cumsum(end[n_x:], axis=1)
-    energy[:, 2::2] = done
-    energy[:, 1::2] = done - end[n_x:] + middle[n_x:]
+    total = np.cumsum(end[n_x:], axis=1)
+    energy[:, 2::2] = total
+    energy[:, 1::2] = total - end[n_x:] + middle[n_x:]
 
     n = len(robot.angles)
     slide, speed = (states[2 * n], states[2 * n + 1]) if phase.mode.slips else np.zeros((2, samples))
@@ -86,15 +86,15 @@ def _segment(
 
 @dataclass(frozen=True, eq=False)
 class BetweenNodes:
-    """What a plan does between its nodes, followed from the first node of the step with small steps.
+    """Accuracy of a plan between its nodes, integrated from the first node of the step with small steps.
 
     Attributes
     ----------
     drift : float
-        Largest difference of a state from a node (rad, rad/s, m, m/s).
+        Largest deviation of the integrated state from a node (rad, rad/s, m, m/s).
     outside : float
-        Largest share by which a force leaves the friction cone or pulls, or speed [m/s] by which a foot slides the
-        wrong way; constraints hold at nodes and inner points only.
+        Largest violation of a contact mode: relative excess of a force over the friction cone, a normal force that
+        pulls, or speed [m/s] of a slide in the wrong direction; constraints hold at nodes and inner points only.
     """
 
     drift: float
@@ -102,100 +102,104 @@ class BetweenNodes:
 
 
 def check_between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> BetweenNodes:
-    """Follow a plan between its nodes under the planned torques."""
+    """Integrate a plan between its nodes under the planned torques and compare."""
     robot, drift, outside = transcription.structure.robot, 0.0, 0.0
-    p, swung, reached = robot.vector(values), 2 * len(robot.angles), np.empty(0)
-    for phase, stance in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
-        states, torque = planned_states(transcription, phase, x)
-        parts = _parts(transcription, phase, x)
+    p, continuous, reached = robot.vector(values), 2 * len(robot.angles), np.empty(0)
+    for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
+        states, torque = read_states(transcription, phase, x)
+        parts = _count_steps(transcription, phase, x)
         step = x[transcription.variables[Unknown.DURATION][0, phase.number]] / (phase.count * parts)
-        begun = np.concatenate([reached, states[reached.size :, 0], np.zeros(robot.n_works)])
-        fine = _subdivided(torque, parts)
-        follow = _follower(stance, parts * phase.count, 1)
-        ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], step, p))[: stance.n_x]
+        initial = np.concatenate([reached, states[reached.size :, 0], np.zeros(robot.n_works)])
+        fine = _subdivide(torque, parts)
+        integrate = _build_integrator(dynamics, parts * phase.count, 1)
+        ends = np.asarray(integrate(initial, fine[:, :-1], fine[:, 1:], step, p))[: dynamics.n_x]
         drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
-        reached = ends[:swung, -1]  # the foot's own motion begins anew with each phase
-        static = float(stance.robot.static_friction(p))
-        outside = worst(outside, _violation_between(stance, ends[:, :-1], fine[:, 1:-1], p, static))
+        reached = ends[:continuous, -1]  # the slide of the foot starts from zero in each phase
+        static = float(dynamics.robot.static_friction(p))
+        outside = worst(outside, _violation_between(dynamics, ends[:, :-1], fine[:, 1:-1], p, static))
     return BetweenNodes(drift, outside)
 
 
-def _violation_between(stance: PhaseDynamics, states: Array, torque: Array, p: Array, friction: float) -> float:
-    """Return by how much a contact mode is violated at some states."""
-    found = _forces(stance, states.shape[1])(states, torque, p)
-    tangential, normal = np.asarray(found)
+def _violation_between(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array, friction: float) -> float:
+    """Return the largest violation of a contact mode over states, shape (n_x, K)."""
+    force = _build_forces(dynamics, states.shape[1])(states, torque, p)
+    tangential, normal = np.asarray(force)
     pulls = np.where(np.isfinite(normal), normal <= 0, np.inf)
-    if stance.mode.slips:
-        return worst(-stance.mode.sign * states[-1], pulls)
-    with np.errstate(over="ignore"):  # a force that pulls is outside of any cone
+    if dynamics.mode.slips:
+        return worst(-dynamics.mode.sign * states[-1], pulls)
+    with np.errstate(over="ignore"):  # a pulling force is outside any cone
         cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1
     return worst(cone if math.isfinite(friction) else 0.0, pulls)
 
 
 @functools.lru_cache(maxsize=64)
-def _forces(stance: PhaseDynamics, count: int) -> ca.Function:
+def _build_forces(dynamics: PhaseDynamics, count: int) -> ca.Function:
     """Return (states, torques, p) -> contact forces (2, count)."""
-    state, torque = ca.SX.sym("state", stance.n_x), ca.SX.sym("torque", stance.robot.n_u)
-    p = ca.SX.sym("p", len(stance.robot.parameters))
-    single = ca.Function("force", [state, torque, p], [stance.flow(state, torque, p)[1]])
+    state, torque = ca.SX.sym("state", dynamics.n_x), ca.SX.sym("torque", dynamics.robot.n_u)
+    p = ca.SX.sym("p", len(dynamics.robot.parameters))
+    single = ca.Function("force", [state, torque, p], [dynamics.flow(state, torque, p)[1]])
     return single.map("forces", "serial", count, [2], [])
 
 
-def _parts(transcription: Transcription, phase: Phase, x: Array) -> int:
-    """Return the Runge-Kutta steps of each interval of a phase: a power of two, so few functions are built.
+def _count_steps(transcription: Transcription, phase: Phase, x: Array) -> int:
+    """Return the number of Runge-Kutta steps per interval of a phase: a power of two, so that few Functions are built.
 
-    At least four: a force that leaves its cone just behind a node is met at a quarter of the interval at the latest.
+    It is at least four, so that a force outside its cone is detected within a quarter of an interval after a node.
     """
     durations = x[transcription.variables[Unknown.DURATION][0]]
-    steps = STEPS * durations[phase.number] / (durations.sum() * phase.count)
-    return int(2 ** max(2, math.ceil(math.log2(steps))))
+    total = durations.sum() * phase.count
+    steps = STEPS * durations[phase.number] / total if total > 0 else 1.0
+    return int(2 ** max(2, math.ceil(math.log2(max(steps, 1.0)))))
 
 
-def _halve_interval(stance: PhaseDynamics, begun: Array, fine: Array, length: float, p: Array) -> tuple[Array, Array]:
-    """Return the states, works included, in the middle and at the end of intervals that begin at given states.
+def _halve_interval(
+    dynamics: PhaseDynamics, initial: Array, torque: Array, length: float, p: Array
+) -> tuple[Array, Array]:
+    """Return states and works in the middle and at the end of intervals, integrated from their initial states.
 
-    `fine` are the torques at the ends of all Runge-Kutta steps, `length` is that of an interval [s].
+    `torque` is that at the ends of all Runge-Kutta steps, `length` that of an interval [s].
     """
-    count = begun.shape[1]
-    parts = (fine.shape[1] - 1) // count
-    follow = _follower(stance, parts, count)
-    ends = np.asarray(follow(begun, fine[:, :-1], fine[:, 1:], length / parts, p))
+    count = initial.shape[1]
+    parts = (torque.shape[1] - 1) // count
+    integrate = _build_integrator(dynamics, parts, count)
+    ends = np.asarray(integrate(initial, torque[:, :-1], torque[:, 1:], length / parts, p))
     return ends[:, parts // 2 - 1 :: parts], ends[:, parts - 1 :: parts]
 
 
-def _subdivided(torque: Array, parts: int) -> Array:
-    """Return torques at the ends of all Runge-Kutta steps, linear between the nodes' own."""
+def _subdivide(torque: Array, parts: int) -> Array:
+    """Return torques at the ends of all Runge-Kutta steps, linear between the nodes."""
     count = torque.shape[1] - 1
     at = np.linspace(0, count, parts * count + 1)
     return np.array([np.interp(at, np.arange(count + 1), row) for row in torque])
 
 
 @functools.lru_cache(maxsize=64)
-def _follower(stance: PhaseDynamics, steps: int, count: int) -> ca.Function:
-    """Return (states and works, torques, torques after, step, p) -> the same after each of some Runge-Kutta steps.
+def _build_integrator(dynamics: PhaseDynamics, steps: int, count: int) -> ca.Function:
+    """Return the Function (states and works, torques, torques after, step, p) -> states and works after each step.
 
-    The steps follow each other from each of `count` states, whose torques and ends lie side by side.
+    `steps` Runge-Kutta steps start from each of `count` states, whose torques and ends are columns side by side.
     """
-    chain = _one_step(stance).mapaccum("chain", steps)
+    chain = _build_runge_kutta_step(dynamics).mapaccum("chain", steps)
     return chain if count == 1 else chain.map("follow", "serial", count, [3, 4], [])
 
 
 @functools.lru_cache(maxsize=64)
-def _one_step(stance: PhaseDynamics) -> ca.Function:
-    """Return (state and works, torque, torque after, step, p) -> the same after one Runge-Kutta step of order 8."""
-    state, torque = ca.SX.sym("state", stance.n_x + stance.robot.n_works), ca.SX.sym("torque", stance.robot.n_u)
-    p = ca.SX.sym("p", len(stance.robot.parameters))
-    rate = ca.Function("rate", [state, torque, p], ca.cse([stance.flow_and_energy(state, torque, p)]))
-    begun, held, after, data = (ca.MX.sym(name, rate.size1_in(i)) for name, i in zip("xuvp", (0, 1, 1, 2), strict=True))
+def _build_runge_kutta_step(dynamics: PhaseDynamics) -> ca.Function:
+    """Return the Function (state and works, torque, torque after, step, p) -> state and works after a step, order 8."""
+    state, torque = ca.SX.sym("state", dynamics.n_x + dynamics.robot.n_works), ca.SX.sym("torque", dynamics.robot.n_u)
+    p = ca.SX.sym("p", len(dynamics.robot.parameters))
+    rate = ca.Function("rate", [state, torque, p], ca.cse([dynamics.flow_and_energy(state, torque, p)]))
+    sizes = [rate.size1_in(i) for i in (0, 1, 1, 2)]
+    initial, before, after, data = (ca.MX.sym(name, size) for name, size in zip("xuvp", sizes, strict=True))
     step = ca.MX.sym("h")
     slopes = ca.MX(state.numel(), 0)
     for row, c in zip(DOP853.A, DOP853.C, strict=True):
-        at = begun + step * (slopes @ ca.DM(row[: slopes.shape[1]]))
-        slopes = ca.horzcat(slopes, rate(at, held + c * (after - held), data))
-    return ca.Function("step", [begun, held, after, step, data], [begun + step * (slopes @ ca.DM(DOP853.B))])
+        at = initial + step * (slopes @ ca.DM(row[: slopes.shape[1]]))
+        slopes = ca.horzcat(slopes, rate(at, before + c * (after - before), data))
+    return ca.Function("step", [initial, before, after, step, data], [initial + step * (slopes @ ca.DM(DOP853.B))])
 
 
-def planned_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:
+def read_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:
     """Return the reduced states and the torques at the nodes of a phase, shapes (n_x, N+1) and (n_u, N+1)."""
     layout, nodes = transcription.variables, list(phase.nodes)
     columns = [layout[Unknown.ANGLES][:, nodes], layout[Unknown.RATES][:, nodes]]

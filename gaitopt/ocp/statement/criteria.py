@@ -1,4 +1,4 @@
-"""The objectives that gaitopt brings."""
+"""The built-in objectives."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -34,18 +34,18 @@ class CostOfTransport(Objective):
         return ca.sum1(point.positive) + ca.sum1(point.negative)
 
     def evaluate(self, motion: Motion) -> float:
-        """Return the absolute work over weight times travel, without an error at the kinks."""
+        """Return the absolute work over weight times travel, integrated exactly at the kinks."""
         return cost_of_transport(motion)
 
 
 @dataclass(frozen=True)
 class PositiveWork(Objective):
-    """Integral of the positive joint powers, less a regenerated share of the negative ones, over weight times travel.
+    """Integral of the positive joint powers minus a regenerated share of the negative ones, over weight times travel.
 
     Attributes
     ----------
     regeneration : float
-        Share of the negative work that is stored and used again, from 0 to less than 1.
+        Share of the negative work that is recovered, from 0 to less than 1.
 
     Raises
     ------
@@ -71,11 +71,11 @@ class PositiveWork(Objective):
         object.__setattr__(self, "regeneration", share)
 
     def integrand(self, point: Instant) -> Any:
-        """Return the sum of positive powers less the share of the negative ones that is regenerated [W]."""
+        """Return the sum of the positive powers minus the regenerated share of the negative ones [W]."""
         return ca.sum1(point.positive) - self.regeneration * ca.sum1(point.negative)
 
     def evaluate(self, motion: Motion) -> float:
-        """Return the work over weight times travel, without an error at the kinks."""
+        """Return the work over weight times travel, integrated exactly at the kinks."""
         absolute, net = absolute_work(motion), ledger(motion).actuator
         work = (absolute + net) / 2 - self.regeneration * (absolute - net) / 2
         return work / (motion.total_mass * motion.parameters["gravity"] * motion.travel)
@@ -140,7 +140,7 @@ class FootSlide(Objective):
         return point.slip_speed
 
     def evaluate(self, motion: Motion) -> float:
-        """Return the sum of the distances of the first step; within a phase the foot slides one way."""
+        """Return the sum of the distances of the first step; within a phase the direction of slip is constant."""
         return sum(abs(segment.slide) for segment in first_step(motion)[0])
 
 
@@ -185,7 +185,7 @@ class PeakTorque(Objective):
 class PeakFrictionDemand(Objective):
     """Largest ratio abs(f_t) / f_n of the contact force over the step (dimensionless).
 
-    A sliding foot has the ratio of the friction coefficient throughout, so the objective is meant for gaits that stick.
+    During a slide the ratio equals the friction coefficient, so the objective is meant for gaits that stick.
 
     Examples
     --------

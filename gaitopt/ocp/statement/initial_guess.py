@@ -1,4 +1,4 @@
-"""Where an optimisation starts when there is nothing to start from: lines, keyframes, random waves."""
+"""Initial guesses without an earlier motion: lines, keyframes, random perturbations."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -38,17 +38,17 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What a guess is told about the problem: robot, parameter values, sequence, and wanted step [m] and period [s]."""
+    """Data of a problem for its guess: robot, parameter values, sequence, step length [m] and period [s]."""
 
     robot: Robot
     values: Mapping[str, float]
     sequence: ContactSequence
-    step: float
+    step_length: float
     period: float
 
 
 class Guess(ABC):
-    """A way to propose a step; derive from it to add another."""
+    """Base of the initial guesses of a step; a subclass adds a custom one."""
 
     @abstractmethod
     def durations(self, setting: Setting) -> Array:
@@ -60,15 +60,15 @@ class Guess(ABC):
 
     @abstractmethod
     def describe(self) -> str:
-        """Return the guess in words, for the record of the problem."""
+        """Return a text that describes the guess, for the record of the problem."""
 
     def solution_for(self, sequence: ContactSequence) -> Solution | None:
-        """Return a solution with the sequence's unknowns and multipliers, or None for a mere motion."""
+        """Return a solution with the unknowns and multipliers of a sequence, or None if the guess is only a motion."""
         return None
 
 
 def typical_durations(setting: Setting) -> Array:
-    """Return a division of the period that gives each slip phase a sixth of it, shape (n_phases,) [s]."""
+    """Return durations of the phases, a slip phase being a fifth of a sticking one, shape (n_phases,) [s]."""
     weights = np.array([1.0 if mode.slips else 5.0 for mode in setting.sequence.phases])
     return setting.period * weights / weights.sum()
 
@@ -151,13 +151,13 @@ class Keyframes(Guess):
         return _at_rest(setting.robot, time, angles, rates)
 
     def describe(self) -> str:
-        """Return the keyframes' fractions in words."""
+        """Return a text with the fractions of the keyframes."""
         return "keyframes at " + ", ".join(f"{f:g}" for f in self.fractions)
 
 
 @frozen
 class RandomPerturbation(Guess):
-    """A straight line with seeded random waves on the angles, to look for other optima from.
+    """A straight line with random waves on the angles, a start for the search of other optima.
 
     Attributes
     ----------
@@ -168,12 +168,12 @@ class RandomPerturbation(Guess):
     Raises
     ------
     InputError
-        If one of them is negative, or the seed is not whole.
+        If one of them is negative, or the seed is not a whole number.
 
     Examples
     --------
     >>> RandomPerturbation(seed=3).describe()
-    'scattered line, seed 3'
+    'randomly perturbed line, seed 3'
     """
 
     seed: int = field(validator=whole_number(0))
@@ -195,13 +195,13 @@ class RandomPerturbation(Guess):
         return _at_rest(setting.robot, time, angles, rates)
 
     def describe(self) -> str:
-        """Return the seed in words."""
-        return f"scattered line, seed {self.seed}"
+        """Return a text with the seed."""
+        return f"randomly perturbed line, seed {self.seed}"
 
 
 def _poses(setting: Setting) -> tuple[Array, Array]:
     """Return the angles after one touchdown and at the next, a step apart."""
     robot, p = setting.robot, setting.robot.vector(setting.values)
-    end = touchdown_pose(robot, setting.values, setting.step)
+    end = touchdown_pose(robot, setting.values, setting.step_length)
     swapped = robot.swap(np.concatenate([[0.0, 0.0], end]), np.zeros(robot.n_q), p)[0]
     return np.asarray(swapped).ravel()[2:], end

@@ -12,7 +12,7 @@ from gaitopt.model.contacts.mode import Mode
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Instant:
-    """The gait at one instant.  Quantities are CasADi expressions, columns of the given length.
+    """The gait at one instant.  Quantities are CasADi expressions, columns of the stated length.
 
     Attributes
     ----------
@@ -21,9 +21,9 @@ class Instant:
     phase : int
         Number of the phase, from 0.
     angles, actuators : tuple of str
-        Names of the rows of `q` after the foot's two, and of `torque`.
+        Names of the rows of `q` after the two of the foot, and of `torque`.
     q, v : (n_q)
-        PhaseDynamics foot (x, y) [m], x counted from the start of the phase, then the angles [rad]; their rates.
+        Stance foot (x, y) [m], x counted from the start of the phase, then the angles [rad]; their rates.
     acceleration : (n_q)
         Rates of `v`.
     torque, torque_rate : (n_u) [N m], [N m/s]
@@ -91,14 +91,14 @@ class StepBoundary:
     q_last, v_last : (n_q)
         Last state, before the impact.
     velocity_jump : (n_q)
-        Rates after the impact less those before, in the coordinates of the step that ends.
+        Rates after the impact minus those before, in the coordinates of the step that ends.
     impulse : (2) [N s]
         (L_t, L_n).
     duration, travel : scalar [s], [m]
     parameters : mapping of str to scalar
         Parameters of robot and ground, SI units.
     energy_lost : scalar [J]
-        Kinetic energy before the impact less that after.
+        Kinetic energy before the impact minus that after.
 
     Examples
     --------
@@ -122,7 +122,7 @@ class StepBoundary:
 
 @dataclass(frozen=True, eq=False)
 class Peak:
-    """Quantities of which an objective takes the largest over the step.
+    """Quantities whose largest value over the step is part of an objective.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ def symbolic_instant(
     mode: Mode = Mode.STICK,
     phase: int = 0,
 ) -> Instant:
-    """Return an instant of symbols."""
+    """Return an instant whose quantities are CasADi symbols."""
     n_q, n_u = 2 + len(angles), len(actuators)
     columns = {
         **dict.fromkeys(("q", "v", "acceleration"), n_q),

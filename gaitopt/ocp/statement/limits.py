@@ -16,18 +16,18 @@ def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> flo
 
 @frozen(kw_only=True)
 class Limits:
-    """Bounds the gait must keep.
+    """Bounds on a gait.
 
     Attributes
     ----------
     torque : float or mapping of actuator to float [N m]
-        Largest absolute torque; ``inf`` removes the limit (the optimiser then tends to stop a slide in the shortest
-        time allowed with a huge torque), 0 leaves the actuator idle.
+        Largest absolute torque; ``inf`` removes the limit (optima then tend to stop a slide within the shortest
+        phase by a very large torque), 0 makes the actuator idle.
     torque_rate : float or mapping of actuator to float [N m/s]
         Largest rate of change of the torque within the step; it may jump at touchdown.
     angle : float, or mapping of angle to float or pair [rad]
-        Largest absolute angle, or for each angle named its largest absolute value or (lower, upper), as of a knee; the
-        others keep within 90 degrees.
+        Largest absolute angle, or for each named angle its largest absolute value or (lower, upper), as for a knee; the
+        limit of the others is 90 degrees.
     rate : float [rad/s]
         Largest absolute angular rate.
     shortest_phase : float [s]
@@ -35,10 +35,10 @@ class Limits:
     longest_step : float [s]
         Longest duration of the step.
     clearance : float or None [m]
-        Least height of the swing foot over the ground where it passes the stance foot.  Where it is x ahead of the
-        stance foot, or behind, the least height is clearance (1 - (x / d)^2)^2, which fades to zero in the footprints,
-        d being the distance between the feet at touchdown.  0 keeps it from sinking into the ground; None does not ask,
-        which walkers without knees need: their swing foot scuffs.
+        Least height of the swing foot over the ground at the stance foot.  At the distance x from the stance foot the
+        least height is clearance (1 - (x / d)^2)^2, which is zero in the footprints, d being the distance between the
+        feet at touchdown.  0 excludes penetration of the ground; None removes the constraint, as walkers without knees
+        need: their swing foot scuffs.
 
     Examples
     --------
@@ -62,10 +62,10 @@ class Limits:
         Raises
         ------
         InputError
-            If a limit is negative or names no actuator.
+            If a limit is negative or its name is not that of an actuator.
         """
-        given = _by_actuator("torque", self.torque, actuators)
-        return [_positive(f"torque_limit of {name}", "N m", limit, zero=True) for name, limit in given.items()]
+        by_name = _by_actuator("torque", self.torque, actuators)
+        return [_positive(f"torque_limit of {name}", "N m", limit, zero=True) for name, limit in by_name.items()]
 
     def torque_rates(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator's torque rate [N m/s], in order.
@@ -73,10 +73,10 @@ class Limits:
         Raises
         ------
         InputError
-            If a limit is not positive or names no actuator.
+            If a limit is not positive or its name is not that of an actuator.
         """
-        given = _by_actuator("torque_rate", self.torque_rate, actuators)
-        return [_positive(f"torque_rate of {name}", "N m/s", limit) for name, limit in given.items()]
+        by_name = _by_actuator("torque_rate", self.torque_rate, actuators)
+        return [_positive(f"torque_rate of {name}", "N m/s", limit) for name, limit in by_name.items()]
 
     def angles(self, names: tuple[str, ...]) -> list[tuple[float, float]]:
         """Return the bounds of each angle [rad], in order.
@@ -84,7 +84,7 @@ class Limits:
         Raises
         ------
         InputError
-            If a bound is not a number, a lower bound is not below the upper one, or no angle has a name given.
+            If a bound is not a number, a lower bound is not below the upper one, or an angle does not exist.
         """
         if not isinstance(self.angle, Mapping):
             return [_angle_bounds("Limits.angle", self.angle)] * len(names)
@@ -94,49 +94,49 @@ class Limits:
         return [_angle_bounds(f"Limits.angle of {name}", self.angle.get(name, math.pi / 2)) for name in names]
 
 
-def _angle_bounds(name: str, given: object) -> tuple[float, float]:
-    if not isinstance(given, tuple | list):
-        size = _positive(name, "rad", given)
+def _angle_bounds(name: str, limit: object) -> tuple[float, float]:
+    if not isinstance(limit, tuple | list):
+        size = _positive(name, "rad", limit)
         return -size, size
-    if len(given) != 2:
-        raise InputError(f"{name} must be a number or a pair (lower, upper), got {given!r}.")
-    lower, upper = (Parameter(name, 0.0, "rad", "").check(bound) for bound in given)
+    if len(limit) != 2:
+        raise InputError(f"{name} must be a number or a pair (lower, upper), got {limit!r}.")
+    lower, upper = (Parameter(name, 0.0, "rad", "").check(bound) for bound in limit)
     if lower >= upper:
         raise InputError(f"{name}: the lower bound {lower:g} is not below the upper bound {upper:g} [rad].")
     return lower, upper
 
 
-def _by_actuator(field_name: str, given: float | Mapping[str, float], actuators: tuple[str, ...]) -> dict[str, float]:
-    """Return a limit for each actuator, in order; those that a mapping does not name have none."""
-    if not isinstance(given, Mapping):
-        return dict.fromkeys(actuators, given)
-    for name in given:
+def _by_actuator(field_name: str, limit: float | Mapping[str, float], actuators: tuple[str, ...]) -> dict[str, float]:
+    """Return a limit for each actuator, in order; infinity for those missing in a mapping."""
+    if not isinstance(limit, Mapping):
+        return dict.fromkeys(actuators, limit)
+    for name in limit:
         if name not in actuators:
             raise InputError(f"Limits.{field_name}: there is no actuator {name!r}. {suggest(name, actuators)}")
-    return {name: given.get(name, math.inf) for name in actuators}
+    return {name: limit.get(name, math.inf) for name in actuators}
 
 
 @frozen(kw_only=True)
 class Margins:
-    """Distances kept from the edges where a gait would change its contact sequence.
+    """Margins to the limits at which a gait changes its contact sequence.
 
     Attributes
     ----------
     cone : float
-        A sticking foot keeps abs(f_t) <= (1 - cone) mu f_n.
+        For a sticking foot abs(f_t) <= (1 - cone) mu f_n.
     impact_cone : float
-        A sticking impact keeps abs(L_t) <= (1 - impact_cone) mu L_n.
+        For a sticking impact abs(L_t) <= (1 - impact_cone) mu L_n.
     slip_speed : float [m/s]
-        A sliding foot keeps this speed in mid-slide; towards a start or an end at rest the bound fades to zero.
+        Least speed of a sliding foot in mid-slide; towards a start or an end at rest the bound decreases to zero.
     separation : float [m/s]
         Least upward speed of the trailing foot after the impact.
     normal_force : float
         Least normal force, as a fraction of the weight.
     touchdown_rate : float
-        Least rate at which the robot's touchdown guard falls at touchdown, in the guard's own unit per second: rad/s
-        for the difference of two angles (the compass biped), m/s for the height of a foot (the five-link walker).
+        Least rate at which the touchdown guard of the robot falls at touchdown, in the unit of the guard per second:
+        rad/s for the difference of two angles (the compass biped), m/s for the height of a foot (the five-link walker).
     touchdown_armed : float
-        Least value of the robot's `armed` at touchdown, in its own unit (rad for an angle, m for a distance).
+        Least value of the robot's `armed` at touchdown, in the unit of `armed` (rad for an angle, m for a distance).
 
     Examples
     --------
@@ -154,12 +154,12 @@ class Margins:
 
 
 Target = float | tuple[float, float] | None
-"""A wanted value: a number (fixed), a pair (bounded), or None (free)."""
+"""A requested value: a number (fixed), a pair (bounded), or None (free)."""
 
 
 @dataclass(frozen=True)
 class Range:
-    """An interval [lower, upper] made from a Target; fixed when both are equal."""
+    """An interval [lower, upper] of a Target; the value is fixed if both are equal."""
 
     lower: float = 0.0
     upper: float = math.inf

@@ -1,4 +1,4 @@
-"""Objectives: what an optimal gait makes small."""
+"""Objectives: scalars of the step that an optimal gait minimises."""
 
 import functools
 import inspect
@@ -19,24 +19,24 @@ from gaitopt.ocp.statement.objective_value import value_of_term
 class Objective:
     """A scalar of the step: an integral over time, a term of the step's boundary, a peak, or several of them.
 
-    To define one, derive a frozen dataclass from this class, set its name and override at least one of `integrand`,
+    A custom objective is a frozen dataclass derived from this class, with a name and at least one of `integrand`,
     `boundary` and `peak`.  Objectives are added and weighted, ``0.7 * CostOfTransport() + 0.3 * TorqueRate()``.
 
     Attributes
     ----------
     name : str
     unit : str
-        Of the value.
+        Unit of the value.
     uses_power : bool
-        Whether the parts of the joint powers are needed; they cost unknowns.
+        Whether the parts of the joint powers are needed; they are further unknowns of the NLP.
     per_weight_and_travel : bool
         Whether integral and boundary term are divided by weight times travel.
     smooth : bool
-        Whether the integrand is smooth in time; it is integrated by trapezoids if it is not, so that no part of a kink
-        is lost.
+        Whether the integrand is smooth in time; otherwise it is integrated by trapezoids, which do not underestimate
+        the integral over a kink.
     typical : float
-        Size of a typical optimum.  The solver minimises the objective divided by it, so that its tolerance is of the
-        same use for a small cost of transport and for a large sum of squares.
+        Size of a typical optimum.  The solver minimises the objective divided by it, so that its tolerance is relative
+        to the size of the objective.
 
     Examples
     --------
@@ -61,7 +61,7 @@ class Objective:
         return 0.0
 
     def boundary(self, step: StepBoundary) -> Any:
-        """Return the scalar to add for the boundary of the step; 0 by default."""
+        """Return the scalar added for the boundary of the step; 0 by default."""
         return 0.0
 
     def peak(self, point: Instant) -> Peak | None:
@@ -72,7 +72,7 @@ class Objective:
         return None
 
     def terms(self) -> "tuple[tuple[float, Objective], ...]":
-        """Return the weighted objectives this one is the sum of."""
+        """Return the weighted objectives of which this one is the sum."""
         return ((1.0, self),)
 
     def evaluate(self, motion: Motion) -> float:
@@ -81,7 +81,7 @@ class Objective:
         Parameters
         ----------
         motion : Motion
-            Of an optimised gait, its replay or any simulation whose first step reached its touchdown.
+            Motion of an optimised gait, a replay or a simulation whose first step reached its touchdown.
 
         Raises
         ------
@@ -128,13 +128,13 @@ class WeightedSum(Objective):
 
     @property
     def unit(self) -> str:  # type: ignore[override]
-        """Unit of the parts, or nothing if they differ."""
+        """Unit of the parts; empty if they differ."""
         units = {term.unit for _, term in self.parts}
         return units.pop() if len(units) == 1 else ""
 
     @property
     def uses_power(self) -> bool:  # type: ignore[override]
-        """Whether any part does."""
+        """Whether any part uses the joint powers."""
         return any(term.uses_power for _, term in self.parts)
 
     @property
@@ -170,7 +170,7 @@ def overrides(objective: Objective, method: str) -> bool:
 def is_curved(objective: Objective, robot: Robot) -> bool:
     """Return whether an objective has curvature in the torques or their rates.
 
-    Without it optima need not be unique, or switch torques on and off.
+    Without curvature optima may not be unique, or torques switch on and off.
     """
     point = symbolic_instant(robot.angles, robot.actuators, [parameter.name for parameter in robot.parameters])
     torques = ca.vertcat(point.torque, point.torque_rate)
@@ -179,7 +179,7 @@ def is_curved(objective: Objective, robot: Robot) -> bool:
 
 
 def check_objective(objective: Objective, robot: Robot) -> None:
-    """Raise InputError unless an objective is complete and its terms are numbers; its own errors are passed on.
+    """Raise InputError unless an objective is complete and its terms are scalars; errors of its methods propagate.
 
     Examples
     --------
@@ -194,19 +194,21 @@ def check_objective(objective: Objective, robot: Robot) -> None:
 def _check_declaration(objective: Objective) -> None:
     kind = type(objective).__name__
     if not hasattr(objective, "name"):
-        raise InputError(f"The objective {kind} does not say its name: set it in the class.")
+        raise InputError(f"The objective {kind} has no name: set the class attribute name.")
     if not isinstance(objective, Hashable):
-        raise InputError(f"The objective {kind} cannot be told from others: make its class a frozen dataclass.")
+        raise InputError(f"The objective {kind} is not hashable: make its class a frozen dataclass.")
     methods = ("integrand", "boundary", "peak")
     if not any(overrides(objective, method) for method in methods):
-        raise InputError(f"The objective {kind} has nothing to minimise: define integrand(self, point) in its class.")
+        raise InputError(
+            f"The objective {kind} defines no integrand, boundary or peak: define integrand(self, point) in its class."
+        )
     for method in methods:
         names = list(inspect.signature(getattr(objective, method)).parameters)
         if len(names) != 1:
             raise InputError(
                 f"The {method} of {kind} must take one argument, it takes ({', '.join(names)}): write "
                 f"{method}(self, {'step' if method == 'boundary' else 'point'}) and use point.torque, point.positive, "
-                "point.negative and whatever else of the instant is needed."
+                "point.negative and other quantities of the instant."
             )
 
 

@@ -1,4 +1,4 @@
-"""Names of the objectives, for the command line and for problems."""
+"""Built-in objectives by name, for the command line and for problems."""
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.statement.criteria import (

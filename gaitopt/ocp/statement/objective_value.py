@@ -1,4 +1,4 @@
-"""Value of an objective on a motion, from its samples alone: a check of the NLP by another path."""
+"""Value of an objective on a motion, computed from its samples alone: an independent check of the NLP."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +45,7 @@ def value_of_term(objective: "Objective", motion: Motion) -> float:
 
 
 def is_finite(segments: list[Segment]) -> bool:
-    """Return whether time, states and torques of segments are numbers throughout."""
+    """Return whether time, states, torques, powers and forces of segments are finite."""
     names = ("time", "q", "v", "torque", "power", "force")
     return all(bool(np.all(np.isfinite(getattr(segment, name)))) for segment in segments for name in names)
 
@@ -62,7 +62,7 @@ def first_step(motion: Motion) -> tuple[list[Segment], Jump]:
 def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, Array]]:
     """Return the numeric fields of the instants at begin, middle and end of the K - 1 gaps between samples, (n, K - 1).
 
-    In the middle torques, powers and forces are interpolated linearly, the state with its derivatives.
+    In the middle, torques, powers and forces are interpolated linearly, states by cubic Hermite polynomials.
     """
     gap, q, rates = np.diff(segment.time), segment.q.copy(), CubicSpline(segment.time, segment.v, axis=1)
     q[0] -= q[0, 0]
@@ -73,7 +73,7 @@ def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, 
         return (values[:, :-1] + values[:, 1:]) / 2 + gap * (slopes[:, :-1] - slopes[:, 1:]) / 8
 
     linear = {"torque": segment.torque, "power": segment.power, "force": segment.force, "time": segment.time[None]}
-    found = []
+    instants = []
     for cut in (slice(-1), None, slice(1, None)):
         if cut is None:
             fields = {name: (values[:, :-1] + values[:, 1:]) / 2 for name, values in linear.items()}
@@ -87,12 +87,12 @@ def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, 
         fields["slip_speed"] = np.abs(fields["v"][:1]) if segment.mode.slips else np.zeros((1, gap.size))
         fields["time"] = (fields["time"] - begin) / duration
         fields["torque_rate"] = np.diff(segment.torque, axis=1) / gap
-        found.append(fields)
-    return found
+        instants.append(fields)
+    return instants
 
 
 def _function(motion: Motion, segment: Segment, number: int, read: Any) -> ca.Function | None:
-    """Return the Function of (the fields of `_samples`, parameters) that reads a number off an instant."""
+    """Return the Function of (the fields of `_samples`, parameters) that evaluates `read` at an instant."""
     point = symbolic_instant(motion.angles, motion.actuators, motion.parameters, segment.mode, number)
     value = read(point)
     if value is None:
@@ -112,7 +112,7 @@ def _values(function: ca.Function, motion: Motion, samples: list[dict[str, Array
 def _integral(
     objective: "Objective", motion: Motion, segment: Segment, number: int, samples: list[dict[str, Array]]
 ) -> float:
-    """Return the integral of the integrand along a segment, by Simpson's rule if it is smooth, else by trapezoids."""
+    """Return the integral along a segment, by Simpson's rule for a smooth integrand, otherwise by trapezoids."""
     function = _function(motion, segment, number, objective.integrand)
     if function is None:
         return 0.0
@@ -124,7 +124,7 @@ def _integral(
 def _peaks(
     objective: "Objective", motion: Motion, segment: Segment, number: int, samples: list[dict[str, Array]]
 ) -> list[float]:
-    """Return the peaks at begin and end of the gaps of a segment; nothing if the objective has none."""
+    """Return the peaks at begin and end of the gaps of a segment; empty if the objective has no peak."""
 
     def read(point: Instant) -> Any:
         peak = objective.peak(point)

@@ -1,4 +1,4 @@
-"""Poses at touchdown: how far the robot can step, and how it stands with a given step."""
+"""Poses at touchdown: the longest possible step, and the pose for a step length."""
 
 import functools
 import itertools
@@ -13,10 +13,10 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
 REFINED = 3
-"""Lattice points from which the longest reach is refined."""
+"""Number of lattice points from which the longest reach is refined."""
 
 MOST_ANGLES = 7
-"""With more angles the lattice, which has three values of each, gives way to random points."""
+"""Largest number of angles for a lattice of three values each; with more angles the points are random."""
 
 
 def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]]) -> float:
@@ -31,8 +31,8 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
 def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> float:
     """Return the maximum over the box of angles, locally refined from the best points of a lattice.
 
-    The distance is a sum of sines, and of angles if the feet are round.  Sines of absolute angles are extreme in the
-    corners of a box within 90 degrees; those of relative angles, such as a knee's, anywhere.
+    The distance is a sum of sines, and of angles if the feet are round.  Its extremes over absolute angles within 90
+    degrees lie at the corners of the box, those over relative angles, such as that of a knee, anywhere in it.
     """
     box = np.clip(limits, -np.pi, np.pi)
     lower, upper = box.T
@@ -43,16 +43,17 @@ def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float]
     q = np.hstack([np.zeros((len(points), 2)), points])
     distances = robot.landing.map(len(q))(q.T, 0, p)[0].full()[0]
     if not np.any(np.isfinite(distances)):
-        raise InputError(f"Robot {robot.name!r}: the place of the landing foot is not finite within Limits.angle.")
+        raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
     order = np.argsort(-np.where(np.isfinite(distances), distances, -np.inf))
     landing, still = FastCall(robot.landing, p), np.zeros(robot.n_q)
 
-    def behind(angles: Array) -> tuple[float, Array]:
+    def negative_reach(angles: Array) -> tuple[float, Array]:
         place, _, jacobian = landing([0.0, 0.0, *angles], still)
         return -place[0], -jacobian.reshape((2, -1), order="F")[0, 2:]
 
-    refined = [minimize(behind, points[k], jac=True, method="L-BFGS-B", bounds=box).fun for k in order[:REFINED]]
-    return float(np.nanmax([distances[order[0]], *np.negative(refined)]))
+    starts = [points[k] for k in order[:REFINED]]
+    minima = [minimize(negative_reach, x, jac=True, method="L-BFGS-B", bounds=box).fun for x in starts]
+    return float(np.nanmax([distances[order[0]], *np.negative(minima)]))
 
 
 def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Array:
@@ -61,12 +62,12 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
     Raises
     ------
     InputError
-        If there is no such pose.
+        If no such pose is found.
     """
-    found = _pose(robot, tuple(robot.vector(values)), step)
-    if found is None:
+    angles = _pose(robot, tuple(robot.vector(values)), step)
+    if angles is None:
         raise InputError(f"Robot {robot.name!r} has no touchdown pose with a step of {step:g} m.")
-    return np.array(found)
+    return np.array(angles)
 
 
 @functools.lru_cache(maxsize=256)
@@ -89,5 +90,5 @@ def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] 
     start = np.full(len(units), 0.1)
     if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):
         return None
-    found = least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
-    return tuple(found.x) if np.max(np.abs(found.fun)) <= 1e-6 else None
+    fit = least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    return tuple(fit.x) if np.max(np.abs(fit.fun)) <= 1e-6 else None

@@ -16,7 +16,7 @@ from gaitopt.ocp.statement.objective_value import first_step, is_finite
 from gaitopt.parameters import Parameter
 
 KNOTS = 33
-"""Instants of the step at which the reference is interpolated by a cubic spline."""
+"""Number of instants at which a cubic spline interpolates the reference."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Tracking(Objective):
     Attributes
     ----------
     motion : Motion
-        Its first step is the reference.
+        Motion whose first step is the reference.
     rate_weight : float [s^2]
         Weight of the squared deviation of the rates.
 
@@ -65,7 +65,7 @@ class Tracking(Objective):
     def integrand(self, point: Instant) -> Any:
         """Return the squared deviation [rad^2]."""
         if point.angles != self.motion.angles:
-            raise InputError(f"The motion to track has the angles {self.motion.angles}, the robot {point.angles}.")
+            raise InputError(f"The motion to track has the angles {self.motion.angles}, the robot has {point.angles}.")
         spline: CubicSpline = self._spline  # type: ignore[attr-defined]
         target = _evaluate(spline, point.time)
         n = len(point.angles)
@@ -111,7 +111,7 @@ def _state(time: Array, angles: Array, rates: Array, at: float) -> Array:
 
 
 def _evaluate(spline: CubicSpline, s: Any) -> Any:
-    """Return a cubic spline at a symbol, written with truncated powers: no branches, two continuous derivatives."""
+    """Return a cubic spline at a symbol by truncated powers: no branches, two continuous derivatives."""
     cubic = spline.c[0]
     powers = [1.0, s, s**2, s**3]
     value = sum(ca.DM(spline.c[3 - k][0]) * powers[k] for k in range(4))

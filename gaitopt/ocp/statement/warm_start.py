@@ -1,4 +1,4 @@
-"""Starts from what there is already: a motion, or a gait with its multipliers."""
+"""Warm starts: initial guesses from a motion, or from a gait with its multipliers."""
 
 from dataclasses import dataclass, field
 
@@ -14,13 +14,13 @@ from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting, typical_
 
 @dataclass(frozen=True, eq=False)
 class FromMotion(Guess):
-    """The first step of any earlier motion, stretched in time and spread over the phases of the new contact sequence.
+    """The first step of an earlier motion, scaled in time and divided into the phases of the contact sequence.
 
     Attributes
     ----------
     motion : Motion
     label : str
-        Where the motion came from, for the record.
+        Origin of the motion, for the record.
 
     Examples
     --------
@@ -34,19 +34,19 @@ class FromMotion(Guess):
 
     def __post_init__(self) -> None:
         if not isinstance(self.motion, Motion):
-            hint = " Use WarmStart(gait) to go on from a gait." if isinstance(self.motion, Gait) else ""
-            raise InputError(f"Previous needs a Motion, got {type(self.motion).__name__}.{hint}")
+            hint = " Use WarmStart(gait) to start from a gait." if isinstance(self.motion, Gait) else ""
+            raise InputError(f"FromMotion needs a Motion, got {type(self.motion).__name__}.{hint}")
 
     def durations(self, setting: Setting) -> Array:
-        """Return the motion's own durations if its contact sequence has the same phases, else typical ones."""
+        """Return the durations of the motion if its contact sequence has the same phases, otherwise typical ones."""
         segments = self._segments()
         if tuple(s.mode for s in segments) == setting.sequence.phases:
-            own = np.array([s.duration for s in segments])
-            return own * setting.period / own.sum()
+            durations = np.array([s.duration for s in segments])
+            return durations * setting.period / durations.sum()
         return typical_durations(setting)
 
     def sample(self, setting: Setting, time: Array) -> Sample:
-        """Return the motion at the same fractions of its own period."""
+        """Return the motion at the same fractions of its period."""
         if self.motion.angles != setting.robot.angles:
             raise InputError(
                 f"The guess is a motion of {self.motion.angles}, but the robot has {setting.robot.angles}."
@@ -74,16 +74,16 @@ class FromMotion(Guess):
 
 @dataclass(frozen=True, eq=False)
 class WarmStart(Guess):
-    """A gait solved before, from which the optimiser goes on with its unknowns and multipliers.
+    """A solved gait, whose unknowns and multipliers warm-start the solver.
 
-    Quickest from a gait whose problem differs a little; grid, method and impact may differ.  For a sequence with other
-    phases only the motion is used, as by :class:`FromMotion`: carried from sequence to sequence, multipliers mislead.
+    The gait of a nearby problem needs the fewest iterations; grid, method and impact may differ.  For a sequence with
+    other phases only the motion is used, as by :class:`FromMotion`: multipliers of another sequence are misleading.
 
     Attributes
     ----------
     gait : Gait
     label : str
-        Where the gait came from, for the record.
+        Origin of the gait, for the record.
 
     Examples
     --------
@@ -101,15 +101,15 @@ class WarmStart(Guess):
             raise InputError(f"WarmStart needs a Gait, got {type(self.gait).__name__}.{hint}")
 
     def durations(self, setting: Setting) -> Array:
-        """Return the gait's own durations if its contact sequence has the same phases, else typical ones."""
+        """Return the durations of the gait if its contact sequence has the same phases, otherwise typical ones."""
         return FromMotion(self.gait.motion).durations(setting)
 
     def solution_for(self, sequence: ContactSequence) -> Solution | None:
-        """Return the solution to go on from, or None for a contact sequence with other phases."""
+        """Return the solution of the gait, or None for a contact sequence with other phases."""
         return self.gait.solution if self.gait.sequence.phases == sequence.phases else None
 
     def sample(self, setting: Setting, time: Array) -> Sample:
-        """Return the gait's motion at the same fractions of its own period."""
+        """Return the motion of the gait at the same fractions of its period."""
         return FromMotion(self.gait.motion).sample(setting, time)
 
     def describe(self) -> str:

@@ -1,10 +1,10 @@
 """Collocation of the second-order equations of motion at Lobatto points, with inverse dynamics.
 
 The accelerations at the nodes and inside an interval are unknowns.  They are interpolated by a polynomial, whose first
-and second integrals are rates and angles (no copies of those inside the interval), and the equations of motion are
-asked for as  M a + h - W^T f - E u = 0  at every point, so nothing is ever inverted and each block of the programme is
-a few hundred operations.  Lobatto points contain the nodes: contact forces there are exact, and accelerations, which
-are continuous within a phase because torques are, belong to both neighbours.  With s points the order is 2 s - 2
+and second integrals are rates and angles (no copies of those inside the interval).  The equations of motion are imposed
+as  M a + h - W^T f - E u = 0  at every point, so no matrix is inverted and each block of the NLP has a few hundred
+operations.  Lobatto points contain the nodes: contact forces there are exact, and accelerations, which are continuous
+within a phase because torques are, are shared by both neighbouring intervals.  With s points the order is 2 s - 2
 (Hairer, Lubich & Wanner, Geometric Numerical Integration, II.1.4).
 """
 
@@ -25,7 +25,7 @@ from gaitopt.ocp.transcription.scheme import Point, Scheme
 from gaitopt.parameters import whole_number
 
 MOST_POINTS = 6
-"""Refinement raises the order up to this many points; beyond, the torque's grid is what limits a plan."""
+"""Largest number of points of a refined method; beyond, the torque grid limits the accuracy of a plan."""
 
 
 @dataclass(frozen=True)
@@ -45,44 +45,44 @@ class Lobatto(Scheme):
         """Zeros of P'_(s-1), shifted to (0, 1)."""
         return tuple(float(c) for c in lobatto_points(self.points)[1:-1])
 
-    def node_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def node_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the accelerations of a node."""
-        return tuple(Key(Kind.ACCELERATION, name) for name in stance.moving)
+        return tuple(Key(Kind.ACCELERATION, name) for name in dynamics.moving)
 
-    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
-        """Return the accelerations of all inner points, one point after the other."""
+    def inner_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
+        """Return the accelerations of all inner points, point by point."""
         inner = range(1, self.points - 1)
-        return tuple(key.at(i) for i in inner for key in self.node_unknowns(stance))
+        return tuple(key.at(i) for i in inner for key in self.node_unknowns(dynamics))
 
-    def residuals(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def residuals(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the equations of motion."""
-        return tuple(Key(Kind.EQUATION_OF_MOTION, name) for name in stance.moving)
+        return tuple(Key(Kind.EQUATION_OF_MOTION, name) for name in dynamics.moving)
 
-    def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
-        """Return the point with the given accelerations."""
-        residual, force = stance.balance(state, unknowns, torque, p)
-        return Point(state, torque, unknowns, force, residual, stance.slip_speed(state))
+    def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
+        """Return the point with the accelerations `unknowns`."""
+        residual, force = dynamics.balance(state, unknowns, torque, p)
+        return Point(state, torque, unknowns, force, residual, dynamics.slip_speed(state))
 
     def advance(
-        self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX
+        self, dynamics: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, length: ca.SX, p: ca.SX
     ) -> tuple[ca.SX, list[Point]]:
-        """Return the gap between the polynomial's end and the right node, and the inner points."""
-        inner = ca.reshape(unknowns, stance.n_a, self.points - 2)
+        """Return the difference between the right node and the end of the polynomial, and the inner points."""
+        inner = ca.reshape(unknowns, dynamics.n_a, self.points - 2)
         accelerations = ca.horzcat(left.acceleration, inner, right.acceleration)
         once, twice = integrals(self.points)
-        places, speeds = stance.parts(left.state)
+        places, speeds = dynamics.parts(left.state)
         fractions = lobatto_points(self.points)
 
         def at(i: int) -> ca.SX:
             c = float(fractions[i])
-            gained = step * (accelerations @ ca.DM(once[i]))
-            moved = step * (c * speeds + step * (accelerations @ ca.DM(twice[i])))
-            return stance.join(places + moved, speeds + gained)
+            speed_change = length * (accelerations @ ca.DM(once[i]))
+            displacement = length * (c * speeds + length * (accelerations @ ca.DM(twice[i])))
+            return dynamics.join(places + displacement, speeds + speed_change)
 
         points = []
         for i in range(1, self.points - 1):
             torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
-            points.append(self.node(stance, at(i), torque, inner[:, i - 1], p))
+            points.append(self.node(dynamics, at(i), torque, inner[:, i - 1], p))
         return right.state - at(self.points - 1), points
 
 
@@ -95,9 +95,9 @@ def lobatto_points(count: int) -> Array:
 
 @functools.cache
 def integrals(count: int) -> tuple[Array, Array]:
-    """Return the integrals up to each point, once and twice, of the polynomials that are 1 at one point, 0 at others.
+    """Return the first and second integrals of the Lagrange polynomials up to each point.
 
-    Both of shape (count, count): row i integrates from 0 to point i, column j is the polynomial of point j.
+    Both have shape (count, count): row i integrates from 0 to point i, column j is the polynomial of point j.
     """
     at = lobatto_points(count)
     once, twice = np.empty((count, count)), np.empty((count, count))
@@ -115,11 +115,11 @@ class Collocation(Method):
     Attributes
     ----------
     intervals : int or tuple of int
-        Intervals of each phase.  A single number is meant for a sticking phase; slip phases beside one are short
-        and get a quarter of it.
+        Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
+        sequence are short and have a quarter of it.
     points : int
-        Collocation points of an interval, nodes included: 3 is Hermite and Simpson's rule (order 4), 4 has order 6.
-        Raised by one where the accuracy asks for it.
+        Collocation points of an interval, nodes included: 3 is the Hermite-Simpson method (order 4), 4 has order 6.
+        Mesh refinement raises it by one at a time.
     tolerance : float
         Largest error between nodes, see :class:`gaitopt.ocp.transcription.method.Method`.
 
@@ -141,6 +141,6 @@ class Collocation(Method):
         """Lobatto collocation."""
         return Lobatto(self.points)
 
-    def finer(self) -> "Collocation | None":
+    def refine(self) -> "Collocation | None":
         """Return the method with one more point."""
         return evolve(self, points=self.points + 1) if self.points < MOST_POINTS else None

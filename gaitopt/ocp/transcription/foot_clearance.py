@@ -1,4 +1,4 @@
-"""How high the swing foot must be over the ground on its way from one footprint to the next."""
+"""Foot clearance: the least height of the swing foot over the ground between its footprints."""
 
 import math
 
@@ -14,53 +14,53 @@ def bump(ahead: ca.SX, distance: ca.SX) -> ca.SX:
     """Return the share of the requested clearance if the foot is `ahead` of the stance foot [m].
 
     It is (1 - (ahead / distance)^2)^2: 1 beside the stance foot, and 0 with slope 0 in both footprints, `distance`
-    behind and ahead of it, so that a foot that rises or comes down at any rate is high enough there.
+    behind and ahead of it, so that the constraint does not restrict lift-off and touchdown.
     """
     return (1 - (ahead / distance) ** 2) ** 2
 
 
 def clearance_rows(
-    frame: NlpBuilder,
+    builder: NlpBuilder,
     local: BlockVariables,
-    stance: PhaseDynamics,
+    dynamics: PhaseDynamics,
     states: list[ca.SX],
     p: ca.SX,
     *,
     number: int,
     places: list[Place],
 ) -> tuple[ca.SX, Index]:
-    """Return values that keep the swing foot high enough, and their rows.
+    """Return the clearance constraints of an interval: their values and their rows.
 
     Parameters
     ----------
-    frame : Frame
+    builder : NlpBuilder
     local : BlockVariables
-        Local variables of an interval, which gain the distance between the feet at touchdown.
-    stance : PhaseDynamics
+        Local variables of an interval; the distance between the feet at touchdown is added to them.
+    dynamics : PhaseDynamics
     states : list of SX
-        At the interval's first node and at its inner points.
+        States at the first node of the interval and at its inner points.
     p : SX
     number : int
-        Of the intervals' phase, from 0.
+        Number of the phase, from 0.
     places : list of Place
         Keys of the first nodes of the intervals.
     """
-    distance, heights = _touchdown_distance(frame, local), []
+    distance, heights = _touchdown_distance(builder, local), []
     for state in states:
-        q, v = stance.full(state)
-        foot = frame.robot.landing(q, v, p)[0] - q[:2]
-        heights.append(foot[1] - frame.clearance() * bump(foot[0], distance))
+        q, v = dynamics.full(state)
+        foot = builder.robot.landing(q, v, p)[0] - q[:2]
+        heights.append(foot[1] - builder.clearance() * bump(foot[0], distance))
     table = [Row(Key(Kind.CLEARANCE, inner=i), 0.0, math.inf) for i in range(len(states))]
-    rows = frame.rows.add((Group.CLEARANCE, number), table, places)
+    rows = builder.rows.add((Group.CLEARANCE, number), table, places)
     if number == 0:
-        frame.rows.bound(rows[0, 0], -math.inf, math.inf)  # the step begins on the ground
+        builder.rows.bound(rows[0, 0], -math.inf, math.inf)  # the step begins on the ground
     return ca.vertcat(*heights), rows
 
 
-def _touchdown_distance(frame: NlpBuilder, local: BlockVariables) -> ca.SX:
-    """Return how far ahead of the stance foot the other one lands: the travel less what the stance foot slides [m].
+def _touchdown_distance(builder: NlpBuilder, local: BlockVariables) -> ca.SX:
+    """Return the distance between the feet at touchdown: the travel minus the slide of the stance foot [m].
 
-    A periodic step starts with the foot as far behind.
+    A periodic step starts with the swing foot at the same distance behind.
     """
-    slides = frame.slides(local)
-    return local.add("travel", frame.variables[Unknown.TRAVEL]) - sum(slides, ca.SX(0))
+    slides = builder.slides(local)
+    return local.add("travel", builder.variables[Unknown.TRAVEL]) - sum(slides, ca.SX(0))

@@ -1,4 +1,4 @@
-"""The time grid of a contact sequence: which nodes belong to which phase."""
+"""The time grid of a contact sequence: the nodes of each phase."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from gaitopt.ocp.nlp.keys import Place, Section
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Phase:
-    """Where a phase lies in the grid.
+    """A phase of the step on the grid.
 
     Attributes
     ----------
     number : int
-        From 0.
+        Number of the phase, from 0.
     mode : Mode
     first, count : int
         First node and number of intervals.
@@ -26,7 +26,7 @@ class Phase:
     onset : Mode or None
         The slip mode that begins where this sticking phase ends.
     starts_open : bool
-        Whether it is open if a sliding foot has zero speed at the first node.
+        Whether an open impact precedes the phase, so that the speed of a sliding foot at its first node is free.
     """
 
     number: int
@@ -50,7 +50,7 @@ class Phase:
         return range(self.first, self.first + self.count + 1)
 
     def place(self, node: int | None = None, *, between: bool = False) -> Place:
-        """Return the key of the phase, of one of its nodes counted from its start, or of the interval after it."""
+        """Return the key of the phase, of one of its nodes counted from its start, or of the interval after a node."""
         return Place(Section.PHASE, self.number, self.mode, node, between)
 
 

@@ -15,26 +15,26 @@ from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.impact_complementarity import open_impact
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.objective_blocks import boundary_cost, named_parameters, peak_cost
+from gaitopt.ocp.transcription.objective_blocks import boundary_cost, name_parameters, peak_cost
 
 
 def touchdown_block(
-    frame: NlpBuilder, sequence: ContactSequence, phases: tuple[Phase, ...], stance: PhaseDynamics
+    builder: NlpBuilder, sequence: ContactSequence, phases: tuple[Phase, ...], dynamics: PhaseDynamics
 ) -> Block:
-    """Return the block that ties the last node through the impact to the first.
+    """Return the block that relates the last node to the first through the impact.
 
-    The momentum balance is written with the first state of the next step, mapped back through the leg swap, so no copy
-    of the post-impact state is needed.  The boundary terms and the peaks of the objective are added here.
+    The momentum balance contains the first state of the next step, mapped back by the leg exchange, so no copy of the
+    post-impact state is needed.  The block includes the boundary terms and the peaks of the objective.
     """
-    robot, local = frame.robot, BlockVariables(frame, 1)
+    robot, local = builder.robot, BlockVariables(builder, 1)
     p = local.parameters()
-    step, v_plus, foot_speed = _boundary(frame, phases, local, p)
+    step, v_plus, foot_speed = _boundary(builder, phases, local, p)
     q, v_minus = step.q_last, step.v_last
     momentum, _ = robot.impact(q, v_minus, v_plus, step.impulse, p)
     guard, guard_rate, armed = robot.touchdown(q, v_minus, p)
     relabelled = robot.swap(q, v_minus, p)[0][2:]
-    length = robot.landing(q, v_minus, p)[0][0] + sum(frame.slides(local))
-    law, excess, penalty = _impact_law(frame, sequence, local, step.impulse, foot_speed, p)
+    length = robot.landing(q, v_minus, p)[0][0] + sum(builder.slides(local))
+    law, excess, penalty = _impact_law(builder, sequence, local, step.impulse, foot_speed, p)
     constraints = ca.vertcat(
         step.q_first[2:] - relabelled,
         momentum,
@@ -47,24 +47,24 @@ def touchdown_block(
         step.travel / step.duration,
         step.duration,
     )
-    rows = frame.rows.add(Group.TOUCHDOWN, _table(robot, law), [TOUCHDOWN])
-    cost = boundary_cost(frame, stance, step, p) + peak_cost(frame, local)
+    rows = builder.rows.add(Group.TOUCHDOWN, _table(robot, law), [TOUCHDOWN])
+    cost = boundary_cost(builder, dynamics, step, p) + peak_cost(builder, local)
     return local.block("touchdown", constraints, rows, cost, penalty)
 
 
 def _boundary(
-    frame: NlpBuilder, phases: tuple[Phase, ...], local: BlockVariables, p: ca.SX
+    builder: NlpBuilder, phases: tuple[Phase, ...], local: BlockVariables, p: ca.SX
 ) -> tuple[StepBoundary, ca.SX, ca.SX]:
     """Return the boundary of the step, the rates after the impact, and the speed of the landing foot after it."""
-    robot, variables, final, first = frame.robot, frame.variables, phases[-1], phases[0]
+    robot, variables, final, first = builder.robot, builder.variables, phases[-1], phases[0]
     parts = (Unknown.ANGLES, Unknown.RATES)
     before, rates_before = (local.add(f"{part} before", variables[part][:, [-1]]) for part in parts)
     after, rates_after = (local.add(f"{part} after", variables[part][:, [0]]) for part in parts)
     impulse, travel = local.add("impulse", variables[Unknown.IMPULSE]), local.add("travel", variables[Unknown.TRAVEL])
-    duration = ca.sum1(local.shared(Unknown.DURATION))
+    duration = ca.sum1(local.add_shared(Unknown.DURATION))
 
     def speed(phase: Phase, node: int) -> ca.SX:
-        columns = frame.slide_columns(phase, [node])[1:]
+        columns = builder.slide_columns(phase, [node])[1:]
         return local.add("speed", columns) if columns.size else ca.SX(0)
 
     zero = ca.SX(1, 1)
@@ -81,22 +81,22 @@ def _boundary(
         impulse=impulse,
         duration=duration,
         travel=travel,
-        parameters=named_parameters(frame, p),
+        parameters=name_parameters(builder, p),
         energy_lost=Deferred(lambda: robot.energy(q, v_minus, p)[0] - robot.energy(q, v_plus, p)[0]),
     )
     return step, v_plus, speed_after
 
 
 def _impact_law(
-    frame: NlpBuilder, sequence: ContactSequence, local: BlockVariables, impulse: ca.SX, foot_speed: ca.SX, p: ca.SX
+    builder: NlpBuilder, sequence: ContactSequence, local: BlockVariables, impulse: ca.SX, foot_speed: ca.SX, p: ca.SX
 ) -> tuple[list[Row], ca.SX, ca.SX | None]:
     """Return rows, values and penalty of the friction law of the impact."""
-    friction, margin = p[frame.names().index("friction")], frame.data[len(frame.robot.parameters) + 1]
-    if Unknown.OPEN_IMPACT in frame.variables:
-        return open_impact(frame, local, impulse, foot_speed, friction, frame.robot.mass(p))
-    # An open impact before a sticking phase can only stick.
+    friction, margin = p[builder.names().index("friction")], builder.data[len(builder.robot.parameters) + 1]
+    if Unknown.OPEN_IMPACT in builder.variables:
+        return open_impact(builder, local, impulse, foot_speed, friction, builder.robot.mass(p))
+    # An open impact before a sticking phase sticks.
     mode = Mode.STICK if sequence.impact is Mode.ANY else sequence.impact
-    return _cone(mode), frame.robot.contact_model.impact.excess(impulse, friction, mode, margin), None
+    return _cone(mode), builder.robot.contact_model.impact.excess(impulse, friction, mode, margin), None
 
 
 def _cone(impact: Mode) -> list[Row]:

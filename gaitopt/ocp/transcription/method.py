@@ -1,4 +1,4 @@
-"""Transcription methods: a grid, how it is integrated, and how accurate the result must be."""
+"""Transcription methods: grid, integration scheme and required accuracy."""
 
 from abc import ABC, abstractmethod
 
@@ -11,24 +11,26 @@ from gaitopt.ocp.transcription.scheme import Scheme
 from gaitopt.parameters import Parameter, positive
 
 MOST_INTERVALS = 2000
+"""Largest number of intervals of a phase."""
+
 COARSEST, COARSE = 10, 20
-"""Intervals of the longest phase: on the grid to begin with, and up to which a grid is solved on at once."""
+"""Intervals of the longest phase on the coarsest grid, and the largest number that needs no coarser grid."""
 
 
 @frozen(kw_only=True)
 class Method(ABC):
-    """Base of the transcription methods, an attrs class; derive another attrs class from it to add a method.
+    """Base of the transcription methods, an attrs class; a custom method is another attrs class derived from it.
 
     Attributes
     ----------
     intervals : int or tuple of int
-        Intervals of each phase.  A single number is meant for a sticking phase; slip phases beside one are short
-        and get a quarter of it.
+        Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
+        sequence are short and have a quarter of it.
     tolerance : float
-        Largest error of the states between nodes, found by integrating the plan again with smaller steps, and largest
-        relative closing error of its energy ledger.  Where it is exceeded, :func:`gaitopt.solve` takes the method's
-        `finer` version and goes on from the solution; where the plan leaves its contact modes between the points at
-        which they are held, it doubles the intervals.  Infinite: the plan is left as the grid gives it.
+        Largest error of the states between nodes, computed by integration of the plan with smaller steps, and largest
+        relative error of its energy balance.  If it is exceeded, :func:`gaitopt.solve` refines the method (`refine`),
+        warm-started from the solution; if the plan violates its contact modes between the nodes, the intervals are
+        doubled.  If infinite, the plan is not refined.
     """
 
     intervals: int | tuple[int, ...] = 40
@@ -42,33 +44,33 @@ class Method(ABC):
     @property
     @abstractmethod
     def scheme(self) -> Scheme:
-        """How one interval is integrated."""
+        """Integration scheme of one interval."""
 
     @abstractmethod
-    def finer(self) -> "Method | None":
-        """Return a more accurate version of the method, or None where refinement ends."""
+    def refine(self) -> "Method | None":
+        """Return a more accurate version of the method, or None at the end of the refinement."""
 
-    def approach(self, sequence: ContactSequence) -> "list[Method]":
-        """Return the grids to solve on in turn, the last being the method itself.
+    def list_grids(self, sequence: ContactSequence) -> "list[Method]":
+        """Return the grids solved in turn, from the coarsest to the method itself.
 
-        A coarse grid has a smoother landscape and is quick; from its solution the next one needs few iterations.
+        Coarse grids have fewer local optima and fast iterations; their solutions warm-start the next grid.
         """
-        path: list[Method] = [self]
+        grids: list[Method] = [self]
         if max(self.intervals_for(sequence)) > COARSE:
-            while (coarser := path[0].coarser(sequence, 4)) is not None:
-                path.insert(0, coarser)
-        return path
+            while (coarser := grids[0].coarsen(sequence, 4)) is not None:
+                grids.insert(0, coarser)
+        return grids
 
-    def coarser(self, sequence: ContactSequence, most: int) -> "Method | None":
-        """Return the method on a grid coarser by a factor of at most `most`, or None where it is coarse already."""
+    def coarsen(self, sequence: ContactSequence, most: int) -> "Method | None":
+        """Return the method on a grid coarser by a factor of at most `most`, or None for the coarsest."""
         counts = self.intervals_for(sequence)
         if max(counts) <= COARSEST:
             return None
         factor = min(most, max(counts) / COARSEST)
         return evolve(self, intervals=tuple(max(5, round(count / factor)) for count in counts))
 
-    def doubled(self, sequence: ContactSequence) -> "Method | None":
-        """Return the method with twice the intervals in every phase, or None where that is beyond all measure."""
+    def double_intervals(self, sequence: ContactSequence) -> "Method | None":
+        """Return the method with twice the intervals in every phase, or None if they exceed `MOST_INTERVALS`."""
         counts = tuple(2 * count for count in self.intervals_for(sequence))
         return None if max(counts) > MOST_INTERVALS else evolve(self, intervals=counts)
 

@@ -1,4 +1,4 @@
-"""Data that the blocks of one NLP share, and the local variables of a block."""
+"""Builder of the NLP: data shared by its blocks, and the local variables of a block."""
 
 import functools
 from collections.abc import Sequence
@@ -31,20 +31,19 @@ class NlpBuilder:
     objective : Objective
     scheme : Scheme
     powered : tuple of int
-        Actuators that may work.
+        Numbers of the actuators that are not idle.
     rate_limited : bool
         Whether torque rates are constrained.
     variables : Layout
         The decision vector.
     rows : Rows
-        The constraint rows so far, to which every block appends.
+        The constraint rows, to which every block appends.
     data : SX
-        Robot parameters, then the margins, the clearance where one is asked for, and the relaxation's parameter where
-        there is one.
+        Robot parameters, margins, the clearance if it is constrained, and the relaxation parameter if there is one.
     cleared : bool
-        Whether the swing foot keeps a clearance.
+        Whether the clearance of the swing foot is constrained.
     relaxation : Relaxation or None
-        Of the complementarity pairs of an open contact sequence.
+        Relaxation of the complementarity pairs of an open contact sequence.
     """
 
     robot: Robot
@@ -65,7 +64,7 @@ class NlpBuilder:
 
     @functools.cached_property
     def peaks(self) -> tuple[tuple[int, Objective], ...]:
-        """Numbers and parts of the objective of which the peak over the step counts."""
+        """Numbers and parts of the objective that have a peak over the step."""
         return tuple((i, term) for i, (_, term) in enumerate(self.terms) if overrides(term, "peak"))
 
     def names(self) -> list[str]:
@@ -73,14 +72,14 @@ class NlpBuilder:
         return [parameter.name for parameter in self.robot.parameters]
 
     def relax(self, local: "BlockVariables", table: TableKey, pairs: list[Pair]) -> tuple[list[Row], ca.SX, ca.SX]:
-        """Return rows, values and penalty that stand for complementarity pairs.
+        """Return rows, values and penalty of relaxed complementarity pairs.
 
         Parameters
         ----------
         local : BlockVariables
-            Local variables of the block, which gain the slacks of the relaxation.
+            Local variables of the block; the slacks of the relaxation are added to them.
         table : TableKey
-            Table of the slacks, those of one pair after the other.
+            Table of the slacks, pair by pair.
         pairs : list of Pair
         """
         if self.relaxation is None:
@@ -102,22 +101,22 @@ class NlpBuilder:
         return int(self.rows.layout[Group.INTEGRAL][0, 0])
 
     def state_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
-        """Return where a phase's reduced states at some nodes are, shape (n_x, len(nodes))."""
+        """Return the indices of the reduced states of a phase at some nodes, shape (n_x, len(nodes))."""
         places = list(nodes)
         parts = [self.variables[Unknown.ANGLES][:, places], self.variables[Unknown.RATES][:, places]]
         return np.vstack([*parts, self.slide_columns(phase, nodes)])
 
     def slide_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
-        """Return where slide and speed of the foot are, shape (2, len(nodes)), or nothing if it cannot slide."""
+        """Return the indices of slide and speed of the foot, shape (2, len(nodes)); empty if it does not slide."""
         return slide_columns(self.variables, phase, nodes)
 
     def torque_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
-        """Return where the torques at some nodes are, or if they belong to intervals, in those after the nodes."""
+        """Return the indices of the torques at some nodes, or if they belong to intervals, in those after the nodes."""
         last = self.variables[Unknown.TORQUE].shape[1] - 1
         return self.variables[Unknown.TORQUE][:, np.minimum(list(nodes), last)]
 
     def node_columns(self, phase: Phase, nodes: Sequence[int]) -> Index:
-        """Return where the scheme's further unknowns at some nodes are, shape (n_unknowns, len(nodes))."""
+        """Return the indices of the further unknowns of the scheme at some nodes, shape (n_unknowns, len(nodes))."""
         if (Unknown.ACCELERATION, phase.number) not in self.variables:
             return np.empty((0, len(nodes)), dtype=np.intp)
         return self.variables[Unknown.ACCELERATION, phase.number][:, [k - phase.first for k in nodes]]
@@ -129,8 +128,8 @@ class NlpBuilder:
 
 
 def slide_columns(variables: Layout, phase: Phase, nodes: Sequence[int]) -> Index:
-    """Return where slide and speed of the foot are, shape (2, len(nodes)), or nothing if it cannot slide."""
-    if Unknown.SLIDE in variables:  # all along the step
+    """Return the indices of slide and speed of the foot, shape (2, len(nodes)); empty if it does not slide."""
+    if Unknown.SLIDE in variables:  # one table for the whole step
         return variables[Unknown.SLIDE][:, list(nodes)]
     if (Unknown.SLIDE, phase.number) in variables:
         return variables[Unknown.SLIDE, phase.number][:, [k - phase.first for k in nodes]]
@@ -138,22 +137,22 @@ def slide_columns(variables: Layout, phase: Phase, nodes: Sequence[int]) -> Inde
 
 
 def is_slide(key: TableKey) -> bool:
-    """Return whether a table holds slides of the foot."""
+    """Return whether a table contains slides of the foot."""
     return key is Unknown.SLIDE or (isinstance(key, tuple) and key[0] is Unknown.SLIDE)
 
 
 class BlockVariables:
-    """The local variables of a block under construction: symbols, and where their instances live.
+    """The local variables of a block under construction: symbols and the indices of their instances.
 
     Parameters
     ----------
-    frame : Frame
+    builder : NlpBuilder
     count : int
         Number of instances of the block.
     """
 
-    def __init__(self, frame: NlpBuilder, count: int) -> None:
-        self.frame, self.count = frame, count
+    def __init__(self, builder: NlpBuilder, count: int) -> None:
+        self.builder, self.count = builder, count
         self._symbols: list[ca.SX] = []
         self._columns: list[Index] = []
         self._constants: list[ca.SX] = []
@@ -161,29 +160,29 @@ class BlockVariables:
         self._shared: dict[TableKey, ca.SX] = {}
 
     def add(self, name: str, columns: Index) -> ca.SX:
-        """Return a symbol for each row of `columns`, shape (n,); a single column serves all instances."""
+        """Return a symbol for each row of `columns`, shape (n,); a single column is common to all instances."""
         symbol = ca.SX.sym(name, columns.shape[0])
         self._symbols.append(symbol)
         self._columns.append(np.broadcast_to(columns, (columns.shape[0], self.count)))
         return symbol
 
     def add_constant(self, name: str, values: Array) -> ca.SX:
-        """Return a symbol for a number that differs from instance to instance, given with shape (count,)."""
+        """Return a symbol for a number that differs between the instances, with values of shape (count,)."""
         self._constants.append(ca.SX.sym(name))
         self._values.append(values)
         return self._constants[-1]
 
-    def shared(self, key: TableKey) -> ca.SX:
-        """Return a symbol for a whole table, the same for all instances; added once, when first needed."""
+    def add_shared(self, key: TableKey) -> ca.SX:
+        """Return a symbol for a whole table, common to all instances; added once, at its first use."""
         if key not in self._shared:
-            self._shared[key] = self.add(table_name(key), self.frame.variables[key].reshape(-1, 1, order="F"))
+            self._shared[key] = self.add(table_name(key), self.builder.variables[key].reshape(-1, 1, order="F"))
         return self._shared[key]
 
     def parameters(self) -> ca.SX:
-        """Return the robot's parameters, among them the slope as a local variable where it is free."""
-        p = self.frame.data[: len(self.frame.robot.parameters)]
-        if Unknown.SLOPE in self.frame.variables:
-            p[self.frame.names().index("slope")] = self.add("slope", self.frame.variables[Unknown.SLOPE])
+        """Return the parameters of the robot; a free slope is a local variable."""
+        p = self.builder.data[: len(self.builder.robot.parameters)]
+        if Unknown.SLOPE in self.builder.variables:
+            p[self.builder.names().index("slope")] = self.add("slope", self.builder.variables[Unknown.SLOPE])
         return p
 
     def block(
@@ -201,7 +200,7 @@ class BlockVariables:
         name : str
         constraints : SX, shape (m, 1)
         rows : (m, count) int array
-            Where the constraints are.
+            Indices of the constraints.
         cost, penalty : SX, optional
         """
         return Block(

@@ -17,26 +17,39 @@ from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.scheme import Point
 
 
-class InstantMaker:
-    """Makes the instants of the points of one block, as objectives see them.
+class InstantFactory:
+    """Instants of the points of one block, the arguments of objectives.
 
     Parameters
     ----------
-    frame : Frame
+    builder : NlpBuilder
     local : BlockVariables
-        Local variables of the block, which gain those of the elapsed time where an objective asks for it.
+        Local variables of the block; those of the elapsed time are added if an objective depends on it.
     phase : Phase
-    stance : PhaseDynamics
+    dynamics : PhaseDynamics
     p : SX
         Parameters.
     nodes : (count,) int array
-        Nodes of the phase, counted from its start, to which the instances of the block belong.
+        Nodes of the instances of the block, counted from the start of the phase.
     """
 
     def __init__(
-        self, frame: NlpBuilder, local: BlockVariables, phase: Phase, stance: PhaseDynamics, p: ca.SX, nodes: np.ndarray
+        self,
+        builder: NlpBuilder,
+        local: BlockVariables,
+        phase: Phase,
+        dynamics: PhaseDynamics,
+        p: ca.SX,
+        nodes: np.ndarray,
     ) -> None:
-        self.frame, self.local, self.phase, self.stance, self.p, self.nodes = frame, local, phase, stance, p, nodes
+        self.builder, self.local, self.phase, self.dynamics, self.p, self.nodes = (
+            builder,
+            local,
+            phase,
+            dynamics,
+            p,
+            nodes,
+        )
 
     def make(
         self, point: Point, power: ca.SX | None, rate: "ca.SX | Deferred[ca.SX]", fraction: float = 0.0
@@ -47,17 +60,17 @@ class InstantMaker:
         ----------
         point : Point
         power : SX, shape (2 n_powered, 1), or None
-            Parts of the powers of the actuators that may work.
+            Parts of the powers of the actuators that are not idle.
         rate : SX or Deferred, shape (n_u, 1)
             Torque rates.
         fraction : float
-            Of the interval that begins at the node.
+            Fraction of the interval that begins at the node.
         """
-        robot, powered = self.frame.robot, list(self.frame.powered)
+        robot, powered = self.builder.robot, list(self.builder.powered)
         positive, negative = ca.SX.zeros(robot.n_u), ca.SX.zeros(robot.n_u)
         if power is not None:
             positive[powered], negative[powered] = power[: len(powered)], power[len(powered) :]
-        q, v = self.stance.full(point.state)
+        q, v = self.dynamics.full(point.state)
         return Instant(
             mode=self.phase.mode,
             phase=self.phase.number,
@@ -65,7 +78,7 @@ class InstantMaker:
             actuators=robot.actuators,
             q=q,
             v=v,
-            acceleration=self.stance.full_acceleration(point.acceleration),
+            acceleration=self.dynamics.full_acceleration(point.acceleration),
             torque=point.torque,
             torque_rate=rate,
             positive=positive,
@@ -78,42 +91,42 @@ class InstantMaker:
 
     @functools.cached_property
     def _parameters(self) -> Mapping[str, ca.SX]:
-        return named_parameters(self.frame, self.p)
+        return name_parameters(self.builder, self.p)
 
     @functools.cached_property
     def _length(self) -> ca.SX:
         """Length of an interval [s]."""
-        return self.local.shared(Unknown.DURATION)[self.phase.number] / self.phase.count
+        return self.local.add_shared(Unknown.DURATION)[self.phase.number] / self.phase.count
 
     @functools.cached_property
     def _period(self) -> ca.SX:
-        return ca.sum1(self.local.shared(Unknown.DURATION))
+        return ca.sum1(self.local.add_shared(Unknown.DURATION))
 
     @functools.cached_property
     def _elapsed(self) -> ca.SX:
         """Time from the start of the step to the node [s]."""
-        durations = self.local.shared(Unknown.DURATION)
+        durations = self.local.add_shared(Unknown.DURATION)
         before = sum((durations[i] for i in range(self.phase.number)), ca.SX(0))
         return before + self.local.add_constant("node", np.asarray(self.nodes, dtype=float)) * self._length
 
 
-def named_parameters(frame: NlpBuilder, p: ca.SX) -> Mapping[str, ca.SX]:
+def name_parameters(builder: NlpBuilder, p: ca.SX) -> Mapping[str, ca.SX]:
     """Return the parameters by name."""
-    return dict(zip(frame.names(), ca.vertsplit(p), strict=True))
+    return dict(zip(builder.names(), ca.vertsplit(p), strict=True))
 
 
-def mean_integrand(frame: NlpBuilder, instants: Sequence[Instant | None]) -> tuple[ca.SX, ca.SX]:
-    """Return the mean over an interval of the integrands that count as they are, and of those per weight and travel.
+def mean_integrand(builder: NlpBuilder, instants: Sequence[Instant | None]) -> tuple[ca.SX, ca.SX]:
+    """Return the means over an interval of the plain integrands and of those per weight and travel.
 
     Parameters
     ----------
-    frame : Frame
+    builder : NlpBuilder
     instants : sequence of Instant or None
-        At the points of the interval: start, inner points and end; None where the scheme's weight is zero.
+        Instants of the interval: start, inner points and end; None where the weight of the scheme is zero.
     """
     plain, relative = ca.SX(0), ca.SX(0)
-    for weight, term in frame.terms:
-        rule = frame.scheme.smooth_weights() if term.smooth else frame.scheme.kinked_weights()
+    for weight, term in builder.terms:
+        rule = builder.scheme.smooth_weights() if term.smooth else builder.scheme.kinked_weights()
         mean = ca.SX(0)
         for share, instant in zip(rule, instants, strict=True):
             if share and instant is not None:
@@ -125,42 +138,43 @@ def mean_integrand(frame: NlpBuilder, instants: Sequence[Instant | None]) -> tup
     return plain, relative
 
 
-def peak_rows(frame: NlpBuilder, local: BlockVariables, instant: Instant) -> tuple[list[Row], ca.SX]:
-    """Return rows and values that keep the peaks of the objective above an instant."""
+def peak_rows(builder: NlpBuilder, local: BlockVariables, instant: Instant) -> tuple[list[Row], ca.SX]:
+    """Return rows and values that bound the peaks of the objective from below at an instant."""
     table: list[Row] = []
     values = [ca.SX(0, 1)]
-    for place, (_, term) in enumerate(frame.peaks):
+    for place, (_, term) in enumerate(builder.peaks):
         peak = term.peak(instant)
         if peak is None:
             continue
         quantities = ca.SX(peak.values)
-        values.append(local.shared(Unknown.PEAK)[place] * peak.divisor - quantities)
+        values.append(local.add_shared(Unknown.PEAK)[place] * peak.divisor - quantities)
         keys = (Key(Kind.PEAK_BOUND, f"{term.name}, part {i + 1}") for i in range(quantities.numel()))
         table += [Row(key, 0.0, math.inf) for key in keys]
     return table, ca.vertcat(*values)
 
 
-def peak_cost(frame: NlpBuilder, local: BlockVariables) -> ca.SX:
-    """Return the peaks of the objective, weighted."""
+def peak_cost(builder: NlpBuilder, local: BlockVariables) -> ca.SX:
+    """Return the weighted sum of the peaks of the objective."""
     return sum(
-        (frame.terms[number][0] * local.shared(Unknown.PEAK)[i] for i, (number, _) in enumerate(frame.peaks)), ca.SX(0)
+        (builder.terms[number][0] * local.add_shared(Unknown.PEAK)[i] for i, (number, _) in enumerate(builder.peaks)),
+        ca.SX(0),
     )
 
 
-def boundary_cost(frame: NlpBuilder, stance: PhaseDynamics, step: StepBoundary, p: ca.SX) -> ca.SX:
+def boundary_cost(builder: NlpBuilder, dynamics: PhaseDynamics, step: StepBoundary, p: ca.SX) -> ca.SX:
     """Return the boundary terms of the objective."""
     cost = ca.SX(0)
-    for weight, term in frame.terms:
+    for weight, term in builder.terms:
         value = ca.SX(term.boundary(step))
-        cost += weight * (value / (stance.weight(p) * step.travel) if term.per_weight_and_travel else value)
+        cost += weight * (value / (dynamics.weight(p) * step.travel) if term.per_weight_and_travel else value)
     return cost
 
 
-def quotient_block(frame: NlpBuilder, stance: PhaseDynamics) -> Block:
-    """Return the part of the objective per weight and travel, and close the row that defines its integral."""
-    local = BlockVariables(frame, 1)
+def quotient_block(builder: NlpBuilder, dynamics: PhaseDynamics) -> Block:
+    """Return the block of the objective per weight and travel, and complete the row that defines its integral."""
+    local = BlockVariables(builder, 1)
     p = local.parameters()
-    integral = local.add("integral", frame.variables[Unknown.INTEGRAL])
-    travel = local.add("travel", frame.variables[Unknown.TRAVEL])
-    cost = integral / (stance.weight(p) * travel)
-    return local.block("quotient", -integral, np.array([[frame.integral_row()]]), cost)
+    integral = local.add("integral", builder.variables[Unknown.INTEGRAL])
+    travel = local.add("travel", builder.variables[Unknown.TRAVEL])
+    cost = integral / (dynamics.weight(p) * travel)
+    return local.block("quotient", -integral, np.array([[builder.integral_row()]]), cost)

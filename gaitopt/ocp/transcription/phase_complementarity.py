@@ -1,9 +1,9 @@
 """Time stepping with an open contact mode: the foot may stick or slip in every interval.
 
-One acceleration, torque and contact force in each interval, the equations of motion at its middle, Coulomb's law as
-complementarity pairs with the foot speed at its end (J. J. Moreau, Unilateral contact and dry friction in finite
-freedom dynamics, 1988).  It is of low order where the contact mode changes, and only proposes phases: the closed
-contact sequence is then solved by an accurate scheme.  Torque-rate limits and friction margins are left to that.
+Each interval has one acceleration, torque and contact force, the equations of motion at its middle, and Coulomb's law
+as complementarity pairs with the foot speed at its end (J. J. Moreau, Unilateral contact and dry friction in finite
+freedom dynamics, 1988).  The scheme is of low order where the contact mode changes and only proposes phases; the closed
+contact sequence is then solved by an accurate scheme, which adds torque-rate limits and friction margins.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ CONTACT = (
     Key(Kind.CONTACT_FRICTION, "backward"),
     Key(Kind.SLIP_SPEED),
 )
-"""f_n, a and b per weight, with f_t = a - b, and c [m/s]."""
+"""Unknowns f_n, a and b per weight, with f_t = a - b, and c [m/s]."""
 
 _PAIRS = ("slip speed beside forward friction", "slip speed beside backward friction", "cone beside slip speed")
 
@@ -40,41 +40,41 @@ class TimeStepping(Scheme):
     nodal = False
     inner_table = Unknown.CONTACT
 
-    def node_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
-        """Return nothing: accelerations belong to intervals."""
+    def node_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
+        """Return an empty tuple: accelerations belong to intervals."""
         return ()
 
-    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def inner_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the parts of the contact force and the slip speed."""
         return CONTACT
 
-    def residuals(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def residuals(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the equations of motion, those of the stance foot first."""
-        return tuple(Key(Kind.EQUATION_OF_MOTION, name) for name in ("foot", "contact", *stance.robot.angles))
+        return tuple(Key(Kind.EQUATION_OF_MOTION, name) for name in ("foot", "contact", *dynamics.robot.angles))
 
-    def defects(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def defects(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the equations of the positions; rates follow from the equations of motion."""
-        return tuple(Key(Kind.DYNAMICS, name) for name in stance.moving)
+        return tuple(Key(Kind.DYNAMICS, name) for name in dynamics.moving)
 
-    def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
-        """Return the point at a node, of which the state alone is known."""
+    def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
+        """Return the point at a node, which has a state only."""
         empty = ca.SX(0, 1)
         return Point(state, torque, empty, empty, empty)
 
     def advance(
-        self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX
+        self, dynamics: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, length: ca.SX, p: ca.SX
     ) -> tuple[ca.SX, list[Point]]:
-        """Return the gap of the positions, and the middle with its equations of motion and friction pairs."""
-        (place, speed), (place_after, speed_after) = stance.parts(left.state), stance.parts(right.state)
+        """Return the defect of the positions, and the middle with its equations of motion and friction pairs."""
+        (place, speed), (place_after, speed_after) = dynamics.parts(left.state), dynamics.parts(right.state)
         normal, forward, backward, slip = ca.vertsplit(unknowns)
-        state, acceleration = (left.state + right.state) / 2, (speed_after - speed) / step
+        state, acceleration = (left.state + right.state) / 2, (speed_after - speed) / length
         force = ca.vertcat(forward - backward, normal)
-        residual = stance.balance_of(state, acceleration, left.torque, force, p)
+        residual = dynamics.balance_of(state, acceleration, left.torque, force, p)
         parts, velocity = (normal, forward, backward), (ca.SX(1, 1), speed_after[-1])
-        sides = PlasticFrictional().pairs(parts, slip, velocity, stance.friction(p))
+        sides = PlasticFrictional().pairs(parts, slip, velocity, dynamics.friction(p))
         pairs = [Pair(*pair) for pair in zip(_PAIRS, sides[0][1:], sides[1][1:], strict=True)]
-        middle = Point(state, left.torque, acceleration, force * stance.weight(p), residual, slip, pairs)
-        return place_after - place - step * (speed + speed_after) / 2, [middle]
+        middle = Point(state, left.torque, acceleration, force * dynamics.weight(p), residual, slip, pairs)
+        return place_after - place - length * (speed + speed_after) / 2, [middle]
 
     def smooth_weights(self) -> Array:
         """Return the weights of the midpoint rule."""

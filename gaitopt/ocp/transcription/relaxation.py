@@ -1,7 +1,7 @@
 """Relaxations: forms in which complementarity pairs are passed to a solver for smooth NLPs.
 
-A pair asks for  0 <= x, 0 <= y, x y = 0.  Every relaxation has one number t > 0 that is data of the NLP: the same
-compiled NLP serves a homotopy in which t falls, and for t -> 0 the pairs hold.
+A pair is the condition  0 <= x, 0 <= y, x y = 0.  Every relaxation has one parameter t > 0 that is data of the NLP, so
+a homotopy in which t decreases uses one compiled NLP; for t -> 0 the pairs hold.
 """
 
 import math
@@ -28,7 +28,7 @@ class Slack:
     lower, upper : float
         Bounds.
     start : float
-        Value at which the first solve starts.
+        Initial value in the first solve.
 
     Examples
     --------
@@ -44,7 +44,7 @@ class Slack:
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Two quantities of which neither may be negative and one must vanish.
+    """Two nonnegative quantities whose product must vanish.
 
     Attributes
     ----------
@@ -64,10 +64,10 @@ class Pair:
 
 
 class Relaxation(ABC):
-    """A way to relax complementarity pairs.
+    """Base of the relaxations of complementarity pairs.
 
-    To define one, derive a frozen dataclass from this class; it is passed as ``Homotopy(relaxation=...)`` and needs no
-    registration.  The parameter t is finite and positive in every expression.
+    A custom relaxation is a frozen dataclass derived from this class and passed as ``Homotopy(relaxation=...)``;
+    it needs no registration.  The parameter t is finite and positive in every expression.
 
     Attributes
     ----------
@@ -81,26 +81,26 @@ class Relaxation(ABC):
 
     @abstractmethod
     def rows(self, pair: Pair, t: ca.SX) -> tuple[list[NamedBounds], ca.SX]:
-        """Return the constraints, besides x >= 0 and y >= 0, that stand for a pair, and their values."""
+        """Return the constraints that replace x y = 0, in addition to x >= 0 and y >= 0, and their values."""
 
     def penalty(self, pair: Pair, t: ca.SX) -> Any:
-        """Return what a pair adds to the objective, in units of a typical one; 0 by default.
+        """Return the penalty of a pair, in units of a typical objective; 0 by default.
 
-        Penalties are kept apart from the objective, so that the objective of a relaxed solution is reported without.
+        The reported objective of a relaxed solution does not include penalties.
         """
         return 0.0
 
 
 def relax(relaxation: Relaxation, pairs: list[Pair], t: ca.SX, typical: float) -> tuple[list[Row], ca.SX, ca.SX]:
-    """Return rows, values and penalty that stand for complementarity pairs.
+    """Return rows, values and penalty of relaxed complementarity pairs.
 
     Parameters
     ----------
     relaxation : Relaxation
     pairs : list of Pair
-        With their slacks, if the relaxation has any.
+        Pairs with their slacks, if the relaxation has any.
     t : SX
-        The relaxation's parameter.
+        Relaxation parameter.
     typical : float
         Size of a typical objective.
     """
@@ -137,7 +137,7 @@ class Scholtes(Relaxation):
 
 @dataclass(frozen=True)
 class FischerBurmeister(Relaxation):
-    """x + y = sqrt(x^2 + y^2 + 2 t), which is x y = t with x, y > 0, in a form that stays well scaled.
+    """x + y = sqrt(x^2 + y^2 + 2 t), which is x y = t with x, y > 0, in a well-scaled form.
 
     C. Kanzow, Some noninterior continuation methods for linear complementarity problems, SIAM Journal on Matrix
     Analysis and Applications 17 (1996).

@@ -23,7 +23,7 @@ class Point:
     acceleration : SX, shape (n_a, 1)
     force : SX, shape (2, 1) [N]
     residual : SX
-        Must vanish; empty if the acceleration is computed rather than an unknown.
+        Residual of the equations of motion; empty if the acceleration is not an unknown.
     slip_speed : SX [m/s]
         Absolute speed of the foot.
     pairs : list of Pair
@@ -42,9 +42,9 @@ class Point:
 class Scheme(ABC):
     """Integration of an interval between two nodes.
 
-    To add one, derive from this class and offer it through a :class:`gaitopt.ocp.transcription.method.Method`.  States
-    and torques at the nodes are unknowns of every scheme, torques are linear between nodes, and the friction cone, the
-    slip direction and the joint powers are held at the nodes and at the scheme's inner points.
+    A custom scheme is derived from this class and used by a :class:`gaitopt.ocp.transcription.method.Method`.  States
+    and torques at the nodes are unknowns of every scheme, torques are linear between nodes, and friction cone, slip
+    direction and joint powers are constrained at the nodes and at the inner points of the scheme.
 
     Attributes
     ----------
@@ -62,39 +62,39 @@ class Scheme(ABC):
     inner_table: Unknown = Unknown.INNER_ACCELERATION
 
     @abstractmethod
-    def node_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def node_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the keys of a node's unknowns besides state and torque."""
 
     @abstractmethod
-    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def inner_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the keys of the unknowns inside an interval."""
 
     @abstractmethod
-    def residuals(self, stance: PhaseDynamics) -> tuple[Key, ...]:
+    def residuals(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
         """Return the keys of the residuals of a point."""
 
-    def defects(self, stance: PhaseDynamics) -> tuple[Key, ...]:
-        """Return the keys of the equations that tie a node to the next."""
-        return tuple(Key(Kind.DYNAMICS, name) for name in stance.state_names)
+    def defects(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
+        """Return the keys of the defects between a node and the next."""
+        return tuple(Key(Kind.DYNAMICS, name) for name in dynamics.state_names)
 
     @abstractmethod
-    def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
-        """Return the point at a node with given unknowns."""
+    def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
+        """Return the point at a node with its unknowns."""
 
     @abstractmethod
     def advance(
-        self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX
+        self, dynamics: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, length: ca.SX, p: ca.SX
     ) -> tuple[ca.SX, list[Point]]:
-        """Return what must vanish for `right` to follow from `left`, and the inner points.
+        """Return the defects between the nodes of an interval, and the inner points.
 
         Parameters
         ----------
         left, right : Point
-            The nodes at both ends.
+            Nodes at both ends.
         unknowns : SX
-            Those inside the interval.
-        step : SX [s]
-            Its length.
+            Unknowns inside the interval.
+        length : SX [s]
+            Length of the interval.
         """
 
     def smooth_weights(self) -> Array:
@@ -107,6 +107,6 @@ class Scheme(ABC):
         return np.asarray(np.linalg.solve(np.vander(at, increasing=True).T, 1 / (powers + 1)))
 
     def kinked_weights(self) -> Array:
-        """Return trapezoidal weights: never below the integral of a kink, so the optimiser cannot hide work in one."""
+        """Return trapezoidal weights, which do not underestimate the integral over a kink."""
         gaps = np.diff([0.0, *self.inner, 1.0])
         return (np.append(gaps, 0.0) + np.append(0.0, gaps)) / 2

@@ -12,47 +12,47 @@ from gaitopt.ocp.transcription.scheme import Point, Scheme
 from gaitopt.parameters import whole_number
 
 MOST_SUBSTEPS = 8
-"""Refinement of the integration ends here; a plan still too coarse then fails its replay and is reported as such."""
+"""Largest number of substeps of a refined method."""
 
 
 @dataclass(frozen=True)
 class RungeKutta(Scheme):
     """Classical fourth-order steps, the same number in each half of an interval.
 
-    The middle of the interval is a point of the trajectory, at which the path constraints are held too.
+    The middle of the interval is a point of the trajectory, at which the path constraints apply as well.
 
     Attributes
     ----------
     substeps : int
-        Steps in each half.
+        Number of steps in each half.
     """
 
     substeps: int = 1
     inner = (0.5,)
 
-    def node_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
-        """Return nothing: accelerations follow from the state."""
+    def node_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
+        """Return an empty tuple: accelerations are functions of the state."""
         return ()
 
-    def inner_unknowns(self, stance: PhaseDynamics) -> tuple[Key, ...]:
-        """Return nothing: the middle follows from the left node."""
+    def inner_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
+        """Return an empty tuple: the middle is a function of the left node."""
         return ()
 
-    def residuals(self, stance: PhaseDynamics) -> tuple[Key, ...]:
-        """Return nothing."""
+    def residuals(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:
+        """Return an empty tuple."""
         return ()
 
-    def node(self, stance: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
+    def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
         """Return the point by forward dynamics."""
-        rate, force = stance.flow(state, torque, p)
-        return Point(state, torque, stance.parts(rate)[1], force, ca.SX(0, 1), stance.slip_speed(state))
+        rate, force = dynamics.flow(state, torque, p)
+        return Point(state, torque, dynamics.parts(rate)[1], force, ca.SX(0, 1), dynamics.slip_speed(state))
 
     def advance(
-        self, stance: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, step: ca.SX, p: ca.SX
+        self, dynamics: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, length: ca.SX, p: ca.SX
     ) -> tuple[ca.SX, list[Point]]:
-        """Return the gap between the integrated end and the right node, and the middle."""
-        middle, end = stance.interval(left.state, left.torque, right.torque, step, p, substeps=self.substeps)
-        halfway = self.node(stance, middle, (left.torque + right.torque) / 2, unknowns, p)
+        """Return the difference between the right node and the integrated end, and the middle."""
+        middle, end = dynamics.interval(left.state, left.torque, right.torque, length, p, substeps=self.substeps)
+        halfway = self.node(dynamics, middle, (left.torque + right.torque) / 2, unknowns, p)
         return right.state - end, [halfway]
 
 
@@ -63,10 +63,10 @@ class MultipleShooting(Method):
     Attributes
     ----------
     intervals : int or tuple of int
-        Intervals of each phase.  A single number is meant for a sticking phase; slip phases beside one are short
-        and get a quarter of it.
+        Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
+        sequence are short and have a quarter of it.
     substeps : int
-        Runge-Kutta steps in each half of an interval; doubled where the accuracy asks for it.
+        Number of Runge-Kutta steps in each half of an interval; mesh refinement doubles it.
     tolerance : float
         Largest error between nodes, see :class:`gaitopt.ocp.transcription.method.Method`.
 
@@ -89,6 +89,6 @@ class MultipleShooting(Method):
         """Runge-Kutta steps."""
         return RungeKutta(self.substeps)
 
-    def finer(self) -> "MultipleShooting | None":
+    def refine(self) -> "MultipleShooting | None":
         """Return the method with twice the substeps."""
         return evolve(self, substeps=2 * self.substeps) if self.substeps < MOST_SUBSTEPS else None

@@ -1,9 +1,9 @@
 """Transcription: from the structure of a gait problem to an NLP.
 
 Unknowns per node: angles, rates, torques (continuous and linear between nodes); per slip phase also the foot's slide
-and slide rate; one duration per phase; the landing impulse; the travel of the step; what the scheme adds.  The last
-node of a phase *is* the first node of the next.  If phases are open, the scheme is time stepping: torques and contact
-forces belong to intervals, and one slide of the foot runs through the whole step.
+and slide rate; one duration per phase; the impulse at touchdown; the travel of the step; further unknowns of the
+scheme.  The last node of a phase is the first node of the next.  If phases are open, the scheme is time stepping:
+torques and contact forces belong to intervals, and one table contains the slide of the foot over the whole step.
 """
 
 import functools
@@ -34,12 +34,12 @@ from gaitopt.ocp.transcription.scheme import Scheme
 
 SLIDE = (Key(Kind.FOOT_SLIDE), Key(Kind.SPEED_OF_FOOT))
 NODE_TABLES = (Unknown.ANGLES, Unknown.RATES, Unknown.TORQUE, Unknown.POWER)
-"""Tables of unknowns with one place for each node of the step."""
+"""Tables of unknowns with one column per node of the step."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Structure:
-    """Choices on which the equations of an NLP depend, not the numbers in them; equal structures share one NLP.
+    """Choices that determine the equations of an NLP, without their numbers; equal structures share one NLP.
 
     Attributes
     ----------
@@ -50,17 +50,17 @@ class Structure:
     counts : tuple of int
         Intervals of each phase.
     powered : tuple of str
-        Actuators that may work; the others are idle.
+        Actuators that are not idle.
     free_slope : bool
         Whether the slope is an unknown.
     rate_limited : bool
         Whether torque rates are constrained.
     cleared : bool
-        Whether the swing foot keeps a clearance.
-    landing : Landing or None
-        Schedule of the touchdown's guard during the step.
+        Whether the clearance of the swing foot is constrained.
+    schedule : GuardSchedule or None
+        Schedule of the touchdown guard during the step.
     relaxation : Relaxation or None
-        Of the complementarity pairs, for an open contact sequence.
+        Relaxation of the complementarity pairs of an open contact sequence.
     """
 
     robot: Robot
@@ -72,29 +72,29 @@ class Structure:
     free_slope: bool = False
     rate_limited: bool = False
     cleared: bool = False
-    landing: GuardSchedule | None = None
+    schedule: GuardSchedule | None = None
     relaxation: Relaxation | None = None
 
     def data(self) -> ca.SX:
-        """Return symbols for the data of a solve; see :class:`gaitopt.ocp.transcription.nlp_builder.Frame`."""
-        given = len(self.robot.parameters) + len(MARGINS) + self.cleared
-        return ca.SX.sym("z", given + (self.relaxation is not None))
+        """Return symbols for the data of a solve; see :class:`gaitopt.ocp.transcription.nlp_builder.NlpBuilder`."""
+        size = len(self.robot.parameters) + len(MARGINS) + self.cleared + (self.relaxation is not None)
+        return ca.SX.sym("z", size)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Transcription:
-    """A compiled gait problem; serves every parameter value.
+    """A compiled gait problem for all parameter values.
 
     Attributes
     ----------
     structure : Structure
     phases : tuple of Phase
-    stances : tuple of PhaseDynamics
-        The continuous physics of each phase.
+    dynamics_of_phases : tuple of PhaseDynamics
+        Equations of motion of each phase.
     variables, constraints : Layout
-        Names and places of the decision vector and of the constraint rows.
+        Layouts of the decision vector and of the constraint rows.
     row_bounds : (2, n_constraints) array
-        Lower and upper bounds of the rows; some come from the problem instead.
+        Lower and upper bounds of the rows; the problem replaces some of them.
     nlp : Nlp
     """
 
@@ -108,7 +108,7 @@ class Transcription:
 
     @property
     def slacks(self) -> tuple[Slack, ...]:
-        """Unknowns that the relaxation brings with each complementarity pair."""
+        """Unknowns that the relaxation adds to each complementarity pair."""
         return () if self.structure.relaxation is None else self.structure.relaxation.slacks
 
     @functools.cached_property
@@ -124,7 +124,7 @@ def transcribe(structure: Structure) -> Transcription:
     phases = divide_into_phases(structure.sequence, structure.counts)
     dynamics_of_phases = tuple(PhaseDynamics(robot, phase.mode if nodal else Mode.ANY) for phase in phases)
     variables, rows = _variables(structure, phases, dynamics_of_phases), Rows()
-    frame = NlpBuilder(
+    builder = NlpBuilder(
         robot=robot,
         objective=objective,
         scheme=structure.scheme,
@@ -136,8 +136,8 @@ def transcribe(structure: Structure) -> Transcription:
         cleared=structure.cleared,
         relaxation=structure.relaxation,
     )
-    smooth = objective.smooth and structure.relaxation is None and not frame.peaks and is_curved(objective, robot)
-    blocks = _blocks(frame, structure, phases, dynamics_of_phases)
+    smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)
+    blocks = _blocks(builder, structure, phases, dynamics_of_phases)
     return Transcription(
         structure=structure,
         phases=phases,
@@ -146,29 +146,29 @@ def transcribe(structure: Structure) -> Transcription:
         constraints=rows.layout,
         row_bounds=rows.bounds(),
         nlp=assemble_nlp(
-            blocks, frame.data, variables.size, rows.layout.size, typical=objective.typical, smooth=smooth
+            blocks, builder.data, variables.size, rows.layout.size, typical=objective.typical, smooth=smooth
         ),
     )
 
 
 def _blocks(
-    frame: NlpBuilder, structure: Structure, phases: tuple[Phase, ...], dynamics_of_phases: tuple[PhaseDynamics, ...]
+    builder: NlpBuilder, structure: Structure, phases: tuple[Phase, ...], dynamics_of_phases: tuple[PhaseDynamics, ...]
 ) -> list[Block]:
     """Return the blocks of the NLP."""
     blocks: list[Block] = []
-    for phase, stance in zip(phases, dynamics_of_phases, strict=True):
-        blocks.append(interval_block(frame, phase, stance))
-        if frame.scheme.nodal:
-            blocks.append(end_block(frame, phase, stance))
+    for phase, dynamics in zip(phases, dynamics_of_phases, strict=True):
+        blocks.append(interval_block(builder, phase, dynamics))
+        if builder.scheme.nodal:
+            blocks.append(end_block(builder, phase, dynamics))
             if phase.breaks_away:
-                blocks.append(start_block(frame, phase, stance))
-    if frame.scheme.nodal and frame.objective.uses_power:
-        blocks.append(last_power_block(frame, phases[-1], dynamics_of_phases[-1]))
-    blocks.append(touchdown_block(frame, structure.sequence, phases, dynamics_of_phases[0]))
-    if structure.landing is not None:
-        blocks += guard_blocks(frame, phases, structure.landing)
-    if frame.objective.per_weight_and_travel:
-        blocks.append(quotient_block(frame, dynamics_of_phases[0]))
+                blocks.append(start_block(builder, phase, dynamics))
+    if builder.scheme.nodal and builder.objective.uses_power:
+        blocks.append(last_power_block(builder, phases[-1], dynamics_of_phases[-1]))
+    blocks.append(touchdown_block(builder, structure.sequence, phases, dynamics_of_phases[0]))
+    if structure.schedule is not None:
+        blocks += guard_blocks(builder, phases, structure.schedule)
+    if builder.objective.per_weight_and_travel:
+        blocks.append(quotient_block(builder, dynamics_of_phases[0]))
     return blocks
 
 
@@ -185,8 +185,8 @@ def _variables(
     layout.add(Unknown.DURATION, [Key(Kind.DURATION)], [phase.place() for phase in phases])
     if not scheme.nodal:
         layout.add(Unknown.SLIDE, SLIDE, nodes)
-    for phase, stance in zip(phases, dynamics_of_phases, strict=True):
-        _add_phase(layout, structure, phase, stance)
+    for phase, dynamics in zip(phases, dynamics_of_phases, strict=True):
+        _add_phase(layout, structure, phase, dynamics)
     if structure.objective.uses_power and scheme.nodal:
         layout.add(Unknown.POWER, _powers(structure), nodes)
     layout.add(Unknown.IMPULSE, [Key(Kind.IMPULSE, part) for part in ("tangential", "normal")], [TOUCHDOWN])
@@ -204,26 +204,26 @@ def _variables(
     return layout
 
 
-def _add_phase(layout: Layout, structure: Structure, phase: Phase, stance: PhaseDynamics) -> None:
+def _add_phase(layout: Layout, structure: Structure, phase: Phase, dynamics: PhaseDynamics) -> None:
     """Add the tables of unknowns of one phase."""
     scheme, number = structure.scheme, phase.number
     places = [phase.place(k - phase.first) for k in phase.nodes]
     between = [phase.place(k, between=True) for k in range(phase.count)]
     if phase.mode.slips and scheme.nodal:
         layout.add((Unknown.SLIDE, number), SLIDE, places)
-    if scheme.node_unknowns(stance):
-        layout.add((Unknown.ACCELERATION, number), scheme.node_unknowns(stance), places)
-    if scheme.inner_unknowns(stance):
-        layout.add((scheme.inner_table, number), scheme.inner_unknowns(stance), between)
+    if scheme.node_unknowns(dynamics):
+        layout.add((Unknown.ACCELERATION, number), scheme.node_unknowns(dynamics), places)
+    if scheme.inner_unknowns(dynamics):
+        layout.add((scheme.inner_table, number), scheme.inner_unknowns(dynamics), between)
     if structure.objective.uses_power:
         keys = [key.at(i + 1) for i in range(len(scheme.inner)) for key in _powers(structure)]
         layout.add((Unknown.INNER_POWER, number), keys, between)
-    if stance.mode is Mode.ANY:
+    if dynamics.mode is Mode.ANY:
         _add_slacks(layout, structure, (Unknown.RELAXATION, number), FRICTION_PAIRS, between)
 
 
 def _add_slacks(layout: Layout, structure: Structure, table: TableKey, pairs: int, places: Sequence[Place]) -> None:
-    """Add the unknowns that the relaxation brings with each complementarity pair."""
+    """Add the unknowns that the relaxation adds to each complementarity pair."""
     slacks = () if structure.relaxation is None else structure.relaxation.slacks
     if slacks:
         layout.add(table, [Key(Kind.SLACK, slack.name, i) for i in range(pairs) for slack in slacks], places)

@@ -141,7 +141,7 @@ class ModeIntegrator:
         current, y, program, integrator = self.current, self._y, self._program, self._program.integrator
         watch = self._watch
         self._data[:], parameters = self._ready.get((self._active.piece, self._active.sides)) or self._prepare()
-        *values, armed = watch.here().tolist()
+        *values, armed = watch.evaluate().tolist()
         program.numbers[:] = self._parameters() if parameters is None else parameters
         if not min(values) > self._near:
             event = self._check_guards_at_start(values, armed > 0, first)
@@ -157,7 +157,7 @@ class ModeIntegrator:
             if code < 0 and code >= -len(values):
                 y[program.entries] = program.state
                 current[0], event = integrator.time, self._events[~code]
-                if event.kind is not EventKind.TOUCHDOWN or watch.here().item(-1) > 0:
+                if event.kind is not EventKind.TOUCHDOWN or watch.evaluate().item(-1) > 0:
                     return event, steps
             elif code == self._time_limit:
                 y[program.entries] = program.state
