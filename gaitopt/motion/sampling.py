@@ -100,8 +100,10 @@ def make_segment(robot: Robot, p: Array, samples: SegmentSamples) -> Segment:
 def _sample_rims(robot: Robot, q: Array, tiled: Array) -> Array | None:
     """Return the rims of round feet, shape (4, 2, K), or None for point feet."""
     count = q.shape[1]
+    if not np.any(robot.rims(q[:, 0], tiled[:, 0]).full()[2]):  # one sample is enough: radii are constant
+        return None
     rims = np.asarray(robot.rims.map(count)(q, tiled)).reshape(4, count, 2)
-    return np.swapaxes(rims, 1, 2) if np.any(rims[2]) else None
+    return np.swapaxes(rims, 1, 2)
 
 
 def make_jump(robot: Robot, p: Array, touchdown: TouchdownState) -> Jump:
