@@ -27,7 +27,7 @@ class SpecialPoint:
     Examples
     --------
     >>> print(SpecialPoint("sequence", 0.9141, 1e-6, "stick slip+ | stick", "stick | stick"))
-    contact sequence at 0.914100: stick slip+ | stick -> stick | stick
+    sequence at 0.914100: stick slip+ | stick -> stick | stick
     """
 
     kind: str
