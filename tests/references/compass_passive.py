@@ -21,7 +21,7 @@ GOSWAMI = {"length": 1.0, "com": 0.5, "mass": 5.0, "hip": 10.0, "gravity": 9.81,
 class Compass(HandCompass):
     """The compass biped as a walker of `event_driven`: state (x, th1, th2 and their rates)."""
 
-    speed = 3
+    speed, stick_at_start = 3, False
 
     def motion(self, mode, y):
         if mode:
@@ -95,10 +95,10 @@ def goswami(method="DOP853"):
 
 
 COMPUTATIONS = {
-    "gait_a": (gait_a, 1e-9),
-    "gait_b": (gait_b, 1e-9),
-    "gait_c": (gait_c, 1e-9),
-    "goswami": (goswami, 1e-9),
+    "gait_a": (gait_a, 1e-10),
+    "gait_b": (gait_b, 1e-10),
+    "gait_c": (gait_c, 1e-10),
+    "goswami": (goswami, 1e-10),
 }
 QUICK = ("goswami",)
 

@@ -2,7 +2,7 @@
 
 A walker has the attributes and methods of `tests.references.compass_passive.Compass`: a state whose entry ``speed`` is
 the speed of the foot along the ground, ``motion(mode, y)`` -> (rate of y, f_t, f_n) with mode 0 for stick and +1 or -1
-for slip, a touchdown ``guard`` that falls through zero where the walker is ``armed``, and
+for slip, a mode at the start that may be fixed (``stick_at_start``), a touchdown ``guard`` that falls through zero where the walker is ``armed``, and
 ``impact(y, mode)`` -> (state of the next step, impulse), which slips where the impulse is outside a cone ``impact_mu``.
 """
 
@@ -37,8 +37,8 @@ def choose_mode(walker, y):
 
 def take_step(walker, y, method="DOP853", longest=5.0):
     """Return the step from a state just after an impact."""
-    clock, phases, mode = 0.0, [], choose_mode(walker, y)
-    while clock < longest:
+    clock, phases, mode = 0.0, [], 0 if walker.stick_at_start else choose_mode(walker, y)
+    while clock < longest and len(phases) < 10:
         duration, y, landed, run = _run_phase(walker, mode, y, method)
         phases.append((mode, clock + run[0], run[1]))
         clock += duration
@@ -51,7 +51,7 @@ def take_step(walker, y, method="DOP853", longest=5.0):
             mode = choose_mode(walker, y)
         else:
             mode = -int(np.sign(walker.motion(0, y)[1]))
-    raise RuntimeError(f"no touchdown within {longest} s")
+    raise RuntimeError(f"no touchdown within {longest} s and 10 phases")
 
 
 def _run_phase(walker, mode, y, method, chunk=0.1):

@@ -24,7 +24,8 @@ class Wheel(HandWheel):
 
     speed = 1
     stick_at_impact: bool = False
-    """Continue a gait with sticking impact to friction coefficients at which its impact would slip."""
+    stick_at_start: bool = False
+    """Continue a gait to friction coefficients at which its impact, or the foot just after it, would slip."""
 
     @property
     def impact_mu(self):
@@ -119,7 +120,7 @@ def ranges():
     """Friction coefficients where the types begin and end, and slopes where Type A does [deg]."""
 
     def first_slip(mu):
-        return gait(Wheel(slope=SLOPE, mu=mu), [0.882])["ratio_to_stick_at_start"] - mu
+        return gait(Wheel(slope=SLOPE, mu=mu, stick_at_start=True), [0.882])["ratio_to_stick_at_start"] - mu
 
     def impact_slips(mu):
         return -gait(Wheel(slope=SLOPE, mu=mu, stick_at_impact=True), [0.8826])["impact_ratio"] - mu
@@ -152,13 +153,13 @@ def six_spokes():
 
 
 COMPUTATIONS = {
-    "type_a": (type_a, 1e-9),
-    "type_b": (type_b, 1e-9),
-    "type_b_with_first_slip": (type_b_with_first_slip, 1e-9),
-    "type_c": (type_c, 1e-9),
-    "type_d": (type_d, 1e-9),
-    "ranges": (ranges, 1e-8),
-    "six_spokes": (six_spokes, 1e-9),
+    "type_a": (type_a, 1e-10),
+    "type_b": (type_b, 1e-10),
+    "type_b_with_first_slip": (type_b_with_first_slip, 1e-10),
+    "type_c": (type_c, 1e-10),
+    "type_d": (type_d, 1e-10),
+    "ranges": (ranges, 1e-7),
+    "six_spokes": (six_spokes, 1e-10),
 }
 QUICK = ("six_spokes", "type_d")
 
