@@ -25,8 +25,7 @@ def trace_branch(
     robot: Robot,
     parameters: Mapping[str, float],
     start: Cycle,
-    parameter: str,
-    values: Sequence[float] | Array,
+    axis: Mapping[str, Sequence[float] | Array],
     *,
     same_sequence: bool = False,
     tolerance: float = 1e-6,
@@ -44,10 +43,8 @@ def trace_branch(
     parameters : mapping of str to float
     start : Cycle
         A gait at, or near, the first value.
-    parameter : str
-        Name of a parameter of robot or ground.
-    values : sequence of float
-        Values of the parameter in order.
+    axis : mapping of str to sequence of float
+        One parameter of robot or ground with its values in order.
     same_sequence : bool
         Whether to end the branch at a change of the contact sequence.
     tolerance : float
@@ -62,7 +59,7 @@ def trace_branch(
     Raises
     ------
     InputError
-        If the parameter is unknown.
+        If `axis` is not one parameter with its values, or the parameter is unknown.
 
     Examples
     --------
@@ -70,12 +67,15 @@ def trace_branch(
     >>> from gaitopt import find_cycles, rimless_wheel, trace_branch
     >>> ground = {"slope": math.radians(13), "friction": 1.0}
     >>> gait = find_cycles(rimless_wheel(), ground, starts=20)[0]
-    >>> branch = trace_branch(rimless_wheel(), ground, gait, "friction", [1.0, 0.9], tolerance=1e-4)
+    >>> branch = trace_branch(rimless_wheel(), ground, gait, {"friction": [1.0, 0.9]}, tolerance=1e-4)
     >>> len(branch.cycles), branch.ended
     (4, 'all values reached')
     >>> [(point.kind, round(point.value, 3), point.after) for point in branch.special]
     [('sequence', 0.914, 'stick slip+ | stick')]
     """
+    if not isinstance(axis, Mapping) or len(axis) != 1:
+        raise InputError(f"axis must be one parameter with values, such as {{'friction': [0.3, 0.2]}}, got {axis!r}.")
+    ((parameter, values),) = axis.items()
     known = [p.name for p in robot.parameters]
     if parameter not in known:
         raise InputError(f"Robot {robot.name!r} has no parameter {parameter!r}. {suggest(parameter, known)}")

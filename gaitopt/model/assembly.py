@@ -135,15 +135,11 @@ def assemble(
     q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
     contact, relabel = step.contact, step.relabel(coordinates)
     drawing = drawing or Drawing({"stance foot": coordinates.foot, "landing foot": contact.point})
-    written = {"landing_foot": contact.coordinates, "touchdown": step.touchdown, "armed": step.armed}
-    written |= {"upright": step.upright, "rim of the landing foot": contact.rim}
-    for kind, group in (("actuator", actuators), ("point", drawing.points)):
-        written |= {f"{kind} {label!r}": expression for label, expression in group.items()}
+    expressions = _label_expressions(step, relabel, {"actuator": actuators, "point": drawing.points})
     for kind, parts in (("body", bodies), ("force", forces)):
         for number, part in enumerate(parts, start=1):
-            written |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
-    written |= {f"exchanged angle {number}": expression for number, expression in enumerate(relabel, start=1)}
-    _check_symbols(name, coordinates, written)
+            expressions |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
+    _check_symbols(name, coordinates, expressions)
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
     mechanics = derive(bodies, q, v, coordinates.gravity, forces)
@@ -173,6 +169,19 @@ def assemble(
             "force_powers", qvp, lambda: {"elastic": mechanics.elastic, "dissipation": mechanics.dissipation}
         ),
     )
+
+
+def _label_expressions(
+    step: StepEnd, relabel: Sequence[ca.SX], groups: Mapping[str, Mapping[str, ca.SX]]
+) -> dict[str, ca.SX]:
+    """Return the expressions of a step's end and of named groups by the labels of error messages."""
+    contact = step.contact
+    expressions = {"landing_foot": contact.coordinates, "touchdown": step.touchdown, "armed": step.armed}
+    expressions |= {"upright": step.upright, "rim of the landing foot": contact.rim}
+    expressions |= {f"exchanged angle {number}": angle for number, angle in enumerate(relabel, start=1)}
+    for kind, group in groups.items():
+        expressions |= {f"{kind} {label!r}": expression for label, expression in group.items()}
+    return expressions
 
 
 def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Drawing | None) -> None:

@@ -30,7 +30,7 @@ class FastCall:
     >>> scale = FastCall(ca.Function("scale", [x, p], [p * x]), 3.0)
     >>> scale([1.0, 2.0])[0]
     array([3., 6.])
-    >>> scale.packed(np.array([2.0, 3.0]))
+    >>> scale.evaluate_packed(np.array([2.0, 3.0]))
     array([6., 9.])
     """
 
@@ -60,7 +60,7 @@ class FastCall:
         self._call()
         return self._outputs
 
-    def packed(self, values: np.ndarray) -> np.ndarray:
+    def evaluate_packed(self, values: np.ndarray) -> np.ndarray:
         """Return the outputs one after the other in one array, for free inputs in the same form; the fastest call."""
         self._packed[:] = values
         self._call()

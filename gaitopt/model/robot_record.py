@@ -36,7 +36,7 @@ class RobotRecord:
     digest : str
         SHA-256 of the text.  CasADi crashes on a damaged Function, so the text is read only if the digest agrees.
     casadi : str
-        Version of CasADi that serialised the Functions.  It reads Functions of its own and of older versions.
+        Version of CasADi that serialised the Functions.  It reads Functions of this and of older versions.
 
     Examples
     --------

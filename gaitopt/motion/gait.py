@@ -242,7 +242,7 @@ class Gait(LazyRecord):
         return self._with(verification=verification, status=status)
 
     def with_robot(self, robot: "Robot") -> "Gait":
-        """Return the gait with a robot of the same physics in place of its own.
+        """Return the gait with a robot of the same physics instead of the present one.
 
         Needed for gaits of older files, which only name their robot, and for robots with a custom impact law or
         transition, whose code is not in the file.

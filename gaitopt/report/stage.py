@@ -123,12 +123,12 @@ class Stage:
         return {
             "links": [_round_pixels([*joints[:, a], *joints[:, b]]) for a, b, _ in self.links],
             "joints": [_round_pixels(joints[:, point]) for point in self._skeleton.joints],
-            "rims": [] if frame.rims is None else [self._placed(rim) for rim in frame.rims.T],
+            "rims": [] if frame.rims is None else [self._place(rim) for rim in frame.rims.T],
             "foot": _round_pixels(self._pixels(frame.foot)),
             "force": _round_pixels([force[0], -force[1]]),
         }
 
-    def _placed(self, rim: Array) -> list[float]:
+    def _place(self, rim: Array) -> list[float]:
         """Return the centre [px] and the clockwise angle [deg] of a rim, shape (4,), as it is seen on the slope."""
         return _round_pixels([*self._pixels(rim[:2]), np.rad2deg(rim[3] + self._slope)])
 

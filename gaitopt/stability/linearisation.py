@@ -73,7 +73,7 @@ class Linearisation:
         """
         return self._propagate(stride, self.walker.memory.slope_at_start(state), impact)
 
-    def effect_of_latched(self, state: Array, stride: Stride) -> Array:
+    def latched_effect(self, state: Array, stride: Stride) -> Array:
         """Return d (state after the step) / d (values latched at its start), shape (2 n_q, n_l)."""
         latched = self.walker.loop.size - state.size
         return self._propagate(stride, np.eye(state.size + latched, latched, -state.size), None)

@@ -78,7 +78,7 @@ class Section:
         y[n] = self.foot_speed
         y[self.places] = z
         angle, _ = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
-        y[self.dependent_entry] = angle.packed(y[self._free])[0]
+        y[self.dependent_entry] = angle.evaluate_packed(y[self._free])[0]
         return y
 
     def tangent(self, z: Array) -> Array:
@@ -88,7 +88,7 @@ class Section:
         basis[places, range(len(places))] = 1.0
         if n > 3:
             _, slope = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
-            basis[self.dependent_entry, : n - 3] = slope.packed(self.embed(z)[self._free])
+            basis[self.dependent_entry, : n - 3] = slope.evaluate_packed(self.embed(z)[self._free])
         return basis
 
     def project(self, y: Array) -> Array:

@@ -140,7 +140,7 @@ def step_lqr(
     point = find_fixed_point(ReturnMap(walker, section), start)
     if point is None:
         raise InputError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
-    effect = Linearisation(walker).effect_of_latched(point.passage.states[0], point.passage.strides[0])[section.places]
+    effect = Linearisation(walker).latched_effect(point.passage.states[0], point.passage.strides[0])[section.places]
     sizes = [weights.angle] * (n_a - 1) + [weights.rate] * n_a + [weights.foot_speed]
     torque_cost = np.eye(windows * robot.n_u) / weights.torque**2
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)

@@ -54,7 +54,7 @@ def _light_legs(masses, starts):
     """
     parameters = {"leg_length": 1, "leg_com": 0, "hip_mass": 1, "slope": 0.009, "gravity": 1}
     start = find_cycles(compass_biped(), {**parameters, "leg_mass": masses[0]}, starts=starts)[0]
-    branch = trace_branch(compass_biped(), parameters, start, "leg_mass", masses)
+    branch = trace_branch(compass_biped(), parameters, start, {"leg_mass": masses})
     cycles = [branch.cycles[branch.values.tolist().index(mass)] for mass in masses]
     multipliers = np.array([cycle.multipliers for cycle in cycles])
     return {

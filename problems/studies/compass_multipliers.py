@@ -55,7 +55,7 @@ def _lines(cycles, upward, downward):
 
 
 def _follow(start, frictions, same_sequence=True):
-    return trace_branch(compass_biped(), start.parameters, start, "friction", frictions, same_sequence=same_sequence)
+    return trace_branch(compass_biped(), start.parameters, start, {"friction": frictions}, same_sequence=same_sequence)
 
 
 def _join(*branches):

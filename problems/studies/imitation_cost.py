@@ -55,7 +55,7 @@ def _imitations(name, frictions, starts):
         sorted(mu for mu in frictions if mu > FRICTION),
         sorted(mu for mu in frictions if mu < FRICTION)[::-1],
     ):
-        branch = trace_branch(robot, start.parameters, start, "friction", side) if side else None
+        branch = trace_branch(robot, start.parameters, start, {"friction": side}) if side else None
         for cycle in branch.cycles if branch else ():
             if cycle.sequence == SEQUENCES[name] and cycle.parameters["friction"] in side:
                 cycles[cycle.parameters["friction"]] = cycle

@@ -80,7 +80,7 @@ def _complete_slip(branches, friction):
 
 
 def _follow(start, frictions):
-    return trace_branch(rimless_wheel(), start.parameters, start, "friction", frictions, same_sequence=True)
+    return trace_branch(rimless_wheel(), start.parameters, start, {"friction": frictions}, same_sequence=True)
 
 
 def _end(branch):

@@ -24,8 +24,8 @@ REPLACED = {
     r"by a hair|a hair'?s?": "within a tolerance",
     r"in disguise": "degenerate",
     r"led to a gait": "converged",
-    r"cannot be": "is invalid; the accepted values",
-    r"(?-i:is none|are none)|is no number": "is not a ..., must be finite",
+    r"cannot be(?! [a-z]+(?:ed|en|ad)\b)": "is invalid; the accepted values",
+    r"(?-i:(?<!there )(?:is none|are none))|is no number": "is not a ..., must be finite",
     r"hold(s|ing)? (a|the) gaits?": "stabilises the gait",
     r"the programmes?": "the NLP",
 }
@@ -38,6 +38,8 @@ IRREGULAR = re.compile(
 NO_PARTICIPLE = re.compile(
     "between|biped|coarsen|embed|feed|flatten|lengthen|need|often|open|proceed|screen|seed|shed|shorten|speed|ten|then|token|when"
 )
+VERBS = {"add", "has", "is", "mark", "require", "reset", "select"}
+"""Verbs whose object may end in a participle (`select_admitted`); `robot_named` finds a robot by its name."""
 VAGUE = {"own", "told", "held", "begun"}
 
 
@@ -68,7 +70,7 @@ def replaced_phrases(lines):
 def is_participle(name):
     """Return whether the last word of a function's name is a participle: `refined`, not `refine` or `is_finished`."""
     first, *_, last = name.strip("_").split("_") * 2
-    if first in {"is", "has", "require"} or NO_PARTICIPLE.fullmatch(last):
+    if first in VERBS or last == "named" or NO_PARTICIPLE.fullmatch(last):
         return False
     return bool(IRREGULAR.fullmatch(last) or REGULAR.fullmatch(last))
 

@@ -26,7 +26,7 @@ def sticking():
 
 def test_branch_follows_the_closed_form(sticking):
     slopes = np.radians([13, 10, 7])
-    branch = trace_branch(rimless_wheel(), {"friction": math.inf}, sticking, "slope", slopes)
+    branch = trace_branch(rimless_wheel(), {"friction": math.inf}, sticking, {"slope": slopes})
     assert branch.ended == "all values reached"
     # McGeer's wheel: thd*^2 = beta^2 (thd*^2 + 4 g sin(pi/n) sin(alpha) / (l (1 + kappa))), energy over a step.
     kappa = 1 / 3
@@ -51,7 +51,7 @@ def test_branch_ends_where_the_gait_does(sticking):
     )
     assert math.degrees(least) == pytest.approx(1.40, abs=5e-3)
     branch = trace_branch(
-        rimless_wheel(), {"friction": math.inf}, sticking, "slope", np.radians(np.linspace(13, 1, 5)), tolerance=1e-8
+        rimless_wheel(), {"friction": math.inf}, sticking, {"slope": np.radians(np.linspace(13, 1, 5))}, tolerance=1e-8
     )
     (end,) = branch.special
     assert (end.kind, end.before, end.after) == ("end", "stick | stick", "fell")
@@ -62,7 +62,7 @@ def test_branch_ends_where_the_gait_does(sticking):
 
 
 def test_changes_of_sequence_are_located(sticking):
-    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.6, 0.25])
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, {"friction": [1.0, 0.6, 0.25]})
     one, two = branch.changes("sequence")
     assert branch.special == (one, two)
     assert (one.before, one.after) == ("stick | stick", "stick slip+ | stick")
@@ -78,13 +78,13 @@ def test_changes_of_sequence_are_located(sticking):
 
 
 def test_two_changes_between_neighbours_are_both_located(sticking):
-    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.26], tolerance=1e-3)
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, {"friction": [1.0, 0.26]}, tolerance=1e-3)
     assert [point.before for point in branch.special] == ["stick | stick", "stick slip+ | stick"]
     assert branch.special[-1].after == branch.cycles[-1].sequence == "slip+ stick slip+ | stick"
 
 
 def test_branch_can_stop_at_a_change_of_sequence(sticking):
-    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.8], same_sequence=True)
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, {"friction": [1.0, 0.8]}, same_sequence=True)
     assert branch.ended == "the contact sequence changes to 'stick slip+ | stick'"
     assert {cycle.sequence for cycle in branch.cycles} == {"stick | stick"}
     assert branch.values[-1] == pytest.approx(branch.special[-1].value, abs=1e-6)
@@ -93,7 +93,7 @@ def test_branch_can_stop_at_a_change_of_sequence(sticking):
 def test_loss_of_stability_is_located():
     robot, given = compass_biped(), {"slope": math.radians(1), "friction": 0.14}
     start = cycle_of(robot, given, [-0.1408, 0.7102, -0.5168, 0])
-    branch = trace_branch(robot, given, start, "friction", [0.14, 0.115, 0.108])
+    branch = trace_branch(robot, given, start, {"friction": [0.14, 0.115, 0.108]})
     (point,) = branch.special
     assert point.kind == "stability"
     assert (point.before, point.after) == (f"{start.sequence}, stable", f"{start.sequence}, unstable")
@@ -107,9 +107,9 @@ def test_loss_of_stability_is_located():
 
 def test_unknown_parameter_is_named(sticking):
     with pytest.raises(InputError, match="Did you mean 'friction'"):
-        trace_branch(rimless_wheel(), {}, sticking, "fricton", [0.1])
+        trace_branch(rimless_wheel(), {}, sticking, {"fricton": [0.1]})
 
 
 def test_a_branch_is_shown_in_a_line(sticking):
-    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, "friction", [1.0, 0.9], tolerance=1e-4)
+    branch = trace_branch(rimless_wheel(), {"slope": SLOPE}, sticking, {"friction": [1.0, 0.9]}, tolerance=1e-4)
     assert repr(branch) == ("Branch('friction', gaits: 4 from 1 to 0.9, special points: 1, ended: all values reached)")

@@ -184,7 +184,7 @@ def trace_gaits(statement):
     robot, parameters, name = make_robot(statement["robot"]), statement["parameters"], statement["parameter"]
     first = parameters | {name: statement["values"][0]}
     start = find_cycles(robot, first, sequence=statement["sequence"], starts=statement["starts"])[0]
-    branch = trace_branch(robot, parameters, start, name, statement["values"], tolerance=1e-9)
+    branch = trace_branch(robot, parameters, start, {name: statement["values"]}, tolerance=1e-9)
     known = dict(zip(branch.values.tolist(), branch.cycles, strict=True))
     return {
         "gaits": [describe_cycle(known[value]) for value in statement["values"] if value in known],

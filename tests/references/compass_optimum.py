@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from tests.references.compass_passive import Compass, gait_a
+from tests.references.compass_passive import Compass
 from tests.references.event_driven import take_step
 from tests.references.storage import run
 
@@ -82,7 +82,8 @@ def touchdown(last, first, impulse, outcome):
     """Return equalities and inequalities of the impact that leads from the last node to the first of the next step.
 
     Momentum along and across the ground, angular momentum of the robot about the landing foot and of the trailing leg
-    about the hip; the impulse is per weight.  The outcome is "stick", "slip" or, without friction limit, "free" (stick).
+    about the hip; the impulse is per weight.  The outcome is "stick", "slip" or, without friction limit, "free"
+    (stick).
     """
     (x, th1, th2), (first1, first2) = ca.vertsplit(last[:3]), ca.vertsplit(first[1:3])
     s1, c1, s2, c2 = ca.sin(th1), ca.cos(th1), ca.sin(th2), ca.cos(th2)
@@ -165,7 +166,8 @@ class Programme:
 def optimise(modes, intervals, squared=False):
     """Return the optimal gait of a sequence of modes, 0 or +1, with so many intervals in each phase.
 
-    The objective is the cost of transport, or the integral of the squared torques without limits of friction and torque.
+    The objective is the cost of transport, or the integral of the squared torques without limits of friction and
+    torque.
     """
     programme, phases, begin = Programme(), [], 0.0
     for mode, count in zip(modes, intervals, strict=True):
@@ -269,7 +271,7 @@ def _costs(plan):
 
 
 def torque_squared(intervals=80):
-    """Least integral of squared torques [N^2 m^2 s] of legs of 40 kg and a hip of 20 kg: torques grow with the masses."""
+    """Least integral of squared torques [N^2 m^2 s] of legs of 40 kg and a hip of 20 kg."""
     return {"objective": 10**2 * optimise((0,), (intervals,), squared=True).objective}
 
 

@@ -2,8 +2,9 @@
 
 A walker has the attributes and methods of `tests.references.compass_passive.Compass`: a state whose entry ``speed`` is
 the speed of the foot along the ground, ``motion(mode, y)`` -> (rate of y, f_t, f_n) with mode 0 for stick and +1 or -1
-for slip, a mode at the start that may be fixed (``stick_at_start``), a touchdown ``guard`` that falls through zero where the walker is ``armed``, and
-``impact(y, mode)`` -> (state of the next step, impulse), which slips where the impulse is outside a cone ``impact_mu``.
+for slip, a mode at the start that may be fixed (``stick_at_start``), a touchdown ``guard`` that falls through zero
+where the walker is ``armed``, and ``impact(y, mode)`` -> (state of the next step, impulse), which slips where the
+impulse is outside a cone ``impact_mu``.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ NAMES = {0: "stick", 1: "slip+", -1: "slip-"}
 
 @dataclass(frozen=True)
 class Step:
-    """One step: state after its impact, duration, contact sequence, impulse, and the phases as (mode, times, states)."""
+    """One step: state after its impact, duration, contact sequence, impulse, and phases (mode, times, states)."""
 
     after: np.ndarray
     period: float

@@ -148,7 +148,7 @@ def test_period_two_gait_is_found_followed_and_settled_in():
     assert gait.stable
     assert not np.allclose(gait.points[0], gait.points[1], atol=1e-3)
     assert same_gait(gait, find_cycle(walker, np.append(gait.points[1], 0.0), steps=2))
-    branch = trace_branch(robot, goswami, gait, "slope", [slope, slope + 1e-3])
+    branch = trace_branch(robot, goswami, gait, {"slope": [slope, slope + 1e-3]})
     assert [len(cycle.sequences) for cycle in branch.cycles] == [2] * len(branch.cycles)
     assert not np.allclose(branch.cycles[-1].points[0], branch.cycles[-1].points[1], atol=1e-3)
 
