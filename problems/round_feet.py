@@ -13,7 +13,6 @@ import casadi as ca
 
 from gaitopt import (
     ArcContact,
-    Collocation,
     Coordinates,
     Drawing,
     GaitProblem,
@@ -25,6 +24,7 @@ from gaitopt import (
     StepEnd,
     assemble,
 )
+from gaitopt.ocp import transcription_named
 
 PARAMETERS = (
     Parameter("leg_length", 1.0, "m", "distance from the hip to the middle of the foot", lower=0, lower_open=True),
@@ -90,6 +90,7 @@ def problem(
     objective="torque_squared",  # or cost_of_transport, positive_work, ...
     intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter)
     sequence="slip+ stick | slip+",  # contact sequence: phases | impact; stick means rolling without slip
+    transcription="collocation",  # or multiple_shooting
 ):
     """Return the problem: minimise the objective at a given speed and step length."""
     return GaitProblem(
@@ -111,7 +112,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit),
         objective=objective,
-        transcription=Collocation(intervals=intervals),
+        transcription=transcription_named(transcription)(intervals=intervals),
     )
 
 

@@ -1,11 +1,10 @@
 """The observer for notebooks and terminals: one line, kept up to date, for every kind of progress."""
 
-import functools
 import io
 
 import pytest
 
-from gaitopt import GaitProblem, Limits, MultipleShooting, ProgressLine, compass_biped, solve, sweep
+from gaitopt import Execution, GaitProblem, Limits, MultipleShooting, ProgressLine, compass_biped, solve, sweep
 from gaitopt.progress import HomotopyIteration, Iteration
 
 
@@ -45,6 +44,10 @@ def test_the_last_state_is_shown_and_a_shorter_one_leaves_nothing_behind(monkeyp
     assert widths == sorted(widths)
 
 
+def sweep_speed(problem, *, observer):
+    return sweep(problem, {"speed": [0.633]}, starts=1, execution=Execution(observer=observer))
+
+
 def test_a_solve_and_a_sweep_accept_it():
     problem = GaitProblem(
         robot=compass_biped(),
@@ -56,7 +59,7 @@ def test_a_solve_and_a_sweep_accept_it():
         objective="torque_squared",
         transcription=MultipleShooting(intervals=10),
     )
-    for study in (solve, functools.partial(sweep, speed=[0.633], starts=1, workers=1)):
+    for study in (solve, sweep_speed):
         stream = io.StringIO()
         with ProgressLine(stream=stream) as observer:
             study(problem, observer=observer)

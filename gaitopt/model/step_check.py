@@ -187,7 +187,7 @@ class _Poses:
         before, exchanged = (np.asarray(self.robot.figure(pose, self._p)) for pose in (q, after))
         apart = np.linalg.norm(before[:, :, None] - exchanged[:, None, :], axis=0)
         size = np.max([*np.min(apart, axis=0), *np.min(apart, axis=1)]) / self._size
-        fault = f"the points drawn are others after the leg exchange: draw both legs alike; {self._describe(q)}."
+        fault = f"the leg exchange changes the figure: draw both legs alike; {self._describe(q)}."
         return float(size), fault
 
     def _restores(self, q: np.ndarray, again: np.ndarray) -> bool:

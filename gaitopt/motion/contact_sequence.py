@@ -148,9 +148,8 @@ solve() closes it: use the sequence of the gait it returns.
         >>> ContactSequence.parse("slip | stick")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: The sequence 'slip | stick' has an unknown mode 'slip'. Did you mean 'slip-'?
-        Known: \
-stick, slip+, slip-, any.
+        gaitopt.errors.SequenceError: The sequence 'slip | stick' has an unknown mode 'slip'. Did you mean \
+'slip-'? Known: stick, slip+, slip-, any.
         """
         if isinstance(text, ContactSequence):
             return text

@@ -62,7 +62,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     >>> from gaitopt import load, plot_gait
     >>> figure = plot_gait(load("docs/examples/compass_slip.h5"))
     >>> print(figure.get_suptitle().splitlines()[1])
-    contact sequence slip+ stick | slip+, verified by replay
+    slip+ stick | slip+, verified by replay
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure

@@ -27,14 +27,14 @@ SETTINGS = [
     (["leg_length=0"], "leg_length must be greater than 0 [m]"),
     (["leg_length=0.7"], "leg_com (distance of the leg's mass from its foot) must be at most leg_length = 0.7 [m]"),
     (["friction=-0.1"], "friction must be at least 0, got -0.1"),
-    (["friction=0"], "friction greater than 0"),
+    (["friction=0"], "friction must be greater than 0"),
     (["friction=inf"], "needs a finite friction"),
     (["torque_limit=-1"], "torque_limit of ankle must be at least 0 [N m], got -1"),
     (["frction=0.2"], "has no parameter 'frction'. Did you mean 'friction'?"),
     (["friction"], "--set needs NAME=VALUE, got 'friction'"),
     (["=0.2"], "--set needs NAME=VALUE"),
     (["sequence=slip+ | fly"], "The sequence 'slip+ | fly' has an unknown mode 'fly'"),
-    (["sequence=stick | slip+"], "The sequence 'stick | slip+' cannot"),
+    (["sequence=stick | slip+"], "The sequence 'stick | slip+' is not periodic"),
     (["sequence=stick"], "needs exactly one '|'"),
     (["objective=cost_of_transprt"], "Did you mean 'cost_of_transport'?"),
     (["step_length=20"], "step_length 20 m is longer than the 3.2 m the robot can reach"),
@@ -85,7 +85,7 @@ SCRIPTS = {
     "makes a wrong problem": (
         "from gaitopt import GaitProblem, compass_biped\n\n\ndef problem():\n"
         "    return GaitProblem(robot=compass_biped(), sequence='stick | slip+')\n",
-        "The sequence 'stick | slip+' cannot",
+        "The sequence 'stick | slip+' is not periodic",
     ),
     "is empty": ("", "own.py has no function problem"),
 }

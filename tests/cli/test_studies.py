@@ -160,7 +160,7 @@ def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
     assert found["gaits"][0]["largest_multiplier"] < 1
     assert found["figure"] == "comparison.png"
     assert command("compare", "none.h5").status == 2
-    assert "named twice" in command("compare", slip_file, slip_file).err
+    assert "given twice" in command("compare", slip_file, slip_file).err
 
 
 def test_compare_takes_the_robot_of_a_script(command, write_old_file, folder, root):

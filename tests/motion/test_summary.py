@@ -49,7 +49,7 @@ def test_dampers_and_springs_are_shown_where_there_are_any(slip_gait, damped):
     energy = summarise(damped)["energy"]
     assert (energy["damping_loss"], energy["elastic_change"]) == pytest.approx((lost, stored))
     shown = dict(tabulate_gait(damped))["energy"]
-    assert f"J + dampers {lost:.6f} J + elastic change {stored:.6f} J, closing error" in shown
+    assert f"J + dampers {lost:.6f} J + elastic change {stored:.6f} J, balance error" in shown
     energy = summarise(slip_gait)["energy"]
     assert (energy["damping_loss"], energy["elastic_change"]) == (0, 0)
     shown = dict(tabulate_gait(slip_gait))["energy"]

@@ -1,4 +1,4 @@
-"""Figures in files: every format, and clear contact sequences when a file cannot be written."""
+"""Figures in files: every format, and a clear error when a file cannot be written."""
 
 import tempfile
 

@@ -109,7 +109,7 @@ def test_a_walk_in_a_notebook():
     ground = {"slope": np.deg2rad(1), "friction": 0.3}
     html = show_in_notebook(simulate(compass_biped(), [0, 0, *angles], [0, 0, *rates], ground, steps=50))
     assert "50 steps: All requested steps were walked." in html
-    assert "and 10 events more" in html
+    assert "and 10 more events" in html
 
 
 def test_a_walk_that_fell_at_once_in_a_notebook():

@@ -1,7 +1,6 @@
 """A compass biped with a spring, a damper and a rotor at its hip: ledger, second integrator, and both engines."""
 
-import dataclasses
-
+import attrs
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
@@ -57,7 +56,7 @@ def gravitational(q):
 
 @every_robot
 def test_damping_work_is_the_integral_of_damping_times_rate_squared(names, engine):
-    fine = dataclasses.replace(engine, samples=24)
+    fine = attrs.evolve(engine, samples=24)
     for segment in walk(names, GAIT_B, fine).motion.segments:
         hip, rate = segment.q[2] + segment.q[3], segment.v[2] + segment.v[3]
         time, keep = np.unique(segment.time, return_index=True)

@@ -34,7 +34,7 @@ def step(request, compass, cycle, slip_gait):
     law, state = passive(compass), gait.section.embed(gait.z)
     parameters = gait.parameters
     if request.param == "controlled":  # the ratio is largest in the middle of the step
-        law = joint_pd(compass, replay(slip_gait, compass).motion, stiffness=5)
+        law = joint_pd(compass, replay(slip_gait).motion, stiffness=5)
         first, parameters = slip_gait.motion.segments[0], slip_gait.motion.parameters
         state = np.concatenate([first.q[:, 0], [0.0, 0.0], first.v[2:, 0]])
     p = compass.vector({**parameters, "friction": math.inf})
@@ -57,7 +57,7 @@ def test_no_sample_of_the_step_needs_more(step):
     found = critical_friction(walker, passage)
     robot, n = walker.robot, walker.robot.n_q
     arc = ScipyEngine(samples=40).flow(
-        robot, walker.law, Mode.STICK, 0.0, passage.states[0], walker.p, until=passage.strides[0].duration, record=True
+        walker.loop, Mode.STICK, 0.0, passage.states[0], until=passage.strides[0].duration, record=True
     )
     ratios = []
     for t, y in zip(arc.time, arc.states.T, strict=True):

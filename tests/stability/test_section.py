@@ -86,7 +86,7 @@ def test_multipliers_do_not_depend_on_the_order_of_the_angles():
             objective="torque_squared",
             transcription=Collocation(intervals=10),
         )
-        cycle = assess_stability(solve(problem), robot=problem.robot, engine=ScipyEngine())
+        cycle = assess_stability(solve(problem), engine=ScipyEngine())
         moduli.append(np.sort(np.abs(cycle.multipliers)))
     assert moduli[0] == pytest.approx(moduli[1], rel=1e-5, abs=1e-8)
 

@@ -154,7 +154,7 @@ def test_points_that_fail_say_why(tmp_path):
     assert "longer than the" in str(found.reason.values[0, 1])
     assert np.isfinite(found.cost_of_transport.values).tolist() == [[True, False], [False, False]]
     assert load_sweep_gait(path, "stick | stick", speed=2.0, step_length=0.45).status.key != "solved"
-    with pytest.raises(InputError, match=r"no gait there: .*longer than"):
+    with pytest.raises(InputError, match=r"no gait at this point: .*longer than"):
         load_sweep_gait(path, "stick | stick", speed=0.6, step_length=4)
 
 
@@ -198,8 +198,11 @@ def test_another_sweep_is_not_mixed_in(tmp_path):
         ({"axes": {"friction": ["high"]}}, "need numbers"),
         ({"axes": {"leg_mas": [4.0]}}, "'leg_mass'"),
         ({"axes": {"friction": [0.1]}, "sequences": []}, "needs a contact sequence"),
-        ({"axes": {"friction": [0.1]}, "sequences": ["stick | stick", "stick | stick"]}, "each of them once"),
-        ({"axes": {"friction": [-0.1, 0.0]}}, "No point of this sweep can be posed"),
+        (
+            {"axes": {"friction": [0.1]}, "sequences": ["stick | stick", "stick | stick"]},
+            "at least one, without repetition",
+        ),
+        ({"axes": {"friction": [-0.1, 0.0]}}, "No point of this sweep is possible"),
     ],
 )
 def test_wrong_sweeps_are_refused(options, message):
