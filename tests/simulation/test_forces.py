@@ -1,5 +1,7 @@
 """A compass biped with a spring, a damper and a rotor at its hip: ledger, second integrator, and both engines."""
 
+import dataclasses
+
 import attrs
 import numpy as np
 import pytest
