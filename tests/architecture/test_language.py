@@ -39,7 +39,7 @@ NO_PARTICIPLE = re.compile(
     "between|biped|coarsen|embed|feed|flatten|lengthen|need|often|open|proceed|screen|seed|shed|shorten|speed|ten|then|token|when"
 )
 VERBS = {"add", "evaluate", "has", "is", "mark", "require", "reset", "select"}
-"""Verbs whose object may end in a participle (`select_admitted`); `robot_named`, which finds by a name, is admitted too."""
+"""Verbs whose object may end in a participle (`select_admitted`); `robot_named`, a lookup by name, is admitted too."""
 VAGUE = {"own", "told", "held", "begun"}
 
 
