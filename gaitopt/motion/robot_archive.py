@@ -52,7 +52,7 @@ def write_robot(group: h5py.Group, gait: Gait, shared: SharedGroups | None = Non
 def read_robot(group: h5py.Group, name: str, motion: Motion) -> StoredRobot:
     """Return the robot of the gait in a group, to be restored when it is used."""
     if GROUP not in group:
-        return StoredRobot.named(name, motion)
+        return StoredRobot.from_name(name, motion)
     part = group[GROUP]
     digest = str(part.attrs["sha256"])
     stored = _STORED.get(digest)
@@ -60,7 +60,7 @@ def read_robot(group: h5py.Group, name: str, motion: Motion) -> StoredRobot:
         text, casadi = bytes(part["model"][...]), str(part.attrs["casadi"])
         record = RobotRecord(str(part.attrs["name"]), text, digest, casadi)
         physics = PhysicsSamples(_read_table(part["points"]), _read_table(part["values"]))
-        stored = StoredRobot.recorded(share_record(record), physics)
+        stored = StoredRobot.from_record(share_record(record), physics)
         if not record.is_intact():
             return stored
         _STORED[digest] = stored

@@ -38,12 +38,12 @@ class StoredRobot(Deferred["Robot"]):
     physics: PhysicsSamples | None = None
 
     @staticmethod
-    def recorded(record: RobotRecord, physics: PhysicsSamples) -> "StoredRobot":
+    def from_record(record: RobotRecord, physics: PhysicsSamples) -> "StoredRobot":
         """Return a robot that a file contains."""
         return StoredRobot(functools.partial(_restore, record, physics), True, record.name, record, physics)
 
     @staticmethod
-    def named(name: str, motion: Motion) -> "StoredRobot":
+    def from_name(name: str, motion: Motion) -> "StoredRobot":
         """Return a robot that a file only names; the one of the catalogue is used if it has this motion."""
         return StoredRobot(functools.partial(_find, name, motion), True, name)
 
