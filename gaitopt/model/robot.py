@@ -148,8 +148,8 @@ class Robot(LazyRecord):
     @functools.cached_property
     def record(self) -> RobotRecord:
         """The robot as plain data, for files and other processes."""
-        with _LOCK:
-            record = write_record({entry.name: getattr(self, entry.name) for entry in fields(self)})
+        record = write_record({entry.name: getattr(self, entry.name) for entry in fields(self)})
+        with _LOCK:  # not while fields are read, which have a lock of their own
             _RESTORED.setdefault(record.digest, self)
         return record
 
