@@ -17,7 +17,7 @@ from gaitopt.control.law import passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
-from gaitopt.stability.cycle_search import cycle_from
+from gaitopt.stability.cycle_search import find_cycle
 
 from .conftest import COMPASS
 from .test_multipliers import central_differences
@@ -57,7 +57,7 @@ def test_the_fast_engine_reproduces_all_digits_of_the_reference(passive_walk):
     robot = passive_walk.robot
     p = robot.vector(robot.resolve(passive_walk.parameters))
     walker = Walker(robot, passive(robot), p, HeyokaEngine())
-    check_reference(cycle_from(walker, np.array([*STATE, 0.0])), accuracy=1e-13)
+    check_reference(find_cycle(walker, np.array([*STATE, 0.0])), accuracy=1e-13)
 
 
 def test_a_search_without_a_start_finds_it(passive_walk):
@@ -102,7 +102,7 @@ def laws(rolling, rolling_gait):
 @pytest.mark.parametrize("name", ["open loop", "joint_pd", "lqr"])
 def test_laws_walk_the_gait_that_slips_and_rolls(rolling, rolling_gait, laws, name):
     law = laws[name]
-    gait = assess_stability(rolling_gait, law, robot=rolling.robot)
+    gait = assess_stability(rolling_gait, law)
     assert gait.sequence == "slip+ stick | slip+"
     assert np.all(np.isfinite(gait.multipliers))
     if name == "lqr":
@@ -111,8 +111,7 @@ def test_laws_walk_the_gait_that_slips_and_rolls(rolling, rolling_gait, laws, na
 
 def test_both_engines_agree_on_a_gait_that_slips_and_rolls(rolling, rolling_gait, laws):
     fast, reference = (
-        assess_stability(rolling_gait, laws["open loop"], robot=rolling.robot, engine=engine)
-        for engine in (None, ScipyEngine())
+        assess_stability(rolling_gait, laws["open loop"], engine=engine) for engine in (None, ScipyEngine())
     )
     assert np.sort_complex(reference.multipliers) == pytest.approx(np.sort_complex(fast.multipliers), abs=1e-6)
 
