@@ -149,7 +149,7 @@ class Robot(LazyRecord):
     def record(self) -> RobotRecord:
         """The robot as plain data, for files and other processes."""
         record = write_record({entry.name: getattr(self, entry.name) for entry in fields(self)})
-        with _LOCK:  # not while fields are read, which have a lock of their own
+        with _LOCK:  # not while fields are read, which take a lock per field
             _RESTORED.setdefault(record.digest, self)
         return record
 
