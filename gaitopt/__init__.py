@@ -5,15 +5,9 @@ each wing, such as ``gaitopt.motion``, lists all its public names in the same wa
 """
 
 import sys
-from importlib import metadata
 
 from gaitopt.ipython import load_ipython_extension
 from gaitopt.lazy_exports import export_lazily
-
-try:
-    __version__ = metadata.version("gaitopt")
-except metadata.PackageNotFoundError:  # a source tree that is not installed
-    __version__ = "0+unknown"
 
 export_lazily(__name__)
 

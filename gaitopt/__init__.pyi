@@ -96,7 +96,6 @@ from gaitopt.tuning.lqr import step_lqr as step_lqr
 from gaitopt.tuning.objective import SensitivityNorm as SensitivityNorm
 from gaitopt.tuning.objective import SpectralRadius as SpectralRadius
 from gaitopt.tuning.tune import tune_feedback as tune_feedback
-
-__version__: str
+from gaitopt.version import __version__ as __version__
 
 def load_ipython_extension(shell: Any) -> None: ...

@@ -56,8 +56,7 @@ def export_lazily(package: str) -> None:
     ('gaitopt.motion.gait', 'Gait')
     """
     module = sys.modules[package]
-    names = exported_names(package)
-    vars(module).update(_modules=names, __all__=sorted(names))
+    vars(module).update(_modules=_read_stub(package), __all__=sorted(exported_names(package)))
     module.__class__ = LazyPackage
 
 
@@ -74,6 +73,11 @@ def exported_names(package: str) -> dict[str, str]:
     >>> exported_names("gaitopt.continuation")["trace_branch"]
     'gaitopt.continuation.tracing'
     """
+    return {name: module for name, module in _read_stub(package).items() if not name.startswith("_")}
+
+
+def _read_stub(package: str) -> dict[str, str]:
+    """Return the names that the stub of a package imports, such as ``__version__``, and their modules."""
     stub = ast.parse(Path(str(import_module(package).__file__)).with_suffix(".pyi").read_text(encoding="utf-8"))
     return {
         entry.name: node.module

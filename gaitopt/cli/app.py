@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from gaitopt import __version__
 from gaitopt.cli import basin, exporting, feedback, listing, setup, solving, studies, walking
 from gaitopt.cli.command import Command, Group
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
 from gaitopt.interrupts import record_interrupts
+from gaitopt.version import __version__
 
 app = typer.Typer(
     name="gaitopt",

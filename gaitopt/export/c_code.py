@@ -6,13 +6,13 @@ from pathlib import Path
 
 import casadi as ca
 
-from gaitopt import __version__
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import controller_header, controller_source, initialiser, law_functions
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
+from gaitopt.version import __version__
 
 
 def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str | Path) -> Path:

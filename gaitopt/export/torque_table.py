@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt import __version__
 from gaitopt.control.law import Law
 from gaitopt.control.signature import control_slope
 from gaitopt.errors import InputError
@@ -14,6 +13,7 @@ from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.motion.summary import plain
 from gaitopt.simulation.law_memory import LawMemory
+from gaitopt.version import __version__
 
 FORMAT, VERSION = "gaitopt torques", 1
 

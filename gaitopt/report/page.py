@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 
-from gaitopt import __version__
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.sections import comparison_section, gait_section
+from gaitopt.version import __version__
 
 
 def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "Gait report") -> Path:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt import __version__
 from gaitopt.control.inverse_dynamics import prescribed_angles
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
@@ -20,6 +19,7 @@ from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.status import Status, Stop
+from gaitopt.version import __version__
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gaitopt import __version__
 from gaitopt.control.law import Law
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.model.robot import Robot
@@ -16,6 +15,7 @@ from gaitopt.motion.motion import Motion
 from gaitopt.motion.summary import plain
 from gaitopt.tuning.controller_family import ControllerFamily, FamilySettings, controller_family_named
 from gaitopt.tuning.record import Tuning
+from gaitopt.version import __version__
 
 FORMAT, VERSION = "gaitopt tuned gains", 1
 
