@@ -43,7 +43,7 @@ class Coordinates:
         names = [p.name for p in self.parameters]
         if len(set(names)) != len(names):
             ground = ", ".join(repr(p.name) for p in GROUND)
-            raise InputError(f"Parameters must have different names; {ground} are those of the ground.")
+            raise InputError(f"Parameters must have different names; {ground} are names of the ground's parameters.")
         if "gravity" not in names:
             raise InputError("The parameters of a robot must include 'gravity'.")
         for p in parameters:

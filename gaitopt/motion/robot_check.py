@@ -105,6 +105,6 @@ def _refuse(robot: Robot, name: str, differences: tuple[str, ...]) -> None:
     more = f" and {len(differences) - LISTED} more" if len(differences) > LISTED else ""
     raise InputError(
         f"The robot {robot.name!r} is not the robot {name!r} of the gait. It differs in: "
-        f"{', '.join(differences[:LISTED])}{more}. Give the robot the gait was made with, or solve the problem again "
-        "with this one."
+        f"{', '.join(differences[:LISTED])}{more}. Use the robot with which the gait was computed, or solve the "
+        "problem again with this one."
     )

@@ -60,9 +60,9 @@ def _find(name: str, motion: Motion) -> "Robot":
 
     if name not in CATALOGUE:
         raise InputError(
-            f"The file of this gait is of an older version and only names its robot, {name!r}, which is not in the "
-            f"catalogue ({', '.join(CATALOGUE)}). Give the robot: gait.with_robot(robot), or --problem SCRIPT.py on "
-            "the command line."
+            "The file of this gait has an older format and contains only the name of its robot, "
+            f"{name!r}, which is not in the catalogue ({', '.join(CATALOGUE)}). Specify the robot: "
+            "gait.with_robot(robot), or --problem SCRIPT.py on the command line."
         )
     robot = CATALOGUE[name]()
     require_motion_of(robot, motion, name)

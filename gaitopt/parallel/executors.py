@@ -100,8 +100,8 @@ class LocalProcesses(TaskExecutor):
             except BrokenExecutor:
                 continue
         raise GaitoptError(
-            f"{_STARTS} times in a row, worker processes died before they did anything. If memory is short, use fewer "
-            "workers."
+            f"Worker processes ended {_STARTS} times in succession before they completed any task. If memory is "
+            "insufficient, use fewer workers."
         )
 
     def shutdown(self, *, kill: bool) -> None:

@@ -156,7 +156,7 @@ def _run_on(executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord
             executor.restart()
             deaths.update(task.key for task in lost if isolated)
             if deaths[lost[0].key] >= executor.most_deaths:
-                reason = "one worker process after another died of it; memory may be short"
+                reason = "the task repeatedly terminated its worker process; memory may be insufficient"
                 yield queue.finish(TaskOutcome(lost.pop(0), None, reason))
             to_isolate.extendleft(lost)
 

@@ -50,8 +50,8 @@ class SharedPayload:
             content = cloudpickle.dumps((prepare, cloudpickle.dumps(shared)))
         except Exception as error:  # whatever custom classes raise when they are pickled
             raise InputError(
-                f"The problem is not picklable for worker processes ({_describe(error)}): it must not hold threads, "
-                "locks, open files or other things of this process. Remove them, or use workers=1."
+                f"The problem is not picklable for worker processes ({_describe(error)}): it must not contain "
+                "threads, locks, open files or other resources of this process. Remove them, or use workers=1."
             ) from error
         return cls(hashlib.sha256(content).hexdigest(), content)
 

@@ -160,7 +160,7 @@ def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
     assert found["gaits"][0]["largest_multiplier"] < 1
     assert found["figure"] == "comparison.png"
     assert command("compare", "none.h5").status == 2
-    assert "given twice" in command("compare", slip_file, slip_file).err
+    assert "got the same file twice" in command("compare", slip_file, slip_file).err
 
 
 def test_compare_takes_the_robot_of_a_script(command, write_old_file, folder, root):
@@ -171,7 +171,7 @@ def test_compare_takes_the_robot_of_a_script(command, write_old_file, folder, ro
         "    return given.replace(robot=dataclasses.replace(given.robot, name='mine'))\n"
     )
     refused = command("compare", "gait.h5", "--multipliers")
-    assert "only names its robot, 'mine', which is not in the catalogue" in refused.err
+    assert "contains only the name of its robot, 'mine', which is not in the catalogue" in refused.err
     ran = command("compare", "gait.h5", "--multipliers", "--problem", "own.py")
     assert ran.status == 0, ran.err
     assert "largest multiplier" in ran.out

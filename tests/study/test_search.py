@@ -42,7 +42,7 @@ def test_sequences_are_ranked_with_reasons(ranking):
     assert first.gait.solver.objective < second.gait.solver.objective
     assert all(finding.gait.verification.passed for finding in (first, second))
     assert str(merged.merged_into) == "stick | stick"
-    assert merged.reason == "this gait is really 'stick | stick': one phase shrank to its minimum duration"
+    assert merged.reason == "this gait degenerates to 'stick | stick': one phase has its minimum duration"
     assert "slips forward" in impossible.reason
 
 
