@@ -44,8 +44,8 @@ def grid(over: Sequence[str], most: int) -> dict[str, Array]:
 def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> dict[str, Array]:
     """Return axes in the units of a problem (SI, angles in rad).
 
-    A name that is a parameter of the script means the same with ``--over`` as with ``--set``: the script is called with
-    each value.  Any other name, and a parameter of the script that is no quantity of the problem, is left as it is.
+    A name that is a parameter of the script has the same meaning with ``--over`` as with ``--set``: the script is called
+    with each value.  Any other name, and a parameter of the script that is no quantity of the problem, is left as it is.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> di
     Raises
     ------
     InputError
-        If the script turns a value into something other than a number, or changes more than this one quantity.
+        If the script returns something other than a number for a value, or changes more than this one quantity.
     ScriptError
         If the script raises an exception.
     """
@@ -68,7 +68,7 @@ def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> di
 
 
 def unconverted_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> str:
-    """Return a sentence on the axes that are quantities of a problem but no parameters of its script; often empty."""
+    """Return a sentence about the axes that are quantities of a problem but not parameters of its script, or ""."""
     names = [name for name in axes if name not in script.defaults and _has(problem, name)]
     if not names:
         return ""

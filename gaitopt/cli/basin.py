@@ -64,8 +64,8 @@ def basin(
 ) -> None:
     """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
 
-    For a saved gait, walks use its torques or the given feedback law; the share of starts that return to the gait is
-    reported as well.
+    For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the
+    gait is also reported.
 
     The command may be interrupted: with an output file, the same command resumes the computation.
 

@@ -1,4 +1,4 @@
-"""Commands for a start: new writes a problem script, doctor tests the installation."""
+"""Setup commands: new writes a problem script, doctor tests the installation."""
 
 import platform
 import re

@@ -183,12 +183,12 @@ class Gait(LazyRecord):
 
     @property
     def robot_name(self) -> str:
-        """Name of the robot, which is not restored for it."""
+        """Name of the robot; the robot itself is not restored."""
         return str(self.robot_source.name)
 
     @property
     def robot_source(self) -> Any:
-        """The robot, or what it is restored from when it is first used."""
+        """The robot, or the record from which it is restored at its first use."""
         return vars(self)["robot"]
 
     @property

@@ -1,4 +1,4 @@
-"""Whether a robot is the one of a gait: by its physics, not by its name."""
+"""Comparison of a robot with the robot of a gait, by physics and not by name."""
 
 import numpy as np
 

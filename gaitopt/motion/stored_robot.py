@@ -44,7 +44,7 @@ class StoredRobot(Deferred["Robot"]):
 
     @staticmethod
     def from_name(name: str, motion: Motion) -> "StoredRobot":
-        """Return a robot that a file only names; the one of the catalogue is used if it has this motion."""
+        """Return the robot of a file that contains only its name: that of the catalogue, if it has this motion."""
         return StoredRobot(functools.partial(_find, name, motion), True, name)
 
 

@@ -207,7 +207,7 @@ class GaitProblem:
         slips = any(mode.slips for mode in (*self.sequence.phases, self.sequence.impact))
         if slips and math.isinf(self.friction):
             raise InputError(
-                f"The contact sequence '{self.sequence}' contains slip, which needs a finite friction coefficient, got inf."
+                f"The sequence '{self.sequence}' contains slip, which needs a finite friction coefficient, got inf."
             )
         if self.friction == 0:  # the cones contain 1 / mu
             raise InputError("friction must be greater than 0, got 0: a foot cannot push off without friction.")

@@ -97,7 +97,8 @@ def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine |
     Raises
     ------
     InputError
-        If the gait was read from an older file that only names its robot, and the catalogue does not have it.
+        If the gait was read from an older file that contains only the name of its robot, and the robot is not in the
+        catalogue.
 
     Examples
     --------

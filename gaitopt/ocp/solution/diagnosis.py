@@ -89,7 +89,7 @@ def warnings(
     for phase in transcription.phases:
         if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
             sentences.append(
-                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without this phase may have a lower "
-                "cost."
+                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without this phase may have a "
+                "lower cost."
             )
     return tuple(sentences)

@@ -211,7 +211,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
 
 
 def read_partial_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
-    """Return the complete sweep of a file, or None; raise InputError if the file holds another study."""
+    """Return the complete sweep of a file, or None; raise InputError if the file contains a different study."""
     if not path.exists():
         return None
     table = load_sweep(path)
