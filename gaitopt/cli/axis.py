@@ -44,8 +44,8 @@ def grid(over: Sequence[str], most: int) -> dict[str, Array]:
 def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> dict[str, Array]:
     """Return axes in the units of a problem (SI, angles in rad).
 
-    A name that is a parameter of the script has the same meaning with ``--over`` as with ``--set``: the script is called
-    with each value.  Any other name, and a parameter of the script that is no quantity of the problem, is left as it is.
+    A parameter of the script has the same meaning with ``--over`` as with ``--set``: the script is called with each
+    value.  Any other name, and a parameter of the script that is not a quantity of the problem, is left unchanged.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def unconverted_axes(script: Script, problem: Problem, axes: dict[str, Array]) -
 
 
 def _convert(script: Script, problem: Problem, name: str, values: Array) -> Array:
-    """Return the values of one axis as the script passes them on; those the problem refuses by the others' line."""
+    """Return the values of one axis as converted by the script; those that it rejects follow from the others."""
     converted, refusals = np.full(values.size, math.nan), list[InputError]()
     whole = isinstance(script.defaults[name], int)
     changed = None

@@ -15,7 +15,7 @@ from gaitopt.errors import ArchiveError
 from gaitopt.parameters import Parameter
 
 _LEVEL = 6
-"""Of the compression; the highest takes fifteen times as long for a tenth of the size."""
+"""Level of the compression; the highest level takes fifteen times as long and reduces the size by a tenth."""
 
 _NUMBERS = ("default", "lower", "upper")
 """Of a parameter."""

@@ -137,7 +137,7 @@ class Gait(LazyRecord):
     Attributes
     ----------
     robot : Robot
-        Of a gait that was read from a file, restored when it is first used.
+        For a gait that was read from a file, it is restored at its first use.
     sequence : ContactSequence
         Planned contact sequence.
     status : Status

@@ -83,7 +83,7 @@ def _require_names(robot: Robot, motion: Motion, name: str) -> None:
 
 
 def _agree(there: Array, here: Array) -> bool:
-    """Return whether numbers agree; those of a failed optimisation may be nan and then say nothing."""
+    """Return whether numbers agree; nan, as in a failed optimisation, is not compared."""
     size = max(float(np.max(np.abs(there))), FLOOR)
     return bool(np.all((np.abs(there - here) <= AGREEMENT * size) | ~np.isfinite(there)))
 

@@ -69,7 +69,7 @@ class FootGlass:
     gait : Gait
     film : AnimationFrames
     scale : float
-        Inches on the screen for a metre in the main picture, to say how many times larger the foot is.
+        Inches on the screen for a metre in the main picture, which determine the stated magnification of the foot.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ def draw_pictures(gait: Gait, film: AnimationFrames) -> Iterator[Picture]:
     ----------
     gait : Gait
     film : AnimationFrames
-        Of the gait's motion.
+        Frames of the gait's motion.
 
     Examples
     --------

@@ -25,7 +25,7 @@ class GaitStore(MutableMapping[str, Gait]):
     path : str or Path
         Created if it does not exist.
     key : dict
-        Key of the study as plain data; a folder of another study is refused.
+        Key of the study as plain data; a folder of a different study is rejected.
 
     Raises
     ------
