@@ -34,7 +34,7 @@ def plot(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw a gait: stick figures, angles, torques, force ratio against the friction cone, foot speed.
+    """Draw a gait: stick figures, angles, torques, force ratio in the friction cone, foot speed.
 
     The figure is written to FILE.png unless --output names another file.
 

@@ -43,7 +43,7 @@ def new(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a problem script to start from, with a comment on every line that you may want to change.
+    """Write a commented problem script as a starting point.
 
     With --from, a copy of an installed script is written, and beside it the scripts that it imports.  An existing file
     is never overwritten.

@@ -27,7 +27,7 @@ def solve(
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
-    Exit status 0 for a solved and verified gait, 1 without one, 2 for invalid input, 130 after an interrupt.
+    Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """

@@ -218,7 +218,7 @@ class Gait(LazyRecord):
 
     @property
     def friction_margin(self) -> float:
-        """Smallest 1 - abs(f_t) / (mu f_n) over the sticking samples; nan when the gait never sticks."""
+        """Smallest 1 - abs(f_t) / (mu f_n) over the sticking samples; nan if the gait never sticks."""
         return cone_margin(self.motion)
 
     def require(self) -> "Gait":
