@@ -32,7 +32,7 @@ def require_same_physics(held: Robot | StoredRobot, motion: Motion, robot: Robot
     >>> require_same_physics(compass_biped(), gait.motion, rimless_wheel())
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: angles and actuators (theta instead of th1, th2, ankle, hip). Give the robot the gait was made with, or solve the problem again with this one.
+    gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: angles and actuators (theta instead of th1, th2, ankle, hip). Use the robot with which the gait was computed, or solve the problem again with this one.
     """  # noqa: E501
     if held is robot:
         return

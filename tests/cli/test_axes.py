@@ -53,7 +53,7 @@ def test_a_parameter_that_changes_more_than_one_quantity_is_refused(script):
     ):
         converted(path, "speed", 0.5, 0.7)
     path = script(TWO.replace("speed=speed,", "speed=(0.9 * speed, speed),").replace(" * speed / 0.6", ""))
-    with pytest.raises(InputError, match="not a number"):
+    with pytest.raises(InputError, match="must return a number for it"):
         converted(path, "speed", 0.5, 0.7)
 
 

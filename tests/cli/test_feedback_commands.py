@@ -127,7 +127,7 @@ def test_push_prints_a_table(capsys):
     assert "friction patch" in text.out
     assert "sensor delay" in text.out
     assert "computed_torque: 1 of 1 walks return after pushes up to 0.1 rad/s, median" in text.out
-    assert "open loop: 1 of 1 return" in text.out
+    assert "open loop: 1 of 1 walks return" in text.out
 
 
 @pytest.mark.parametrize(

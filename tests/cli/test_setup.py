@@ -30,7 +30,7 @@ def test_every_option_says_what_it_does(name):
 
 
 def test_exit_statuses_stand_in_the_help(command):
-    assert "Exit status: 0 success, 1 no such gait" in " ".join(command("--help").out.split())
+    assert "Exit status: 0 success, 1 no gait found or a failed check" in " ".join(command("--help").out.split())
 
 
 def test_completion(folder):

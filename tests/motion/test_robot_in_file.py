@@ -166,7 +166,7 @@ def test_a_custom_impact_law_must_be_given_again(slip_gait, compass, tmp_path):
         "except InputError as error:\n"
         "    print(error)\n"
     )
-    assert "test_robot_in_file:Sticky', which a file cannot contain. Give the robot" in run(program, path)
+    assert "test_robot_in_file:Sticky', which a file cannot contain. Specify the robot" in run(program, path)
 
 
 @pytest.mark.parametrize("place", [0, 1000, 100_000])

@@ -157,7 +157,7 @@ def test_a_wrong_proposal_is_unconfirmed(reference_problem, monkeypatch):
     gait = solve(reference_problem(sequence=OPEN, intervals=10))
     assert str(gait.sequence) == "slip+ stick | stick"
     assert gait.status is Status.UNCONFIRMED
-    assert "costs" in gait.proposal.reason
+    assert "has cost" in gait.proposal.reason
 
 
 def test_an_open_sequence_is_refused_where_a_closed_one_is_needed(reference_problem):

@@ -66,7 +66,7 @@ def test_a_search_is_kept_gone_on_with_and_the_same_with_two_workers(ranking, tm
     calls.clear()
     assert found(run(directory=folder, observer=lambda done, total: calls.append(done))) == found(ranking)
     assert not calls
-    with pytest.raises(InputError, match="another problem"):
+    with pytest.raises(InputError, match="different problem"):
         search(quick_problem(), sequences=SEQUENCES, starts=1, directory=folder)
 
 

@@ -179,7 +179,7 @@ def test_another_sweep_is_not_mixed_in(tmp_path):
     sweep(quick_problem(), {"friction": [0.18]}, starts=1, path=path)
     with pytest.raises(InputError, match=r"contains a different study \(different axes\): choose another path"):
         sweep(quick_problem(), {"friction": [0.19]}, starts=1, path=path)
-    with pytest.raises(InputError, match="another problem"):
+    with pytest.raises(InputError, match="different problem"):
         sweep(quick_problem(speed=0.6), {"friction": [0.18]}, starts=1, path=path)
     with pytest.raises(ArchiveError, match="it is a folder"):
         sweep(quick_problem(), {"friction": [0.18]}, starts=1, path=tmp_path)
