@@ -1,7 +1,7 @@
 """gaitopt: optimal-control gait design for planar walking with foot slippage.
 
-The names used most are listed in ``__init__.pyi`` and imported when first used, so that importing gaitopt is quick;
-each wing, such as ``gaitopt.motion``, lists all its public names in the same way.
+The names that are used most are listed in ``__init__.pyi`` and imported at their first use, so that importing gaitopt
+is quick; each sub-package, such as ``gaitopt.motion``, lists all its public names in the same way.
 """
 
 import sys

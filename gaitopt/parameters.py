@@ -212,5 +212,5 @@ def as_vector(parameters: tuple[Parameter, ...], values: Mapping[str, float]) ->
     """Return the values as a vector in the order of `parameters`, shape ``(n,)``; InputError if one is missing."""
     missing = [p.name for p in parameters if p.name not in values]
     if missing:
-        raise InputError(f"There is no value of the robot's parameter {missing[0]!r}. Known: {', '.join(values)}.")
+        raise InputError(f"The robot's parameter {missing[0]!r} has no value. Known: {', '.join(values)}.")
     return np.array([values[p.name] for p in parameters], dtype=float)

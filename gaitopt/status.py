@@ -19,24 +19,24 @@ class Status(Enum):
     SOLVED = "Solved to the requested tolerance."
     ACCEPTABLE = "Stopped near an optimum, at a looser tolerance than requested; check the residuals before using it."
     NOT_VERIFIED = (
-        "The optimiser converged but its torques, replayed in the event-driven simulator, do not give the planned "
+        "The optimiser converged, but its torques, replayed in the event-driven simulator, do not give the planned "
         "gait; use more intervals or larger cone margins, or another contact sequence."
     )
     UNCONFIRMED = (
         "The sequence proposed for an open one was solved, but at a different cost than the open problem: use another "
-        "relaxation or more starts, or solve the proposed contact sequence by itself."
+        "relaxation or more starts, or solve the proposed contact sequence separately."
     )
     INFEASIBLE = (
-        "No gait with this sequence meets the constraints near the guess; see the worst constraints, relax one "
+        "No gait with this sequence satisfies the constraints near the guess; see the worst constraints, relax one "
         "of them, or try another contact sequence or guess."
     )
-    ITERATION_LIMIT = "Stopped at the iteration limit; raise it, or start from a nearer gait."
-    TIME_LIMIT = "Stopped at the time limit; raise it, or start from a nearer gait."
+    ITERATION_LIMIT = "Stopped at the iteration limit; increase it, or start from a gait closer to the solution."
+    TIME_LIMIT = "Stopped at the time limit; increase it, or start from a gait closer to the solution."
     INTERRUPTED = "Interrupted; the last iterate is kept and is not a solution."
     DIVERGING = "The iterates diverge; add the bounds that are missing, such as torque or duration limits."
     INVALID_NUMBER = "A function returned nan or inf; start from a guess away from singular configurations."
     INVALID_OPTION = "The solver rejected its options; check the names of the solver and the linear solver."
-    FAILED = "The solver stopped without an answer; try another guess."
+    FAILED = "The solver stopped without a result; try another guess."
 
     @property
     def ok(self) -> bool:
@@ -63,14 +63,14 @@ class Stop(Enum):
     'lift_off'
     """
 
-    STEPS_DONE = "All requested steps were walked."
+    STEPS_DONE = "All requested steps were completed."
     FELL = "The walker fell."
     LIFT_OFF = "The stance foot lifted off; a single-support model ends there."
     DOUBLE_SUPPORT = (
         "The touchdown has no outcome with an impulse at the landing foot alone: the trailing foot would not separate, "
         "or the landing foot would have to be pulled."
     )
-    PAINLEVE = "Slip is not well posed here (Painleve's paradox); nothing was integrated through it."
+    PAINLEVE = "Slip is not well posed here (Painleve's paradox); the simulation ends there."
     SINGULAR = "The integration stops at a point where the motion or the torque is singular or not finite."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
     TOO_MANY_EVENTS = "Too many contact events in one step (chattering)."

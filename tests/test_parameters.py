@@ -114,7 +114,7 @@ def test_options_that_cannot_be_are_named_with_their_class(make, says):
 
 
 def test_a_vector_needs_every_value():
-    with pytest.raises(InputError, match=r"no value of the robot's parameter 'share'. Known: mass\."):
+    with pytest.raises(InputError, match=r"The robot's parameter 'share' has no value\. Known: mass\."):
         as_vector((MASS, SHARE), {"mass": 3.0})
 
 

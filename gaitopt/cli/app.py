@@ -19,7 +19,7 @@ app = typer.Typer(
     name="gaitopt",
     cls=Group,
     help="Optimal-control gait design for planar walking with foot slippage.",
-    epilog="Exit status: 0 success, 1 no such gait or a failed check, 2 invalid input, 130 interrupted.  "
+    epilog="Exit status: 0 success, 1 no gait found or a failed check, 2 invalid input, 130 interrupted.  "
     "gaitopt COMMAND --help shows an example of each command.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,

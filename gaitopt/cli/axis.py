@@ -31,21 +31,21 @@ def grid(over: Sequence[str], most: int) -> dict[str, Array]:
     axes_read = [_read(text) for text in over]
     size = math.prod(count for _, _, count in axes_read)
     if size > most:
-        raise InputError(f"--over asks for {size} points, more than the {most} of the largest grid; take fewer.")
+        raise InputError(f"--over must define at most {most} points, got {size}.")
     axes = {
         name: np.array(ends) if count == len(ends) else np.linspace(ends[0], ends[-1], count)
         for name, ends, count in axes_read
     }
     if len(axes) < len(over):
-        raise InputError("--over names the same axis twice.")
+        raise InputError("The axes of --over must be different, got the same axis twice.")
     return axes
 
 
 def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> dict[str, Array]:
     """Return axes in the units of a problem (SI, angles in rad).
 
-    A name that is a parameter of the script means the same with ``--over`` as with ``--set``: the script is called with
-    each value.  Any other name, and a parameter of the script that is no quantity of the problem, is left as it is.
+    A parameter of the script has the same meaning with ``--over`` as with ``--set``: the script is called with each
+    value.  Any other name, and a parameter of the script that is not a quantity of the problem, is left unchanged.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> di
     Raises
     ------
     InputError
-        If the script turns a value into something other than a number, or changes more than this one quantity.
+        If the script returns something other than a number for a value, or changes more than this one quantity.
     ScriptError
         If the script raises an exception.
     """
@@ -68,15 +68,17 @@ def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> di
 
 
 def unconverted_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> str:
-    """Return a sentence on the axes that are quantities of a problem but no parameters of its script; often empty."""
+    """Return a sentence about the axes that are quantities of a problem but not parameters of its script, or ""."""
     names = [name for name in axes if name not in script.defaults and _has(problem, name)]
     if not names:
         return ""
-    return f"problem() of {script.path.name} has no parameter {', '.join(names)}: --over takes SI units and rad there."
+    return (
+        f"--over takes {', '.join(names)} in SI units and rad: problem() of {script.path.name} has no such parameter."
+    )
 
 
 def _convert(script: Script, problem: Problem, name: str, values: Array) -> Array:
-    """Return the values of one axis as the script passes them on; those the problem refuses by the others' line."""
+    """Return the values of one axis as converted by the script; those that it rejects follow from the others."""
     converted, refusals = np.full(values.size, math.nan), list[InputError]()
     whole = isinstance(script.defaults[name], int)
     changed = None
@@ -88,7 +90,10 @@ def _convert(script: Script, problem: Problem, name: str, values: Array) -> Arra
             continue
         converted[index] = _number(script, changed, name)
     if changed is not None and (others := _differences(problem, changed) - {name}):
-        raise InputError(f"--over {name}: problem() of {script.path.name} changes {', '.join(sorted(others))} with it.")
+        raise InputError(
+            f"--over {name}: an axis must change one quantity, but problem() of {script.path.name} also changes "
+            f"{', '.join(sorted(others))}."
+        )
     return _complete(values, converted, refusals[0]) if refusals else converted
 
 
@@ -117,7 +122,7 @@ def _number(script: Script, problem: Problem, name: str) -> float:
     """Return a quantity of a problem that the script made."""
     value: Any = problem.parameters[name] if name in problem.parameters else getattr(problem, name)
     if not isinstance(value, int | float):
-        raise InputError(f"--over {name}: problem() of {script.path.name} turns it into {value!r}, not a number.")
+        raise InputError(f"--over {name}: problem() of {script.path.name} must return a number for it, got {value!r}.")
     return float(value)
 
 
@@ -139,7 +144,9 @@ def _read(text: str) -> tuple[str, list[float], int]:
         if not equals or not name.strip() or number < 1 or (colon and len(numbers) != 2):
             raise ValueError
     except ValueError:
-        raise InputError(f"An axis is written NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., got {text!r}.") from None
+        raise InputError(
+            f"An axis must have the form NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., got {text!r}."
+        ) from None
     if not all(map(math.isfinite, numbers)):
-        raise InputError(f"An axis needs finite values, got {text!r}.")
+        raise InputError(f"An axis must have finite values, got {text!r}.")
     return name.strip(), numbers[:number], number

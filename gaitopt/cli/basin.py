@@ -48,7 +48,7 @@ def basin(
     over: BasinAxes,
     setting: Setting = None,
     state: State = None,
-    steps: Annotated[int, typer.Option(min=2, max=100000, help="Largest number of steps of a walk.")] = 100,
+    steps: Annotated[int, typer.Option(min=2, max=100000, help="Maximum number of steps of a walk.")] = 100,
     workers: Workers = None,
     scheduler: Scheduler = None,
     output: BasinOutput = None,
@@ -62,12 +62,12 @@ def basin(
     verbose: Verbose = False,
     problem: RobotScript = None,
 ) -> None:
-    """Simulate walks from every start of a grid and report where each ends: in which gait, or how it fails.
+    """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
 
-    For a saved gait, walks use its torques or the given feedback law; the share of starts that return to the gait is
-    reported as well.
+    For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the
+    gait is also reported.
 
-    Safe to interrupt: with an output file the same command resumes.
+    The command may be interrupted: with an output file, the same command resumes the computation.
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """

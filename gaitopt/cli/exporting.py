@@ -34,7 +34,7 @@ def plot(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw a gait: stick figures, angles, torques, force ratio against the friction cone, foot speed.
+    """Draw a gait: stick figures, angles, torques, force ratio in the friction cone, foot speed.
 
     The figure is written to FILE.png unless --output names another file.
 
@@ -94,7 +94,7 @@ def report(
 ) -> None:
     """Write gaits as one HTML page: animated walker, charts, energy, multipliers, comparison, problem and versions.
 
-    The page contains everything it needs and works without a network.
+    The page is self-contained and needs no network connection.
 
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
@@ -115,7 +115,7 @@ def export(
     file: GaitFile,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="CSV/JSON/C", help="File to write; its suffix selects the contents."),
+        typer.Option("--output", "-o", metavar="CSV/JSON/C", help="File to write; its suffix determines the contents."),
     ],
     problem: RobotScript = None,
     law: LawName = OPEN_LOOP,
@@ -128,7 +128,7 @@ def export(
 ) -> None:
     """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics and controller.
 
-    Without --law the controller plays the torques back and there are no gains.
+    Without --law, the controller replays the planned torques and has no gains.
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 

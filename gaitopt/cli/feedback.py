@@ -50,15 +50,15 @@ def tune(
     sensitivity: Sensitivity = False,
     friction: Frictions = None,
     starts: PushStarts = 200,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of these starts.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
     output: GainsOutput = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Tune the gains of a feedback law for a gait and verify the law by walks from perturbed starts.
+    """Tune the gains of a feedback law for a gait and verify the law by walks from perturbed states.
 
-    Exit status 0 if the law stabilises the gait, 1 if not: then the smallest spectral radius is printed.
+    Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
@@ -118,10 +118,10 @@ def push(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find the largest push, slope, friction patch, torque noise and sensor delay a gait survives under a law.
+    """Find the largest push, slope, friction patch, torque noise and sensor delay that a gait survives under a law.
 
-    The share of a ball of pushes from which the walker returns to the gait, and the number of steps this takes, are
-    reported for open loop (torques replayed) and for the law.
+    The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
+    takes, are reported in open loop (torques replayed) and under the law.
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """

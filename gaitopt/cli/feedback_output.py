@@ -46,7 +46,7 @@ def print_tuning(tuned: Tuning) -> None:
     verified = tuned.verified
     table.add_row("law", tuned.family)
     table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
-    verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius found", tuned.stable)
+    verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius that was found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} before, {tuned.radius_after:.4g} after, "
     table.add_row("spectral radius", Text.assemble(radii, verdict))
     if tuned.cycle is not None:
@@ -62,7 +62,7 @@ def print_tuning(tuned: Tuning) -> None:
 
 def print_unstable(tuned: Tuning) -> None:
     """Report that no gains stabilise a gait, and the smallest spectral radius that was reached."""
-    reached = "none of the gains has a periodic gait near the plan"
+    reached = "no periodic gait was found near the plan for any of the gains"
     if tuned.cycle is not None:
         reached = f"the smallest spectral radius is {tuned.radius_after:.4g}"
     message = f" by {tuned.family} within its torque limits: {reached}"
@@ -70,7 +70,7 @@ def print_unstable(tuned: Tuning) -> None:
 
 
 def basin_facts(recovery: Recovery | None) -> dict[str, Any] | None:
-    """Return the share of a ball of pushes from which a walker returns, and in how many steps, as plain data."""
+    """Return the fraction of pushes in a ball after which a walker returns, and in how many steps, as plain data."""
     if recovery is None:
         return None
     settling = recovery.settling
@@ -95,10 +95,10 @@ def endurance_facts(
 
 
 def print_endurance(facts: dict[str, Any], basins: dict[str, Recovery | None]) -> None:
-    """Print the largest disturbances survived as a table, and the returning shares of a ball of pushes below it."""
+    """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
     caption = (
-        "A push counts as survived if the walker returns to the gait; anything else if it completes all steps, "
+        "A push is survived if the walker returns to the gait, any other disturbance if it completes all steps, "
         "possibly in another gait. Friction patch: loss of friction on the patch."
     )
     table = Table(
@@ -114,7 +114,7 @@ def print_endurance(facts: dict[str, Any], basins: dict[str, Recovery | None]) -
         text = "no periodic gait to return to"
         if recovery is not None:
             share = f"{recovery.returned} of {recovery.starts}"
-            text = f"{share} return from pushes up to {recovery.radius:g} rad/s{_settling(recovery)}"
+            text = f"{share} walks return after pushes up to {recovery.radius:g} rad/s{_settling(recovery)}"
         out.print(f"{name}: {text}", soft_wrap=True)
 
 

@@ -38,7 +38,7 @@ class CommandInput:
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """The options that select a subject.
+    """The options that select the input of a command.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def read_input(request: Request, starts: int, *, first: bool = False) -> Command
 
 def _of_gait(request: Request) -> CommandInput:
     if request.settings:
-        raise InputError("--set changes parameters of a script; a saved gait has none to change.")
+        raise InputError("--set changes the parameters of a script; it is not accepted for a saved gait.")
     gait = load_gait(request.source, request.script)
     robot = gait.robot
     law = feedforward(robot, gait.motion) if request.feedback is None else request.feedback(gait, robot)
@@ -98,9 +98,13 @@ def _of_gait(request: Request) -> CommandInput:
 
 def _of_script(request: Request, starts: int, first: bool) -> CommandInput:
     if request.script is not None:
-        raise InputError("--problem names the robot of a saved gait; a script states its robot.")
+        raise InputError(
+            "--problem specifies the robot of a saved gait; it is not accepted for a script, which defines its robot."
+        )
     if request.feedback is not None:
-        raise InputError("--law is for a saved gait; the law of a walking problem is stated in its script.")
+        raise InputError(
+            "--law is accepted for a saved gait only; the law of a walking problem is defined in its script."
+        )
     problem = walk_problem(read_script(request.source, request.settings))
     law = problem.law or passive(problem.robot)
     engine = engine_named(request.engine, law, problem.robot)

@@ -33,7 +33,7 @@ def problems(
     installed = folder is None and not Path("problems").is_dir()
     folder = find_scripts_folder() if installed else folder or Path("problems")
     if not folder.is_dir():
-        raise InputError(f"There is no folder {folder}; name the folder of your problem scripts.")
+        raise InputError(f"There is no folder {folder}; specify the folder of the problem scripts.")
     scripts = [*sorted(folder.glob("*.py")), *sorted(folder.glob("studies/*.py"))]
     entries = [entry for path in scripts if (entry := _entry(path)) is not None]
     if json:
@@ -49,7 +49,7 @@ def problems(
         table.add_row(script, entry["description"], entry.get("error", values))
     out.print(table)
     if installed:
-        out.print(f"Installed in {folder}; copy one by: gaitopt new NAME --from SCRIPT", soft_wrap=True)
+        out.print(f"Installed in {folder}; to copy one: gaitopt new NAME --from SCRIPT", soft_wrap=True)
 
 
 def _entry(path: Path) -> dict[str, Any] | None:

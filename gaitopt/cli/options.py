@@ -49,13 +49,15 @@ Verbose = Annotated[
 
 # Inputs.
 GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="Gait file written by 'gaitopt solve'.")]
-GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files of 'solve' or 'search'.")]
+GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files written by 'solve' or 'search'.")]
 ScriptFile = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="Problem script.")]
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.py", help="Study script.")]
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Walking problem script or gait file.")]
 RobotScript = Annotated[
     Path | None,
-    typer.Option("--problem", metavar="PROBLEM.py", help="Script with the robot, if the file does not contain it."),
+    typer.Option(
+        "--problem", metavar="PROBLEM.py", help="Script that defines the robot, if the file does not contain it."
+    ),
 ]
 Setting = Annotated[
     list[str] | None,
@@ -68,7 +70,9 @@ Setting = Annotated[
 ]
 State = Annotated[
     list[str] | None,
-    typer.Option("--state", metavar="NAME=VALUE", help="Coordinate of the start in SI units and rad (repeatable)."),
+    typer.Option(
+        "--state", metavar="NAME=VALUE", help="Coordinate of the initial state, SI units and rad (repeatable)."
+    ),
 ]
 
 # Outputs.
@@ -90,7 +94,7 @@ SweepAxes = Annotated[
         "--over",
         metavar="NAME=FROM:TO:COUNT",
         help="Axis (repeatable): friction, speed, step_length, slope or a robot parameter, as FROM:TO:COUNT or "
-        "VALUE,VALUE,... A parameter of the script has the unit it has with --set; any other is in SI units and "
+        "VALUE,VALUE,... Parameters of the script have the same units as with --set; all others are in SI units and "
         "rad. The dataset is in SI units and rad.",
     ),
 ]
@@ -99,9 +103,9 @@ BasinAxes = Annotated[
     typer.Option(
         "--over",
         metavar="NAME=FROM:TO:COUNT",
-        help="Axis (at most two): a coordinate of the start or a parameter, as FROM:TO:COUNT or VALUE,VALUE,... "
-        "A parameter of the script has the unit it has with --set; any other, and coordinates, are in SI units "
-        "and rad. The results are in SI units and rad.",
+        help="Axis (at most two): a coordinate of the initial state or a parameter, as FROM:TO:COUNT or "
+        "VALUE,VALUE,... Parameters of the script have the same units as with --set; coordinates and all other "
+        "parameters are in SI units and rad. The results are in SI units and rad.",
     ),
 ]
 
@@ -111,14 +115,14 @@ Sequences = Annotated[
         "--sequences",
         "--words",
         metavar="SEQUENCE,...",
-        help="Sequences to compare.",
+        help="Contact sequences to compare.",
         show_default="the sequence of the script",
     ),
 ]
 PointStarts = Annotated[
     int,
     typer.Option(
-        "--starts", min=1, max=100, help="Independent starts at points that are not continued from a neighbour."
+        "--starts", min=1, max=100, help="Independent starts at points that are not warm-started from a neighbour."
     ),
 ]
 
@@ -134,7 +138,7 @@ LawName = Annotated[
 ]
 GainsOutput = Annotated[
     Path | None,
-    typer.Option("--output", "-o", metavar="JSON", help="File for the tuned gains, which --law takes."),
+    typer.Option("--output", "-o", metavar="JSON", help="File for the tuned gains; --law accepts this file."),
 ]
 GainValues = Annotated[
     list[str] | None,
@@ -150,26 +154,31 @@ TorqueLimit = Annotated[
 ]
 StanceAngle = Annotated[
     bool,
-    typer.Option("--stance-angle", help="Use the stance angle as phase variable, not the time since touchdown."),
+    typer.Option("--stance-angle", help="Use the stance angle, not the time since touchdown, as phase variable."),
 ]
 
 Sensitivity = Annotated[
-    bool, typer.Option("--sensitivity", help="Minimise the gait sensitivity norm, not the spectral radius.")
+    bool, typer.Option("--sensitivity", help="Minimise the gait sensitivity norm instead of the spectral radius.")
 ]
 Frictions = Annotated[
     list[float] | None,
-    typer.Option("--friction", help="Additional friction to tune for (repeatable); the worst case counts."),
+    typer.Option(
+        "--friction", help="Additional friction coefficient for which to tune (repeatable); the worst case counts."
+    ),
 ]
 PushRadius = Annotated[
     float,
     typer.Option(
-        min=0.0, max=100.0, help="Radius of the ball of pushes for which the returning share is reported [rad/s]."
+        min=0.0,
+        max=100.0,
+        help="Radius of the ball of pushes for which the fraction of recoveries is reported [rad/s].",
     ),
 ]
 
 # Where and how walks and solves are computed.
 EngineName = Annotated[
-    str, typer.Option("--engine", help="Simulation engine: heyoka, scipy, or auto for the fastest that is installed.")
+    str,
+    typer.Option("--engine", help="Simulation engine: heyoka, scipy, or auto for the fastest one that is installed."),
 ]
 Workers = Annotated[
     int | None,
@@ -182,7 +191,7 @@ Scheduler = Annotated[
     ),
 ]
 CycleStarts = Annotated[
-    int, typer.Option("--starts", min=1, max=100000, help="Random starts of the search for periodic gaits.")
+    int, typer.Option("--starts", min=1, max=100000, help="Number of random starts in the search for periodic gaits.")
 ]
 PushStarts = Annotated[
     int, typer.Option("--starts", min=1, max=100000, help="Number of random starts used for verification.")
@@ -200,5 +209,5 @@ def label_files(files: Sequence[Path]) -> dict[str, Path]:
     stems = [file.stem for file in files]
     labels = {file.stem if stems.count(file.stem) == 1 else str(file): file for file in files}
     if len(labels) < len(files):
-        raise InputError("The same gait file is given twice.")
+        raise InputError("The gait files must be different, got the same file twice.")
     return labels

@@ -37,7 +37,7 @@ def read_setting(text: str, defaults: Mapping[str, Any], script: str) -> tuple[s
     """
     name, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not name:
-        raise InputError(f"--set needs NAME=VALUE, got {text!r}.")
+        raise InputError(f"--set must have the form NAME=VALUE, got {text!r}.")
     if name not in defaults:
         raise InputError(f"{script} has no parameter {name!r}. {suggest(name, defaults)}")
     default = defaults[name]
@@ -71,7 +71,7 @@ def read_numbers(settings: list[str] | None, option: str) -> dict[str, float]:
         try:
             values[name.strip()] = float(value)
         except ValueError:
-            raise InputError(f"{option} needs NAME=NUMBER, got {text!r}.") from None
+            raise InputError(f"{option} must have the form NAME=NUMBER, got {text!r}.") from None
     return values
 
 

@@ -1,4 +1,4 @@
-"""Commands for a start: new writes a problem script, doctor tests the installation."""
+"""Setup commands: new writes a problem script, doctor tests the installation."""
 
 import platform
 import re
@@ -43,7 +43,7 @@ def new(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a problem script to start from, with a comment on every line that you may want to change.
+    """Write a commented problem script as a starting point.
 
     With --from, a copy of an installed script is written, and beside it the scripts that it imports.  An existing file
     is never overwritten.
@@ -52,7 +52,7 @@ def new(
     """
     path = Path(name if name.endswith(".py") else f"{name}.py")
     if path.name.startswith("."):
-        raise InputError(f"A script needs a name, got {name!r}.")
+        raise InputError(f"The name of a script must not be empty or begin with a dot, got {name!r}.")
     if source is None:
         template = (files("gaitopt.cli") / "templates" / "problem.py").read_text(encoding="utf-8")
         _write_new(path, template.replace("NAME", path.stem))
@@ -69,7 +69,9 @@ def _copy_script(source: str, path: Path) -> None:
     for beside, content in imported:
         target = path.with_name(beside)
         if target == path or (target.exists() and target.read_text(encoding="utf-8") != content):
-            raise InputError(f"{script} imports {beside}, but {target} is another file; choose another folder.")
+            raise InputError(
+                f"{script} imports {beside}, but {target} exists with different contents; choose another folder."
+            )
     _write_new(path, text.replace(f"problems/studies/{script}", str(path)).replace(f"problems/{script}", str(path)))
     for beside, content in imported:
         if not path.with_name(beside).exists():
@@ -81,7 +83,7 @@ def _write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise InputError(f"{path} exists already; choose another name.") from None
+        raise InputError(f"{path} already exists; choose another name.") from None
     except OSError as error:
         raise InputError(f"Cannot write {path}: {error.strerror}.") from None
 
@@ -169,7 +171,7 @@ def _unavailable_extras() -> dict[str, str]:
         package, extra = re.match(r"[\w.-]+", requirement), re.search(r"extra == ['\"]([\w-]+)", requirement)
         system = re.search(r"platform_system == ['\"](\w+)", requirement)
         if package and extra and system and system[1] != platform.system() and _version(package[0]) is None:
-            reasons[extra[1]] = f"not available: {package[0]} is installed on {system[1]} only, not {platform.system()}"
+            reasons[extra[1]] = f"not available: {package[0]} is for {system[1]} only, not for {platform.system()}"
     return reasons
 
 
@@ -208,7 +210,9 @@ def _engines() -> str:
     for engine in engines.values():
         walk = simulate(compass_biped(), q, v, {"slope": np.deg2rad(1), "friction": 0.3}, engine=engine)
         if abs(walk.motion.period - 0.744620868) > 1e-7:
-            raise RuntimeError(f"{engine.name}: a step of 0.744620868 s took {walk.motion.period} s")
+            raise RuntimeError(
+                f"{engine.name}: a step with the period 0.744620868 s has the period {walk.motion.period} s"
+            )
     return f"{', '.join(engines)}; the fastest is {default_engine().name}"
 
 

@@ -27,7 +27,7 @@ def solve(
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
-    Exit status 0 for a solved and verified gait, 1 without one, 2 for invalid input, 130 after an interrupt.
+    Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
@@ -56,7 +56,7 @@ def solve(
         if written:
             report_file(written)
         else:
-            out.print("no verified gait; nothing was written")
+            out.print("no verified gait was found; nothing was written")
     if gait.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the status is in the table already
     raise typer.Exit(0 if gait.status.ok else 1)
@@ -102,9 +102,9 @@ def verify(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Replay a saved gait's torques in the event-driven simulator and compare with the plan.
+    """Replay a saved gait's torques in the event-driven simulator and compare the replay with the plan.
 
-    Exit status 0 if it passes, 1 if not.  The file is not changed.
+    Exit status 0 if the gait passes, 1 otherwise.  The file is not changed.
 
     Example: gaitopt verify compass_slip.h5
     """
@@ -117,6 +117,6 @@ def verify(
         print_json(summarise(gait) | {"file": str(file)})
     else:
         print_gait(gait)
-        out.print("replayed now in the event-driven simulator; the file was not changed")
+        out.print("The gait was replayed in the event-driven simulator; the file was not changed.")
     passed = gait.verification is not None and gait.verification.passed
     raise typer.Exit(0 if passed and gait.status.ok else 1)

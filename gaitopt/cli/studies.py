@@ -47,7 +47,7 @@ def search(
             "--output", "-o", metavar="DIR", help="Folder of the gaits. Run the same command again to resume."
         ),
     ],
-    max_phases: Annotated[int, typer.Option(min=1, max=6, help="Largest number of phases of a contact sequence.")] = 3,
+    max_phases: Annotated[int, typer.Option(min=1, max=6, help="Maximum number of phases of a contact sequence.")] = 3,
     starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts per contact sequence.")] = 4,
     setting: Setting = None,
     workers: Workers = None,
@@ -56,9 +56,10 @@ def search(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find the sequence of stick and slip with the lowest cost: solve every sequence, replay each gait, and rank them.
+    """Find the contact sequence of lowest cost: solve every sequence, replay each gait, and rank them.
 
-    Safe to interrupt: the same command resumes.  Exit status 0 if a contact sequence has a gait, 1 if none has.
+    The search may be interrupted: the same command resumes it.  Exit status 0 if a contact sequence has a gait, 1 if
+    none has.
 
     Example: gaitopt search problems/compass_slip.py --max-phases 2 -o sequences
     """
@@ -102,7 +103,7 @@ def sweep(
 ) -> None:
     """Find the optimal gait of each contact sequence at every point of a grid: the frontier of lowest cost.
 
-    Safe to interrupt: the same command resumes.  Exit status 0 if there is a gait, 1 otherwise.
+    The sweep may be interrupted: the same command resumes it.  Exit status 0 if there is a gait, 1 otherwise.
 
     Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
     """
@@ -159,7 +160,7 @@ def compare(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Compare gaits in a table and in one overlaid figure.
+    """Compare gaits in a table and in a figure that overlays them.
 
     The figure is written to comparison.png unless --output names another file.
 
@@ -195,7 +196,7 @@ def run(
     """Run a study script: save its figure and compare its numbers with published ones.
 
     The figure is written to SCRIPT.png unless --output names another file.  Exit status 0 if every number agrees to its
-    printed digits, 1 if one does not.
+    printed digits, 1 otherwise.
 
     Example: gaitopt run problems/studies/compass_multipliers.py
     """

@@ -43,7 +43,7 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
     for cycle in cycles:
         critical = cycle.critical_friction
         table.add_row(
-            cycle.sequence + (f"\nfoot speed {cycle.drift:+.4g} m/s a step" if cycle.drift else ""),
+            cycle.sequence + (f"\nfoot speed {cycle.drift:+.4g} m/s per step" if cycle.drift else ""),
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(_multipliers(cycle)),
@@ -54,7 +54,7 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
 
 
 def basin_facts(table: "xr.Dataset", engine: Engine, share: float | None) -> dict[str, Any]:
-    """Return a basin as plain data; `share` is that of the starts that end in the saved gait."""
+    """Return a basin as plain data; `share` is the fraction of starts that end in the saved gait."""
     return {
         "engine": engine.name,
         "robot": basin_key(table)["robot"],
@@ -67,7 +67,7 @@ def basin_facts(table: "xr.Dataset", engine: Engine, share: float | None) -> dic
 
 
 def print_basin(table: "xr.Dataset", engine: Engine, share: float | None) -> None:
-    """Print the share of the starts with each ending, and of those that end in the saved gait."""
+    """Print the fraction of starts with each ending, and of those that end in the saved gait."""
     for label, fraction in ending_shares(table).items():
         out.print(f"{100 * fraction:6.2f} %  {label}")
     if share is not None:

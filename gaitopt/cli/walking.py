@@ -90,7 +90,7 @@ def simulate(
 
     A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law.
 
-    Exit status 0 if all steps were completed, 1 if the walk ended before.
+    Exit status 0 if all steps were completed, 1 if the walk ended earlier.
 
     Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20 -o walk.csv
     """

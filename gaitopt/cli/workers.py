@@ -37,7 +37,7 @@ def worker_options(workers: int | None, scheduler: str | None) -> Iterator[Worke
         return
     if workers is not None:
         raise InputError(
-            "Give --workers or --scheduler, not both: --workers is the number of local processes; "
+            "--workers and --scheduler exclude each other: --workers is the number of local processes; "
             "the scheduler determines the number of its workers."
         )
     with DaskExecutor(scheduler) as executor:

@@ -108,7 +108,7 @@ class Law:
         return np.asarray(self.torque(clock, q, v, latched, slide, data)[0], dtype=float).ravel()
 
     def measure(self, clock: float, y: Array) -> float:
-        """Return the quantity that decides the piece in a state y = (q, v, latched): the clock or an entry of y."""
+        """Return the quantity that determines the piece in a state y = (q, v, latched): the clock or an entry of y."""
         return clock if self.index is None else float(y[self.index])
 
     def piece(self, measure: float) -> int:

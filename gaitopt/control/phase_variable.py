@@ -59,7 +59,9 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
     if name not in robot.angles:
         raise InputError(f"Robot {robot.name!r} has no angle {name!r}. {suggest(name, robot.angles)}")
     if law.index is not None:
-        raise InputError(f"The pieces of the law {law.name!r} are decided by the state; a law by the clock is needed.")
+        raise InputError(
+            f"The law must have pieces that depend on the clock; those of {law.name!r} depend on the state."
+        )
     index, plan = robot.angles.index(name), reference(robot, motion)
     _check_increasing(plan, index, name)
     times = np.union1d(plan.breakpoints, law.breakpoints[law.breakpoints < plan.duration])
@@ -119,7 +121,7 @@ def _check_increasing(plan: Reference, index: int, name: str) -> None:
     if not np.min(rate) > 0:
         raise InputError(
             f"The planned angle {name!r} does not increase throughout the step: at {times[np.argmin(rate)]:.4f} s "
-            f"its rate is {np.min(rate):.3g} rad/s. Use a law by the time since touchdown, or plan a gait in which "
+            f"its rate is {np.min(rate):.3g} rad/s. Use a law based on time since touchdown, or plan a gait in which "
             "this angle is monotone."
         )
 
@@ -160,5 +162,5 @@ def _bisect(plan: Reference, index: int, times: Array, name: str) -> Array:
         time_at_rest, times = times[:-1][inaccurate][0], np.sort(np.append(times, (times[:-1] + steps / 2)[inaccurate]))
     raise InputError(
         f"The planned angle {name!r} is nearly at rest at {time_at_rest:.4f} s, so it does not determine the planned "
-        "time. Use a law by the time since touchdown."
+        "time. Use a law based on time since touchdown."
     )

@@ -92,7 +92,7 @@ def push_off(
 
 def _first(actuators: tuple[str, ...]) -> str:
     if not actuators:
-        raise InputError("A push-off needs an actuator; the robot has none.")
+        raise InputError("A push-off requires an actuator, but the robot has no actuators.")
     return actuators[0]
 
 

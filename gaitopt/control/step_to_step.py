@@ -62,7 +62,7 @@ def step_to_step(
     n_q, n_u = robot.n_q, robot.n_u
     if law.memory.values or law.limited or law.index is not None:
         raise InputError(
-            f"Step-to-step feedback needs a law by the clock without limits and without memory, got {law.name!r}."
+            f"Step-to-step feedback needs a clock-based law without limits and without memory, got {law.name!r}."
         )
     free = (entry for entry in range(2, n_q) if entry != 2 + dependent_coordinate(robot))
     indices = [*free, *range(n_q + 2, 2 * n_q), n_q]

@@ -60,8 +60,8 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
     path = Path(path)
     if path.suffix != ".c" or not re.fullmatch(r"[A-Za-z]\w*", path.stem, re.ASCII):
         raise InputError(
-            f"Cannot write {path}: C code needs a file such as gait.c, whose name begins with a letter and has only "
-            f"letters, digits and underscores, because the names in it are made from it."
+            f"Cannot write {path}: C code needs a file such as gait.c, whose name begins with a letter and contains "
+            "only letters, digits and underscores, because the identifiers in the code are derived from it."
         )
     if law.torque.size1_out(0) != robot.n_u or law.torque.size1_in(1) != robot.n_q:
         raise InputError(f"The law {law.name!r} does not belong to the robot {robot.name!r}.")

@@ -33,7 +33,7 @@ def controller_header(prefix: str, law: Law) -> str:
             *([f" * Events of the law: {', '.join(events)}."] if events else []),
             " */",
             f"typedef struct {{ double latched[{max(len(values), 1)}]; }} {prefix}_state;",
-            "/* Call it with the state of the robot after every touchdown, legs swapped. */",
+            "/* Call it with the state of the robot after every touchdown and leg exchange. */",
             f"{_begin_signature(prefix)};",
             "/* Torque at a sample: clock [s] since the last touchdown; slide, 1, -1 or 0 as the stance foot slides",
             " * forward, backward or not.  Events of the law since the last sample change the state first. */",

@@ -347,7 +347,9 @@ def _exchange_matrix(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:
     """Return the constant matrix of the leg exchange on the angles' rates."""
     matrix = ca.jacobian(ca.vertcat(*relabel), q[2:])
     if not matrix.is_constant() or matrix.shape[0] != matrix.shape[1]:
-        raise InputError(f"Robot {name!r}: the exchanged angles must be linear in the angles, one for each.")
+        raise InputError(
+            f"Robot {name!r}: the exchanged angles must be linear functions of the angles, one for each angle."
+        )
     constant = ca.DM(matrix)
     if abs(float(ca.det(constant))) < 1e-12:
         raise InputError(f"Robot {name!r}: the exchange of the angles is not invertible.")

@@ -114,7 +114,7 @@ def check_robot(
     rng = np.random.default_rng(seed)
     values = robot.resolve({"friction": 0.3, "slope": 0.1, **(parameters or {})})
     if np.isinf(values["friction"]):
-        raise InputError("check_robot needs a finite friction, got inf: it also checks slip.")
+        raise InputError("check_robot needs a finite friction coefficient to check slip, got inf.")
     p = robot.vector(values)
     rows = []
     for _ in range(states):

@@ -75,6 +75,8 @@ class FastCall:
 def _split(whole: np.ndarray, sizes: list[int]) -> tuple[np.ndarray, ...]:
     """Return the consecutive parts of a contiguous array with some sizes."""
     if not whole.flags.c_contiguous or whole.shape != (sum(sizes),):
-        raise InputError(f"Shared memory must be {sum(sizes)} numbers in a row, got an array of shape {whole.shape}.")
+        raise InputError(
+            f"Shared memory must be a contiguous array of {sum(sizes)} numbers, got an array of shape {whole.shape}."
+        )
     ends = np.cumsum(sizes)
     return tuple(whole[end - size : end] for size, end in zip(sizes, ends, strict=True))

@@ -63,7 +63,7 @@ class Ground(Mapping[str, float]):
             return 1.0
         if self.friction == 0:
             raise InputError(
-                "friction must be greater than 0 if static_friction is, got 0: their ratio is a parameter."
+                "friction must be greater than 0 if static_friction is, got 0: the ratio of the two is a parameter."
             )
         return self.static_friction / self.friction
 

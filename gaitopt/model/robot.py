@@ -43,7 +43,7 @@ class Coordinates:
         names = [p.name for p in self.parameters]
         if len(set(names)) != len(names):
             ground = ", ".join(repr(p.name) for p in GROUND)
-            raise InputError(f"Parameters must have different names; {ground} are those of the ground.")
+            raise InputError(f"Parameters must have different names; {ground} are names of the ground's parameters.")
         if "gravity" not in names:
             raise InputError("The parameters of a robot must include 'gravity'.")
         for p in parameters:
@@ -186,11 +186,11 @@ class Robot(LazyRecord):
 
     @staticmethod
     def is_restored(record: RobotRecord) -> bool:
-        """Return whether this process has the robot of a record already."""
+        """Return whether this process has already restored the robot of a record."""
         return record.digest in _RESTORED
 
     def share(self, record: RobotRecord) -> "Robot":
-        """Return the robot itself, which from now on is the robot of a record with the same physics."""
+        """Return the robot itself, which is used from now on for every record with the same physics."""
         with _LOCK:
             _RESTORED[record.digest] = self
         return self

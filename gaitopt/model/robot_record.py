@@ -15,7 +15,7 @@ from gaitopt.errors import ArchiveError
 from gaitopt.parameters import Parameter
 
 _LEVEL = 6
-"""Of the compression; the highest takes fifteen times as long for a tenth of the size."""
+"""Level of the compression; the highest level takes fifteen times as long and reduces the size by a tenth."""
 
 _NUMBERS = ("default", "lower", "upper")
 """Of a parameter."""
@@ -75,9 +75,9 @@ class RobotRecord:
         """
         if not self.is_intact():
             raise ArchiveError(
-                f"The stored robot {self.name!r} is damaged: the SHA-256 of its text is not the one written beside it. "
-                "Use an intact copy of the file, or give the robot: gait.with_robot(robot), or --problem SCRIPT.py on "
-                "the command line."
+                f"The stored robot {self.name!r} is damaged: its text does not have the stored SHA-256 digest. Use an "
+                "intact copy of the file, or specify the robot: gait.with_robot(robot), or --problem SCRIPT.py on the "
+                "command line."
             )
         content: dict[str, Any] = json.loads(self.text)
         return content

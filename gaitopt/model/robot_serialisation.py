@@ -73,7 +73,7 @@ def _explain(record: RobotRecord, error: Exception) -> str:
     reason = next((line.strip() for line in reversed(str(error).splitlines()) if line.strip()), "no reason given")
     return (
         f"The stored robot {record.name!r} cannot be read: CasADi {record.casadi} wrote it and CasADi "
-        f"{ca.CasadiMeta.version()} is installed, which reads only what its own or an older version wrote ({reason}). "
-        f"Install CasADi {record.casadi} or a newer one, or give the robot: gait.with_robot(robot), or --problem "
+        f"{ca.CasadiMeta.version()} is installed, which reads only files of the same or an older version ({reason}). "
+        f"Install CasADi {record.casadi} or newer, or specify the robot: gait.with_robot(robot), or --problem "
         "SCRIPT.py on the command line."
     )

@@ -13,7 +13,7 @@ NONE = 1e-12
 
 @functools.lru_cache(maxsize=32)
 def dependent_coordinate(robot: Robot) -> int:
-    """Return the number of the angle that the touchdown condition determines after the swap.
+    """Return the number of the angle that the touchdown condition determines after the leg exchange.
 
     It is the last angle on which the condition depends; the angle of a torso, for instance, is free.
 
@@ -30,7 +30,7 @@ def dependent_coordinate(robot: Robot) -> int:
 
 
 def guard_after_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
-    """Return the touchdown guard as a function of the angles after the swap."""
+    """Return the touchdown guard as a function of the angles after the leg exchange."""
     matrix, offset = _relabel_map(robot, p)
     old = ca.solve(matrix, following - offset)
     return robot.touchdown(ca.vertcat(0, 0, old), ca.SX.zeros(robot.n_q), p)[0]

@@ -170,11 +170,10 @@ class _Poses:
             apart.append(float(np.linalg.norm(self.foot(after) - q[:2]) / self._size))
         elif not self.foot(after)[1] > EXACT * self._size:
             apart.append(math.inf)
-        advice = (
-            f"exchange must describe the same pose with exchanged legs and the same torso; seen {self._describe(q)}."
-        )
+        at = self._describe(q)
+        advice = f"exchange must describe the same pose with exchanged legs and the same torso; observed {at}."
         if name == "elastic energy":
-            advice = f"springs and potentials must be the same for both legs; seen {self._describe(q)}."
+            advice = f"springs and potentials must be the same for both legs; observed {at}."
         if not size <= EXACT:
             return float(np.max([size, *apart])), f"the leg exchange changes the {name} by {100 * size:.3g} %: {advice}"
         return float(np.max(apart)), f"the leg exchange does not make the stance foot the next foot to land: {advice}"
@@ -187,7 +186,7 @@ class _Poses:
         before, exchanged = (np.asarray(self.robot.figure(pose, self._p)) for pose in (q, after))
         apart = np.linalg.norm(before[:, :, None] - exchanged[:, None, :], axis=0)
         size = np.max([*np.min(apart, axis=0), *np.min(apart, axis=1)]) / self._size
-        fault = f"the leg exchange changes the figure: draw both legs alike; {self._describe(q)}."
+        fault = f"the leg exchange changes the figure: draw both legs alike; observed {self._describe(q)}."
         return float(size), fault
 
     def _restores(self, q: np.ndarray, again: np.ndarray) -> bool:
@@ -213,9 +212,9 @@ class _Poses:
         if x <= 1e-6 * self._size or starts_armed:
             return math.inf, (
                 f"touchdown is armed where the landing foot is {x:.3g} m ahead of the stance foot ({at}), so "
-                "a step ends there, too, as where the legs pass each other: arm it only where the foot is well ahead, "
-                "such as armed = landing_foot[0] - c.foot[0] - 0.1, or write a touchdown that is zero at the end of "
-                "the step only, such as th2 - th1 of a compass biped."
+                "a step would also end there, for example when the legs pass each other: arm it only when the foot is "
+                "well ahead, for example armed = landing_foot[0] - c.foot[0] - 0.1, or write a touchdown that is zero "
+                "only at the end of the step, for example th2 - th1 for a compass biped."
             )
         if not guard @ rise > 0:
             return math.inf, (

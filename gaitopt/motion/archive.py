@@ -79,7 +79,7 @@ def save(gait: Gait, path: str | Path) -> Path:
 def check_gait_suffix(path: Path) -> None:
     """Raise InputError unless a path has the suffix of a gait file; the message states what writes other formats."""
     if path.is_dir():
-        return  # which the writer refuses
+        return  # which the writer rejects
     try:
         check_suffix(path, SUFFIXES)
     except InputError as error:

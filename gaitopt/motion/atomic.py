@@ -97,14 +97,17 @@ def _temporary(path: Path) -> Path:
     """Create an empty temporary file beside `path`."""
     folder = path.parent
     if not folder.is_dir():
-        raise ArchiveError(f"Cannot write {path}: the folder {folder} does not exist. Create it, or choose another.")
+        raise ArchiveError(
+            f"Cannot write {path}: the folder {folder} does not exist. Create it, or choose another folder."
+        )
     if path.is_dir():
-        raise ArchiveError(f"Cannot write {path}: it is a folder. Give a file name.")
+        raise ArchiveError(f"Cannot write {path}: it is a folder. Specify a file name.")
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=folder)
     except OSError as error:
         raise ArchiveError(
-            f"Cannot write {path}: the folder {folder} is not writable ({error.strerror}). Choose another with -o."
+            f"Cannot write {path}: the folder {folder} is not writable ({error.strerror}). Choose another folder with "
+            "-o."
         ) from None
     os.close(handle)
     return Path(name)

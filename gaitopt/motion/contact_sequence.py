@@ -48,13 +48,13 @@ class ContactSequence:
             raise SequenceError(f"The contact sequence {str(self)!r} has no phases before its impact. {_EXAMPLE}")
         if Mode.FREE in (*self.phases, self.impact):
             raise SequenceError(
-                f"The sequence {str(self)!r} contains 'free': with one foot on the ground a step ends there. "
+                f"The sequence {str(self)!r} contains 'free': a step with one foot on the ground ends there. "
                 f"Use {', '.join(_PHASES)}."
             )
         for first, second in zip(self.phases, self.phases[1:], strict=False):
             if first is second:
                 raise SequenceError(
-                    f"The sequence {str(self)!r} repeats {first.value!r}; two equal phases in a row are one."
+                    f"The sequence {str(self)!r} repeats {first.value!r}; consecutive phases must differ."
                 )
 
     @property
@@ -86,12 +86,12 @@ class ContactSequence:
         Traceback (most recent call last):
         ...
         gaitopt.errors.SequenceError: A walk needs a closed contact sequence, but 'any | stick' is open; \
-solve() closes it: use the sequence of the gait it returns.
+solve() closes it: use the sequence of the gait that it returns.
         """
         if self.is_open:
             raise SequenceError(
                 f"{purpose} needs a closed contact sequence, but {str(self)!r} is open; solve() closes it: "
-                "use the sequence of the gait it returns."
+                "use the sequence of the gait that it returns."
             )
         return self
 
@@ -154,7 +154,7 @@ solve() closes it: use the sequence of the gait it returns.
         if isinstance(text, ContactSequence):
             return text
         if not isinstance(text, str):
-            raise SequenceError(f"A contact sequence is text such as 'stick | stick', got {text!r}. {_EXAMPLE}")
+            raise SequenceError(f"A contact sequence must be text such as 'stick | stick', got {text!r}. {_EXAMPLE}")
         parts = text.split("|")
         if len(parts) != 2:
             raise SequenceError(

@@ -10,7 +10,7 @@ from gaitopt.reductions import worst
 
 @dataclass(frozen=True)
 class Ledger:
-    """Where the energy of a motion came from and went, all in J.
+    """Sources and losses of the energy of a motion [J].
 
     actuator + gravity = impact_loss + friction_loss + damping_loss + kinetic_change + elastic_change, up to
     `residual`.

@@ -137,7 +137,7 @@ class Gait(LazyRecord):
     Attributes
     ----------
     robot : Robot
-        Of a gait that was read from a file, restored when it is first used.
+        For a gait that was read from a file, it is restored at its first use.
     sequence : ContactSequence
         Planned contact sequence.
     status : Status
@@ -183,12 +183,12 @@ class Gait(LazyRecord):
 
     @property
     def robot_name(self) -> str:
-        """Name of the robot, which is not restored for it."""
+        """Name of the robot; the robot itself is not restored."""
         return str(self.robot_source.name)
 
     @property
     def robot_source(self) -> Any:
-        """The robot, or what it is restored from when it is first used."""
+        """The robot, or the record from which it is restored at its first use."""
         return vars(self)["robot"]
 
     @property
@@ -218,7 +218,7 @@ class Gait(LazyRecord):
 
     @property
     def friction_margin(self) -> float:
-        """Smallest 1 - abs(f_t) / (mu f_n) over the sticking samples; nan when the gait never sticks."""
+        """Smallest 1 - abs(f_t) / (mu f_n) over the sticking samples; nan if the gait never sticks."""
         return cone_margin(self.motion)
 
     def require(self) -> "Gait":

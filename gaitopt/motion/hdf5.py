@@ -71,7 +71,7 @@ def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     path = Path(path)
     if path.is_dir():
         inside = next(iter(sorted(path.glob("*.h5"))), None)
-        raise ArchiveError(f"{path} is a folder; give a file{f' in it, such as {inside}' if inside else ''}.")
+        raise ArchiveError(f"{path} is a folder; specify a file{f' in it, such as {inside}' if inside else ''}.")
     if not path.is_file():
         raise ArchiveError(f"There is no file {path}.")
     try:
@@ -89,7 +89,7 @@ def _check_format(file: h5py.File, path: Path, kind: str, version: int) -> None:
     if content != f"gaitopt {kind}":
         other = content.removeprefix("gaitopt ")
         if other in READERS:
-            raise ArchiveError(f"{path} holds a {other}, not a {kind}; in Python {READERS[other]}.")
+            raise ArchiveError(f"{path} contains a {other}, not a {kind}; in Python, {READERS[other]}.")
         raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
     file_version = int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array
     if file_version > version:

@@ -58,7 +58,7 @@ def classify_links(motion: Motion) -> LinkRoles:
 
 
 def is_drawable(motion: Motion) -> bool:
-    """Return whether a motion is finite and takes time; the last iterate of a failed solve may not be.
+    """Return whether a motion is finite and has a positive duration, unlike some last iterates of failed solves.
 
     Examples
     --------

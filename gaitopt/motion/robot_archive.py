@@ -25,7 +25,7 @@ SharedGroups = dict[str, h5py.Group]
 
 
 def write_robot(group: h5py.Group, gait: Gait, shared: SharedGroups | None = None) -> None:
-    """Write the robot of a gait into the gait's group; a robot that the file has already is linked.
+    """Write the robot of a gait into the gait's group; a robot that the file already contains is linked.
 
     A gait of an older file whose robot is not known stays without: it keeps the name only.
     """

@@ -1,4 +1,4 @@
-"""Whether a robot is the one of a gait: by its physics, not by its name."""
+"""Comparison of a robot with the robot of a gait, by physics and not by name."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def require_same_physics(held: Robot | StoredRobot, motion: Motion, robot: Robot
     >>> require_same_physics(compass_biped(), gait.motion, rimless_wheel())
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: angles and actuators (theta instead of th1, th2, ankle, hip). Give the robot the gait was made with, or solve the problem again with this one.
+    gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: angles and actuators (theta instead of th1, th2, ankle, hip). Use the robot with which the gait was computed, or solve the problem again with this one.
     """  # noqa: E501
     if held is robot:
         return
@@ -83,7 +83,7 @@ def _require_names(robot: Robot, motion: Motion, name: str) -> None:
 
 
 def _agree(there: Array, here: Array) -> bool:
-    """Return whether numbers agree; those of a failed optimisation may be nan and then say nothing."""
+    """Return whether numbers agree; nan, as in a failed optimisation, is not compared."""
     size = max(float(np.max(np.abs(there))), FLOOR)
     return bool(np.all((np.abs(there - here) <= AGREEMENT * size) | ~np.isfinite(there)))
 
@@ -105,6 +105,6 @@ def _refuse(robot: Robot, name: str, differences: tuple[str, ...]) -> None:
     more = f" and {len(differences) - LISTED} more" if len(differences) > LISTED else ""
     raise InputError(
         f"The robot {robot.name!r} is not the robot {name!r} of the gait. It differs in: "
-        f"{', '.join(differences[:LISTED])}{more}. Give the robot the gait was made with, or solve the problem again "
-        "with this one."
+        f"{', '.join(differences[:LISTED])}{more}. Use the robot with which the gait was computed, or solve the "
+        "problem again with this one."
     )

@@ -44,7 +44,7 @@ class StoredRobot(Deferred["Robot"]):
 
     @staticmethod
     def from_name(name: str, motion: Motion) -> "StoredRobot":
-        """Return a robot that a file only names; the one of the catalogue is used if it has this motion."""
+        """Return the robot of a file that contains only its name: that of the catalogue, if it has this motion."""
         return StoredRobot(functools.partial(_find, name, motion), True, name)
 
 
@@ -60,9 +60,9 @@ def _find(name: str, motion: Motion) -> "Robot":
 
     if name not in CATALOGUE:
         raise InputError(
-            f"The file of this gait is of an older version and only names its robot, {name!r}, which is not in the "
-            f"catalogue ({', '.join(CATALOGUE)}). Give the robot: gait.with_robot(robot), or --problem SCRIPT.py on "
-            "the command line."
+            "The file of this gait has an older format and contains only the name of its robot, "
+            f"{name!r}, which is not in the catalogue ({', '.join(CATALOGUE)}). Specify the robot: "
+            "gait.with_robot(robot), or --problem SCRIPT.py on the command line."
         )
     robot = CATALOGUE[name]()
     require_motion_of(robot, motion, name)

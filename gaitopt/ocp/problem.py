@@ -92,7 +92,7 @@ class GaitProblem:
         for ground in ("slope", "friction"):
             if ground in self.parameters:
                 raise InputError(
-                    f"{ground} must be given as GaitProblem({ground}=...), not among the robot's parameters."
+                    f"{ground} must be passed as GaitProblem({ground}=...), not among the robot's parameters."
                 )
         lower, upper = (self._resolve(slope) for slope in self._slopes())
         set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
@@ -193,7 +193,7 @@ class GaitProblem:
 
     def _check_actuation(self) -> None:
         if self.robot.n_u == 0:
-            raise InputError(f"Robot {self.robot.name!r} has no actuators; an optimal gait needs at least one.")
+            raise InputError(f"Robot {self.robot.name!r} has no actuators; an optimal gait requires at least one.")
         self.limits.torque_rates(self.robot.actuators)
         if not any(self.limits.torques(self.robot.actuators)):
             raise InputError("Limits.torque is 0 for every actuator; at least one must be greater than 0.")
@@ -201,10 +201,14 @@ class GaitProblem:
 
     def _check_friction(self) -> None:
         if self.sequence.is_open and math.isinf(self.friction):
-            raise InputError(f"The sequence '{self.sequence}' has open places, which need a finite friction, got inf.")
+            raise InputError(
+                f"The sequence '{self.sequence}' contains 'any', which needs a finite friction coefficient, got inf."
+            )
         slips = any(mode.slips for mode in (*self.sequence.phases, self.sequence.impact))
         if slips and math.isinf(self.friction):
-            raise InputError(f"The contact sequence '{self.sequence}' slips, which needs a finite friction, got inf.")
+            raise InputError(
+                f"The sequence '{self.sequence}' contains slip, which needs a finite friction coefficient, got inf."
+            )
         if self.friction == 0:  # the cones contain 1 / mu
             raise InputError("friction must be greater than 0, got 0: a foot cannot push off without friction.")
 

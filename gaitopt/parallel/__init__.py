@@ -1,6 +1,7 @@
 """Parallel execution: task graphs run by processes of this machine, any executor, or a Dask scheduler.
 
-This wing knows nothing of gaits: a study hands it tasks, a function that does one of them, and what all tasks share.
+This package is independent of gaits: a study passes it the tasks, a function that executes one task, and the data that
+all tasks share.
 """
 
 from gaitopt.lazy_exports import export_lazily

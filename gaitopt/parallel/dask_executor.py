@@ -67,7 +67,7 @@ class DaskExecutor(Executor):
             raise
 
     def count_workers(self) -> int:
-        """Return the number of workers, at most two seconds old.
+        """Return the number of workers, counted at most two seconds ago.
 
         Raises
         ------
@@ -87,13 +87,13 @@ class DaskExecutor(Executor):
                 self._seen = now
         if not self._workers and now - self._seen > self._worker_timeout:
             raise GaitoptError(
-                f"The scheduler at {self.address} has had no workers for {self._worker_timeout:.0f} s; start some: "
+                f"The scheduler at {self.address} has had no workers for {self._worker_timeout:.0f} s; start workers: "
                 f"dask worker {self.address} --nworkers 4 --nthreads 1. {_RESUME}"
             )
         return self._workers
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future:
-        """Submit a call, pickled here and there so that the scheduler need not import what it is made of.
+        """Submit a call in pickled form, so that the scheduler need not import the modules of its arguments.
 
         The future raises BrokenExecutor if one worker after another died of the call, GaitoptError if the scheduler is
         lost.
@@ -105,7 +105,7 @@ class DaskExecutor(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Disconnect; the scheduler and its workers stay, calls under way are dropped."""
+        """Disconnect; the scheduler and its workers continue to run, pending calls are dropped."""
         log = logging.getLogger("distributed.client")
         former, log.disabled = log.disabled, True  # it reports attempts to reach a lost scheduler
         try:
@@ -147,8 +147,8 @@ class DaskExecutor(Executor):
 
     def _connection_error(self) -> GaitoptError:
         return GaitoptError(
-            f"The Dask scheduler at {self.address} was lost. {_RESUME} Start the scheduler and its workers first, or "
-            "use the processes of this machine instead."
+            f"The connection to the Dask scheduler at {self.address} was lost. {_RESUME} Start the scheduler and its "
+            "workers first, or use the processes of this machine instead."
         )
 
 
@@ -169,7 +169,7 @@ def _connect(address: str) -> Any:
         with ThreadPoolExecutor(1) as thread:
             kind = thread.submit(asyncio.run, _ask_kind(address)).result()
         if kind != "Scheduler":
-            raise InputError(f"{address} is the address of a Dask {kind.lower()}; give that of its scheduler.")
+            raise InputError(f"{address} is the address of a Dask {kind.lower()}; use the address of its scheduler.")
         return Client(address, timeout=ANSWER, set_as_default=False, name="gaitopt")
     except InputError:
         raise
@@ -177,7 +177,7 @@ def _connect(address: str) -> Any:
         reason = f"no answer within {ANSWER:g} s" if isinstance(error, TimeoutError) else error
         raise InputError(
             f"No Dask scheduler answers at {address} ({reason}). Start one with 'dask scheduler', which prints its "
-            "address, and check firewalls in between."
+            "address, and check the firewalls."
         ) from error
 
 
@@ -204,9 +204,11 @@ def _check_workers(client: Any) -> None:
     expected = _installed_version()
     for worker, answer in client.run(_installed_version, on_error="return").items():
         if isinstance(answer, ImportError):
-            raise InputError(f"The worker {worker} has no gaitopt ({answer}); install gaitopt {expected} there.")
+            raise InputError(f"The worker {worker} cannot import gaitopt ({answer}); install gaitopt {expected} there.")
         if isinstance(answer, str) and answer != expected:
-            raise InputError(f"The worker {worker} runs gaitopt {answer}, this is {expected}; install the same there.")
+            raise InputError(
+                f"The worker {worker} has gaitopt {answer}, but this process has {expected}; install {expected} there."
+            )
 
 
 def _resolve(future: Future, result: Any = None, error: BaseException | None = None) -> None:

@@ -31,7 +31,7 @@ class TaskExecutor(ABC):
 
     @abstractmethod
     def capacity(self) -> int:
-        """Return how many tasks are worth submitting at a time; raises GaitoptError if no worker is left."""
+        """Return the number of tasks to submit at a time; raises GaitoptError if no worker is left."""
 
     @abstractmethod
     def submit(self, argument: Any, needed: list[Any]) -> Future:
@@ -79,7 +79,7 @@ class LocalProcesses(TaskExecutor):
         self._pool = self._start_pool()
 
     def capacity(self) -> int:
-        """Return two tasks for each process, so that none waits for this one."""
+        """Return two tasks for each process, so that none waits for the submitting process."""
         return 2 * self._workers
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
@@ -100,8 +100,8 @@ class LocalProcesses(TaskExecutor):
             except BrokenExecutor:
                 continue
         raise GaitoptError(
-            f"{_STARTS} times in a row, worker processes died before they did anything. If memory is short, use fewer "
-            "workers."
+            f"Worker processes ended {_STARTS} times in succession before they completed any task. If memory is "
+            "insufficient, use fewer workers."
         )
 
     def shutdown(self, *, kill: bool) -> None:
@@ -150,7 +150,7 @@ class ExternalExecutor(TaskExecutor):
         return future
 
     def restart(self) -> None:
-        """Leave it to a Dask scheduler to replace its workers; otherwise only the executor's owner could."""
+        """Do nothing for a Dask scheduler, which replaces its workers; raise GaitoptError for any other executor."""
         if self._dask is None:
             raise GaitoptError(
                 "The executor has lost its workers. Completed results are saved in the output file if one was given; "
@@ -158,7 +158,7 @@ class ExternalExecutor(TaskExecutor):
             )
 
     def shutdown(self, *, kill: bool) -> None:
-        """Cancel what has not begun; the executor stays open."""
+        """Cancel the tasks that have not begun; the executor remains open."""
         for future in list(self._pending):
             future.cancel()
 

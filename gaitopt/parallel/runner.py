@@ -1,4 +1,4 @@
-"""Running of tasks: they go to an executor, and their outcomes are yielded as they come."""
+"""Execution of tasks: they are submitted to an executor, and their outcomes are yielded as they complete."""
 
 import contextlib
 from collections import Counter, deque
@@ -90,7 +90,7 @@ def collect_tasks(
     planned: Sequence[Task],
     observer: TaskObserver | None,
 ) -> dict[str, str]:
-    """Store the results of tasks by key as they come, until the last or an interrupt; return failures by key.
+    """Store the results of tasks by key as they complete, until the last or an interrupt; return failures by key.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def _run_on(executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord
             executor.restart()
             deaths.update(task.key for task in lost if isolated)
             if deaths[lost[0].key] >= executor.most_deaths:
-                reason = "one worker process after another died of it; memory may be short"
+                reason = "the task repeatedly terminated its worker process; memory may be insufficient"
                 yield queue.finish(TaskOutcome(lost.pop(0), None, reason))
             to_isolate.extendleft(lost)
 

@@ -50,8 +50,8 @@ class SharedPayload:
             content = cloudpickle.dumps((prepare, cloudpickle.dumps(shared)))
         except Exception as error:  # whatever custom classes raise when they are pickled
             raise InputError(
-                f"The problem is not picklable for worker processes ({_describe(error)}): it must not hold threads, "
-                "locks, open files or other things of this process. Remove them, or use workers=1."
+                f"The problem is not picklable for worker processes ({_describe(error)}): it must not contain "
+                "threads, locks, open files or other resources of this process. Remove them, or use workers=1."
             ) from error
         return cls(hashlib.sha256(content).hexdigest(), content)
 
@@ -77,12 +77,12 @@ def init_worker(digest: str, file: Path, parent: "Connection") -> None:
 
 
 def call_in_worker(work: Work, digest: str, argument: Any, needed: list[Any]) -> Any:
-    """Do a task in a worker that :func:`init_worker` has prepared."""
+    """Execute a task in a worker that :func:`init_worker` has prepared."""
     return work(_shared_object(digest), argument, *needed)
 
 
 def call_with_payload(work: Work, payload: SharedPayload, argument: Any, needed: list[Any]) -> Any:
-    """Do a task in a worker of an external executor: the payload comes with each task and is unpickled once.
+    """Execute a task in a worker of an external executor: the payload is sent with each task and unpickled once.
 
     What the problem needs is imported only if it is missing: a problem script may not exist on that machine.
     """

@@ -123,5 +123,5 @@ def _check_order(tasks: Sequence[Task]) -> None:
             raise InputError(f"Two tasks have the key {task.key!r}; keys must be unique.")
         missing = [need for need in task.needs if need not in seen]
         if missing:
-            raise InputError(f"Task {task.key!r} needs {missing[0]!r}, which does not come before it.")
+            raise InputError(f"Task {task.key!r} needs {missing[0]!r}, which does not precede it.")
         seen.add(task.key)

@@ -90,7 +90,7 @@ def animate(
 def _check(gait: Gait, steps: int, fps: int, slow: float) -> None:
     for name, value in (("steps", steps), ("fps", fps), ("slow", slow)):
         if not value > 0 or not np.isfinite(value):
-            raise InputError(f"An animation needs {name} greater than 0, got {value}.")
+            raise InputError(f"{name} of an animation must be finite and greater than 0, got {value}.")
     if not is_drawable(gait.motion):
         raise InputError(
             f"The motion of this gait is not finite ({gait.status.key}); an animation needs finite positions."
@@ -106,7 +106,7 @@ def _report_frames(pictures: Iterator[Picture], total: int, observer: FrameObser
 
 
 def _write_gif(pictures: Iterator[Picture], rate: float, path: Path) -> None:
-    """Write pictures one by one, so that a long film need not fit in memory."""
+    """Write pictures one by one, so that a long animation need not fit in memory."""
     from PIL import Image
 
     images = (
@@ -133,7 +133,7 @@ def _write_mp4(pictures: Iterator[Picture], rate: float, path: Path) -> None:
         command = [get_ffmpeg_exe(), "-y", "-v", "error", *source, *target]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints) as ffmpeg:
             if ffmpeg.stdin is None:
-                raise ArchiveError("The film cannot be written: ffmpeg does not take pictures.")
+                raise ArchiveError("The animation was not written: ffmpeg does not accept frames.")
             try:
                 ffmpeg.stdin.write(first.tobytes())
                 for picture in pictures:
@@ -146,4 +146,4 @@ def _write_mp4(pictures: Iterator[Picture], rate: float, path: Path) -> None:
         if ffmpeg.returncode != 0:
             complaints.seek(0)
             said = complaints.read().decode(errors="replace").strip().splitlines() or ["no message"]
-            raise ArchiveError(f"Cannot write the film: ffmpeg stopped with {said[-1]!r}.")
+            raise ArchiveError(f"Cannot write the animation: ffmpeg stopped with {said[-1]!r}.")

@@ -49,7 +49,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     title : str, optional
         First line of the title; by default the name of the problem.
     style : FigureStyle, optional
-        Such as ``FigureStyle(width=3.5, titled=False)`` for a column of a journal, which has no room for enlargements.
+        Such as ``FigureStyle(width=3.5, titled=False)`` for a column of a journal, which has no space for enlargements.
 
     Returns
     -------

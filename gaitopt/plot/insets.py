@@ -52,14 +52,14 @@ class ForceDiagram:
         self.moving: list[Artist] = [self._line, self._tip]
 
     def show(self, frame: AnimationFrame) -> None:
-        """Move the force to where it is in a frame."""
+        """Move the force to its position in a frame."""
         f_t, f_n = frame.force / self._weight
         self._line.set_data([0, f_t], [0, f_n])
         self._tip.set_data([f_t], [f_n])
 
 
 class FootGlass:
-    """The stance foot under a magnifying glass that stays where the foot landed, with a ruler in mm.
+    """An enlarged view of the stance foot, centred on the place where the foot landed, with a ruler in mm.
 
     With a round foot the glass rolls along, so that the ruler shows the slide alone.
 
@@ -69,7 +69,7 @@ class FootGlass:
     gait : Gait
     film : AnimationFrames
     scale : float
-        Inches on the screen for a metre in the main picture, to say how many times larger the foot is.
+        Inches on the screen for a metre in the main picture, which determine the stated magnification of the foot.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class FootGlass:
         self._add_artists()
 
     def show(self, frame: AnimationFrame) -> None:
-        """Move the foot to where it is in a frame."""
+        """Move the foot to its position in a frame."""
         landing = self._landing + frame.step * self._travel
         x = 1e3 * (frame.slide - landing)
         for leg, (along, up) in zip(self._legs, self._lines(frame), strict=True):

@@ -33,9 +33,9 @@ def add_page_legend(
     owner : matplotlib.axes.Axes or matplotlib.figure.Figure
     handles, labels : sequences of equal length, at least one
     columns : int
-        The most columns.
+        Maximum number of columns.
     width : float [inch]
-        Of the page.
+        Width of the page.
     **placement
         Keywords of matplotlib's ``legend``.
     """

@@ -96,7 +96,7 @@ def draw_foot_speed(axes: "Axes", gait: Gait) -> None:
 
 
 def force_ratio(segment: Segment) -> Array:
-    """Return f_t / f_n of a segment, shape (K,); nan where the normal force does not press."""
+    """Return f_t / f_n of a segment, shape (K,); nan where the normal force is not positive."""
     f_t, f_n = segment.force
     return np.where(f_n > 0, f_t / np.where(f_n > 0, f_n, 1.0), np.nan)
 
@@ -113,7 +113,7 @@ def shade_slips(axes: "Axes", motion: Motion, *, hatched: bool = True) -> None:
 
 
 def name_enlargement(axes: "Axes", phase: Segment) -> None:
-    """Write above an axes which phase it enlarges, where the key of the panel above leaves room."""
+    """Write above an axes which phase it enlarges, where the legend of the panel above leaves space."""
     text = f"{phase.mode.label} enlarged\n{1e3 * phase.duration:.3g} ms"
     style: dict[str, Any] = {"color": MODE_INK[phase.mode], "ha": "right", "va": "bottom"}
     axes.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", **style).set_in_layout(False)
@@ -186,5 +186,5 @@ def _draw_line(axes: "Axes", motion: Motion, parts: list[Array], **style: Any) -
 
 
 def join_segments(parts: Sequence[Array]) -> Array:
-    """Return arrays of shape (K,) as one, with nan behind each, which leaves a gap in a line."""
+    """Return arrays of shape (K,) joined into one, with nan after each, which leaves a gap in a line."""
     return np.concatenate([np.append(part, np.nan) for part in parts])

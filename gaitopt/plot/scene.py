@@ -59,7 +59,7 @@ class Scene:
         self._add_artists()
 
     def show(self, frame: AnimationFrame) -> None:
-        """Move everything to where it is in a frame."""
+        """Move everything to its position in a frame."""
         points, foot = tilt(frame.points, self._slope), tilt(frame.foot, self._slope)
         swapped = frame.step % 2 == 1
         for pairs, lines, color in (

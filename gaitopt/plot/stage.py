@@ -21,22 +21,22 @@ WIDTH, HEIGHT, DOTS_PER_INCH = 9.6, 5.44, 100
 
 
 class Part(Protocol):
-    """A part of the picture: what moves in it is drawn again in every frame, all else only once."""
+    """A part of the picture: its moving elements are drawn again in every frame, all others only once."""
 
     moving: list["Artist"]
 
     def show(self, frame: AnimationFrame) -> None:
-        """Move everything to where it is in a frame."""
+        """Move everything to its position in a frame."""
 
 
 def draw_pictures(gait: Gait, film: AnimationFrames) -> Iterator[Picture]:
-    """Yield the picture of each frame, an array of shape (544, 960, 4) that holds until the next is asked for.
+    """Yield the picture of each frame, an array of shape (544, 960, 4) that is valid until the next one is requested.
 
     Parameters
     ----------
     gait : Gait
     film : AnimationFrames
-        Of the gait's motion.
+        Frames of the gait's motion.
 
     Examples
     --------

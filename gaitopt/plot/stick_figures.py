@@ -171,7 +171,7 @@ def _draw_labels(axes: "Axes", motion: Motion, instants: Sequence[Instant], shif
 
 
 def _draw_key(axes: "Axes", columns: int) -> None:
-    """Name the legs above the figures, and say that their distances are not the walker's."""
+    """Name the legs above the figures, and state that their distances are not those of the walker."""
     from matplotlib.lines import Line2D
 
     legs = [Line2D([], [], color=FIRST_LEG, linewidth=2.6), Line2D([], [], color=SECOND_LEG, linewidth=1.3)]

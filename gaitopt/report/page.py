@@ -50,7 +50,7 @@ def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "G
     1
     """
     if not isinstance(gaits, Mapping):
-        raise InputError('A report needs its gaits by title, such as {"slipping": gait}.')
+        raise InputError('A report needs a mapping from titles to gaits, such as {"slipping": gait}.')
     if not gaits:
         raise InputError("A report needs at least one gait.")
     path = Path(path)

@@ -84,7 +84,7 @@ def _key() -> Element:
     return element(
         "p",
         *(element("span", element("i", class_=f"swatch {kind}"), text) for kind, text in parts),
-        element("span", "Space plays, arrow keys step.", class_="hint"),
+        element("span", "Space bar: play or pause. Arrow keys: single frames.", class_="hint"),
         class_="key",
     )
 

@@ -82,6 +82,6 @@ def join_arcs(arcs: Sequence[Arc]) -> Arc:
     energy = [arcs[0].energy]
     for arc in arcs[1:]:
         if arc.energy is None:
-            raise ValueError("arcs that are joined must all be recorded, or none")
+            raise ValueError("either all or none of the arcs to be joined must be recorded")
         energy.append(energy[-1][:, -1:] + arc.energy[:, 1:])
     return Arc(time, states, arcs[-1].event, np.hstack(energy))

@@ -74,4 +74,4 @@ def faster_walks(engine: Engine) -> str | None:
     """
     if engine.name != "scipy" or find_spec("heyoka"):
         return None
-    return "The heyoka engine walks about a hundred times faster; on Linux: pip install 'gaitopt[fast]'."
+    return "The heyoka engine simulates walks about a hundred times faster. On Linux: pip install 'gaitopt[fast]'."

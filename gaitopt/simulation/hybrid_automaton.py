@@ -42,7 +42,7 @@ class Stride(NamedTuple):
         None if the step ended with a touchdown.
     impact : Impact or None
     following : (2 n_q,) array or None
-        State after the leg swap, (q, v).
+        State after the leg exchange, (q, v).
     """
 
     arcs: tuple[tuple[Mode, Arc], ...]
@@ -118,7 +118,7 @@ class Walker:
         Parameters
         ----------
         state : (2 n_q,) array
-            (q, v) after a touchdown and leg swap.
+            (q, v) after a touchdown and leg exchange.
         record : bool
             Whether arcs are sampled for plots and energy ledgers.
         flow : callable, optional

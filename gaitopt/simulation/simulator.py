@@ -1,4 +1,4 @@
-"""simulate: event-driven walking, with the contact mode determined exactly after every event."""
+"""simulate: event-driven simulation of walking, with the contact mode determined exactly after every event."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

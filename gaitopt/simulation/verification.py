@@ -97,7 +97,8 @@ def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine |
     Raises
     ------
     InputError
-        If the gait was read from an older file that only names its robot, and the catalogue does not have it.
+        If the gait was read from an older file that contains only the name of its robot, and the robot is not in the
+        catalogue.
 
     Examples
     --------
@@ -119,7 +120,7 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
     if rollout.stop is not Stop.STEPS_DONE:
         reasons.append(f"the replay stopped: {rollout.stop.hint}")
     if walked.segments and replayed_sequence != str(gait.sequence):
-        reasons.append(f"the replay walked '{replayed_sequence}' instead of '{gait.sequence}'")
+        reasons.append(f"the replay has the contact sequence '{replayed_sequence}' instead of '{gait.sequence}'")
     state_error = _state_error(planned, walked)
     period_error, cost, residual = abs(walked.period - planned.period), float("nan"), ledger(walked).relative_residual
     if walked.jumps:
@@ -137,7 +138,7 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
     ]
     for name, error, allowed, unit in checks:
         if not error <= allowed and walked.jumps:
-            reasons.append(f"{name} off by {error:.1e}{unit}, allowed {allowed:.0e}")
+            reasons.append(f"{name} deviates by {error:.1e}{unit}, allowed {allowed:.0e}")
     reasons += faults
     return Verification(
         passed=not reasons,
@@ -155,14 +156,17 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
 def _check_exchange(robot: Robot, walked: Motion) -> list[str]:
     """Return the violations of a repeatable touchdown in a motion, one sentence each.
 
-    The landing foot must come from above and become the stance foot, and the leg exchange, which only renames
-    coordinates, must conserve kinetic and potential energy.
+    The landing foot must approach the ground from above and become the stance foot, and the leg exchange, which only
+    renames coordinates, must conserve kinetic and potential energy.
     """
     p, faults = robot.vector(walked.parameters), []
     for jump in walked.jumps:
         place, velocity, _ = (np.asarray(part).ravel() for part in robot.landing(jump.q, jump.v_minus, p))
         if not velocity[1] < 0:
-            faults.append(f"the landing foot does not come from above: its normal velocity is {velocity[1]:.3g} m/s")
+            faults.append(
+                "the landing foot does not approach the ground from above: its normal velocity is "
+                f"{velocity[1]:.3g} m/s"
+            )
         distance = float(np.linalg.norm(jump.q_next[:2] - place))
         if not distance <= EXCHANGE_TOLERANCE:
             faults.append(f"the landing foot does not become the stance foot: they are {distance:.3g} m apart")

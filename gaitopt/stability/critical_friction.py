@@ -45,7 +45,7 @@ class CriticalFriction:
 
 
 def critical_friction(walker: Walker, passage: Passage) -> CriticalFriction:
-    """Return the friction a gait that never slips needs.
+    """Return the critical friction of a gait that never slips.
 
     The maximum is found among the samples of one recorded arc per step, and refined by integrating from the sample
     before it to the instants a bounded search tries.

@@ -138,7 +138,7 @@ def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycl
     """
     last = point.passage.strides[-1]
     if last.impact is None or last.following is None:
-        raise InputError("A gait needs steps that end in touchdowns; the last step of these has none.")
+        raise InputError("Every step of a gait must end in a touchdown; the last of these steps has none.")
     section, z, derivative = return_map.section, point.z, point.derivative
     n = walker.robot.n_q
     if section.sliding and last.impact.mode is Mode.STICK:

@@ -71,7 +71,7 @@ class Section:
         z = np.asarray(z, dtype=float)
         if z.shape != (len(self.names),) or not np.all(np.isfinite(z)):
             raise InputError(
-                f"A point of this section has {len(self.names)} finite entries {self.names}, got {z.tolist()}."
+                f"A point of this section must have {len(self.names)} finite entries {self.names}, got {z.tolist()}."
             )
         n = self.robot.n_q
         y = np.zeros(2 * n)

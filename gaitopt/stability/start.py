@@ -40,5 +40,7 @@ def choose_start(robot: Robot, p: Array, changes: Mapping[str, float], cycle: Cy
     values = {"foot_speed": 0.0, **({} if cycle is None else cycle.state), **changes}
     missing = [name for name in names if name not in values]
     if missing:
-        raise InputError(f"The start needs a value of {missing[0]}: no periodic gait was found that provides it.")
+        raise InputError(
+            f"The start needs a value for {missing[0]}, because no periodic gait was found that provides it."
+        )
     return {name: values[name] for name in names}

@@ -122,7 +122,7 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     (True, 'stick | stick', 0.0175)
     """
     if len(cycle.sequences) != 1:
-        raise InputError(f"The imitated gait must have one step, got the contact sequences {cycle.sequence!r}.")
+        raise InputError(f"The imitated gait must repeat after one step, got the contact sequences {cycle.sequence!r}.")
     law = passive(robot)
     start = cycle.section.embed(cycle.z)
     walker = make_walker(robot, law, cycle.parameters)
@@ -140,7 +140,9 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
         after = np.concatenate([jump.q_next[2:], jump.v_next])
         gap = float(np.max(np.abs(after - start[2:])))
         if not gap <= tolerance:
-            reasons.append(f"The step does not repeat: the state after it differs by {gap:.2g} from that at its start.")
+            reasons.append(
+                f"The step does not repeat: the state after it differs by {gap:.2g} from the state at its start."
+            )
     torque = motion.channel("torque") if motion.segments else np.full((1, 1), np.nan)
     return Imitation(
         robot=robot,

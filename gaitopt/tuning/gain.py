@@ -41,14 +41,14 @@ class Gain:
             )
 
     def at(self, share: float) -> float:
-        """Return the value at a fraction of the way from the lower bound to the upper."""
+        """Return the value at a fraction of the interval from the lower to the upper bound."""
         if self.logarithmic:
             return float(self.lower * (self.upper / self.lower) ** share)
         return float(self.lower + share * (self.upper - self.lower))
 
     @property
     def share(self) -> float:
-        """Fraction of the way from the lower bound to the upper at which the start lies."""
+        """Position of the start in the interval from the lower to the upper bound, as a fraction."""
         if self.logarithmic:
             return math.log(self.start / self.lower) / math.log(self.upper / self.lower)
         return (self.start - self.lower) / (self.upper - self.lower)

@@ -158,7 +158,7 @@ def _first_stride(walker: Walker, motion: Motion) -> Stride:
     outcome = stride.impact.mode if stride.impact is not None else None
     if stride.following is None or (*stride.modes, outcome) != planned:
         raise InputError(
-            "The replay of the motion's torques does not reproduce the motion; check the gait with verify."
+            "The replay of the motion's torques must reproduce the motion, but does not; check the gait with verify."
         )
     return stride
 

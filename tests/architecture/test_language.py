@@ -14,20 +14,25 @@ SCRIPTS = sorted((ROOT / "problems").rglob("*.py"))
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.ipynb"), *ROOT.glob("*.md")])
 
 REPLACED = {
-    r"told|tells?": "reported, reports, states",
+    r"told|tells?|says?": "reported, reports, states",
     r"go(es|ing)? on|gone on|went on": "continues, resumes",
     r"dear(er|est)?": "costly, higher cost",
     r"cheap(er|est|ly)?": "low cost, lower cost",
     r"of (one's|its|your|his|their) own|(one's|your|his) own": "custom",
     r"anew|afresh": "again",
     r"so often": "at most N times",
+    r"at once": "immediately",
     r"by a hair|a hair'?s?": "within a tolerance",
+    r"rest(s|ed|ing)? on": "is active",
     r"in disguise": "degenerate",
     r"led to a gait": "converged",
     r"cannot be(?! [a-z]+(?:ed|en|ad)\b)": "is invalid; the accepted values",
     r"(?-i:(?<!there )(?:is none|are none))|is no number": "is not a ..., must be finite",
-    r"hold(s|ing)? (a|the) gaits?": "stabilises the gait",
-    r"the programmes?": "the NLP",
+    r"hold(s|ing)? (a|the) gaits?|gait (is|was) held": "stabilises the gait",
+    r"ask(s|ed)? for|(is|are|was|were) wanted": "the requested ...",
+    r"(the|nonlinear) programmes?": "the NLP",
+    r"(?-i:Where [^.]*, else)": "If ..., otherwise ...",
+    r"(?-i:(?<![a-z,;] )Of (the|[0-9]+))": "the subject first",
 }
 PHRASES = {re.compile(rf"\b(?:{phrase})\b", re.IGNORECASE): better for phrase, better in REPLACED.items()}
 
@@ -149,7 +154,9 @@ def listed(refused):
         ("the solver is told and goes on with the cheapest gait", 3),
         ("friction cannot be -1 and x is none", 2),
         ("a robot of one's own, started anew, so often", 3),
-        ("the toldest gait if speed is None, on its own foot", 0),
+        ("it says at once what is asked for; the bound rests on zero", 4),
+        ("Where it slips, it stops, else it sticks. Of the gaits, one is best: the gait is held", 3),
+        ("the toldest gait if speed is None, on its own foot, one of the gaits held constant", 0),
     ],
 )
 def test_the_phrases_are_found_and_only_those(text, count):

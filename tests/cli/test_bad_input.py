@@ -31,8 +31,8 @@ SETTINGS = [
     (["friction=inf"], "needs a finite friction"),
     (["torque_limit=-1"], "torque_limit of ankle must be at least 0 [N m], got -1"),
     (["frction=0.2"], "has no parameter 'frction'. Did you mean 'friction'?"),
-    (["friction"], "--set needs NAME=VALUE, got 'friction'"),
-    (["=0.2"], "--set needs NAME=VALUE"),
+    (["friction"], "--set must have the form NAME=VALUE, got 'friction'"),
+    (["=0.2"], "--set must have the form NAME=VALUE"),
     (["sequence=slip+ | fly"], "The sequence 'slip+ | fly' has an unknown mode 'fly'"),
     (["sequence=stick | slip+"], "The sequence 'stick | slip+' is not periodic"),
     (["sequence=stick"], "needs exactly one '|'"),
@@ -40,12 +40,12 @@ SETTINGS = [
     (["step_length=20"], "step_length 20 m is longer than the 3.2 m the robot can reach"),
     (["speed=100"], "speed 100 m/s and step_length leave at most"),
     (["speed=0.01"], "more than Limits.longest_step"),
-    (["speed=0.7:0.5"], "the lower bound 0.7 exceeds the upper bound 0.5"),
+    (["speed=0.7:0.5"], "the lower bound 0.7 must not exceed the upper bound 0.5"),
     (["speed=0.7:"], "speed must be a number like its default 0.633, bounds LOWER:UPPER, or free, got '0.7:'"),
     (["leg_mass=free"], "leg_mass must be a number like its default 4.0, got 'free'"),
     (["leg_mass=3:4"], "leg_mass must be a number like its default 4.0, got '3:4'"),
     (["transcription=shooting"], "There is no transcription 'shooting'"),
-    (["speed=(0.7, 0.5)"], "the lower bound 0.7 exceeds the upper bound 0.5"),
+    (["speed=(0.7, 0.5)"], "the lower bound 0.7 must not exceed the upper bound 0.5"),
     (["speed=(0.7,)"], "speed must be a number, a pair (lower, upper) or None"),
     (["speed=0"], "speed must be greater than 0"),
     (["intervals=1"], "intervals must be at least 2"),
@@ -133,7 +133,7 @@ def test_gait_files_that_cannot_be(command, folder, slip_file, verb):
     refused(command(verb, "gait.h5"), folder, ["gait.h5"], said="gait.h5")
     (folder / "gait.h5").write_text("not HDF5")
     refused(command(verb, "gait.h5"), folder, ["gait.h5"], said="gait.h5")
-    refused(command(verb, folder), folder, ["gait.h5"], said="is a folder; give a file in it, such as")
+    refused(command(verb, folder), folder, ["gait.h5"], said="is a folder; specify a file in it, such as")
 
 
 @pytest.mark.parametrize("verb", ["show", "verify"])

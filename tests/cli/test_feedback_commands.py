@@ -52,7 +52,7 @@ def test_a_gait_that_cannot_be_held_is_reported(capsys):
     code, text = run(capsys, "tune", GAIT, "--law", "pd", "--torque-limit", "1e-3", "--starts", "1", "--json")
     facts = json.loads(text.out)
     assert code == 1
-    assert "not stabilised by joint_pd within its torque limits: none of the gains has a periodic gait" in text.err
+    assert "not stabilised by joint_pd within its torque limits: no periodic gait was found near the plan" in text.err
     assert list(facts) == KEYS
     assert (facts["radius_after"], facts["multipliers"], facts["fixed_point_shift"]) == ("inf", [], None)
     assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0}
@@ -126,8 +126,8 @@ def test_push_prints_a_table(capsys):
     assert code == 0
     assert "friction patch" in text.out
     assert "sensor delay" in text.out
-    assert "computed_torque: 1 of 1 return from pushes up to 0.1 rad/s, median" in text.out
-    assert "open loop: 1 of 1 return" in text.out
+    assert "computed_torque: 1 of 1 walks return after pushes up to 0.1 rad/s, median" in text.out
+    assert "open loop: 1 of 1 walks return" in text.out
 
 
 @pytest.mark.parametrize(
@@ -137,8 +137,8 @@ def test_push_prints_a_table(capsys):
         (("tune", GAIT, "--torque-limit", "-1"), "--torque-limit must be positive"),
         (("stability", GAIT, "--law", "pd", "--gain", "knee=1"), "no gain 'knee'"),
         (("stability", GAIT, "--gain", "knee=1"), "have no gains"),
-        (("push", GAIT, "--gain", "a=b", "--law", "pd"), "--gain needs NAME=NUMBER"),
-        (("stability", "problems/compass_passive.py", "--law", "pd"), "--law is for a saved gait"),
+        (("push", GAIT, "--gain", "a=b", "--law", "pd"), "--gain must have the form NAME=NUMBER"),
+        (("stability", "problems/compass_passive.py", "--law", "pd"), "--law is accepted for a saved gait only"),
     ],
 )
 def test_mistakes_are_explained(capsys, arguments, message):

@@ -30,7 +30,7 @@ def test_every_option_says_what_it_does(name):
 
 
 def test_exit_statuses_stand_in_the_help(command):
-    assert "Exit status: 0 success, 1 no such gait" in " ".join(command("--help").out.split())
+    assert "Exit status: 0 success, 1 no gait found or a failed check" in " ".join(command("--help").out.split())
 
 
 def test_completion(folder):
@@ -59,7 +59,7 @@ def test_a_script_is_not_overwritten(command, script):
     for name in ("mine", "mine.py"):
         run = command("new", name)
         assert run.status == 2
-        assert "exists already" in run.err
+        assert "already exists" in run.err
     assert path.read_text() == "mine"
 
 
@@ -67,7 +67,7 @@ def test_a_script_is_not_overwritten(command, script):
 def test_a_script_needs_a_name(command, folder, name):
     run = command("new", name)
     assert run.status == 2
-    assert "A script needs a name" in run.err
+    assert "The name of a script must not be empty or begin with a dot" in run.err
     assert not list(folder.iterdir())
 
 
@@ -155,7 +155,7 @@ def test_doctor_reports_an_extra_that_installs_nothing_on_this_system(command, m
     asked = ["no-such-thing>=7; (platform_system == 'Plan9') and extra == 'fast'"]
     monkeypatch.setattr(setup.metadata, "requires", lambda name: asked)
     monkeypatch.setattr(setup.platform, "system", lambda: "Darwin")
-    reason = "not available: no-such-thing is installed on Plan9 only, not Darwin"
+    reason = "not available: no-such-thing is for Plan9 only, not for Darwin"
     assert command("doctor", "--json").json["unavailable_extras"] == {"fast": reason}
     assert reason in command("doctor").out
     monkeypatch.setattr(setup.platform, "system", lambda: "Plan9")

@@ -105,7 +105,7 @@ def test_problems_without_a_folder_are_the_installed_ones(command, folder):
     run = command("problems")
     assert run.status == 0
     assert "compass_slip.py" in run.out
-    assert "copy one by: gaitopt new NAME --from SCRIPT" in run.out
+    assert "to copy one: gaitopt new NAME --from SCRIPT" in run.out
     assert any(Path(entry["script"]).is_file() for entry in command("problems", "--json").json["problems"])
 
 

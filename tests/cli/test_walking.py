@@ -132,7 +132,7 @@ def test_simulate_under_a_law():
     alone, held = run(*pushed), run(*pushed, "--law", "lqr")
     assert alone.exit_code == 1
     assert held.exit_code == 0, held.output
-    assert "--law is for a saved gait" in str(run("simulate", WHEEL, "--law", "lqr").exception)
+    assert "--law is accepted for a saved gait only" in str(run("simulate", WHEEL, "--law", "lqr").exception)
 
 
 def test_run_a_study(tmp_path):
@@ -165,11 +165,14 @@ def test_run_a_study(tmp_path):
         (["simulate", WHEEL, "--state", "theta_rate=fast"], "NAME=NUMBER"),
         (["simulate", WHEEL, "--set", "friction=inf", "--state", "foot_speed=0.1"], "infinite friction cannot slide"),
         (["basin", WHEEL, "--over", "theta_rate=0:1"], "NAME=FROM:TO:COUNT"),
-        (["basin", WHEEL, "--over", "theta_rate=0:inf:3"], "An axis needs finite values, got 'theta_rate=0:inf:3'"),
-        (["basin", WHEEL, "--over", "theta_rate=0:1:9999999999"], "asks for 9999999999 points, more than the 10000000"),
+        (["basin", WHEEL, "--over", "theta_rate=0:inf:3"], "An axis must have finite values, got 'theta_rate=0:inf:3'"),
+        (
+            ["basin", WHEEL, "--over", "theta_rate=0:1:9999999999"],
+            "must define at most 10000000 points, got 9999999999",
+        ),
         (["basin", WHEEL, "--over", "speed=0:1:3"], "no coordinate or parameter 'speed'"),
         (["run", WHEEL], "no function study"),
-        (["stability", SLIP, "--set", "friction=1"], "a saved gait has none to change"),
+        (["stability", SLIP, "--set", "friction=1"], "it is not accepted for a saved gait"),
     ],
 )
 def test_mistakes_are_one_sentence_and_exit_status_two(arguments, message, capsys):

@@ -52,5 +52,5 @@ def test_wrong_number_of_values_is_refused(compass):
 def test_memory_of_another_size_is_refused():
     x = ca.SX.sym("x", 3)
     for memory in (np.zeros(2), np.zeros((3, 2))[:, 0]):
-        with pytest.raises(InputError, match="3 numbers in a row"):
+        with pytest.raises(InputError, match="contiguous array of 3 numbers"):
             FastCall(ca.Function("double", [x], [2 * x]), shared=memory)

@@ -116,7 +116,8 @@ def test_relabelling_needs_every_angle():
 
 
 def test_slope_and_friction_belong_to_the_ground():
-    with pytest.raises(InputError, match="'slope', 'friction', 'static_friction_ratio' are those of the ground"):
+    message = "'slope', 'friction', 'static_friction_ratio' are names of the ground's parameters"
+    with pytest.raises(InputError, match=message):
         Coordinates(["th"], [GRAVITY, Parameter("slope", 0.0, "rad", "mine")])
 
 

@@ -31,7 +31,7 @@ WRONG = {
     "height armed in mid-step": (
         torso_biped(touchdown=lambda a, b: ca.cos(a) - ca.cos(b)),
         "guard",
-        r"where the legs pass each other.*armed = landing_foot\[0\] - c.foot\[0\] - 0.1.*th2 - th1",
+        r"when the legs pass each other.*armed = landing_foot\[0\] - c.foot\[0\] - 0.1.*th2 - th1",
     ),
 }
 

@@ -26,7 +26,7 @@ def fails(path, says):
 
 def test_missing_file(tmp_path):
     fails(tmp_path / "none.h5", "There is no file")
-    fails(tmp_path, "is a folder; give a file.")
+    fails(tmp_path, "is a folder; specify a file.")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.9, 0.999])
@@ -60,7 +60,7 @@ def test_whatever_hdf5_raises_inside_a_damaged_file(path, monkeypatch, error):
 def test_a_file_of_another_study_says_what_reads_it(path):
     with h5py.File(path, "r+") as file:
         file.attrs["format"] = "gaitopt basin"
-    fails(path, "holds a basin, not a gait; in Python load_basin reads it.")
+    fails(path, "contains a basin, not a gait; in Python, load_basin reads it.")
 
 
 def test_hdf5_of_another_kind(tmp_path):
@@ -134,7 +134,7 @@ def test_a_folder_that_does_not_exist(slip_gait, tmp_path):
 
 
 def test_a_target_that_is_a_folder(slip_gait, tmp_path):
-    with pytest.raises(ArchiveError, match=r"it is a folder\. Give a file name"):
+    with pytest.raises(ArchiveError, match=r"it is a folder\. Specify a file name"):
         save(slip_gait, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

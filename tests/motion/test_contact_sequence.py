@@ -66,7 +66,7 @@ def test_a_mistake_is_named_with_the_sequence_it_is_in(text, says):
 
 @pytest.mark.parametrize("value", [None, 3, ["stick", "|", "stick"]])
 def test_a_sequence_must_be_text(value):
-    with pytest.raises(SequenceError, match="A contact sequence is text"):
+    with pytest.raises(SequenceError, match="A contact sequence must be text"):
         ContactSequence.parse(value)
 
 

@@ -100,10 +100,12 @@ def test_an_old_file_of_an_unknown_robot_is_refused_at_use(tmp_path, write_old_f
     assert gait.robot_name == "mine"
     assert gait.speed > 0
     for use in (verify, assess_stability, lambda gait: gait.robot):
-        with pytest.raises(InputError, match=r"only names its robot, 'mine'.*gait\.with_robot.*--problem SCRIPT\.py"):
+        with pytest.raises(
+            InputError, match=r"contains only the name of its robot, 'mine'.*gait\.with_robot.*--problem SCRIPT\.py"
+        ):
             use(gait)
     again = load(save(gait, tmp_path / "again.h5"))
-    with pytest.raises(InputError, match="only names its robot"):
+    with pytest.raises(InputError, match="contains only the name of its robot"):
         verify(pickle.loads(pickle.dumps(again)))
 
 
@@ -142,7 +144,7 @@ def test_physics_decide_and_not_names(slip_gait, compass):
     assert "The robot 'compass_biped' is not the robot 'compass_biped' of the gait." in told
     assert "It differs in: total mass (by 0.41 %), mass matrix (by " in told
     assert told.count(" %)") == 3
-    assert " more. Give the robot the gait was made with, or solve the problem again with this one." in told
+    assert " more. Use the robot with which the gait was computed, or solve the problem again with this one." in told
 
 
 def test_another_impact_law_is_another_robot(slip_gait, compass):
@@ -164,7 +166,7 @@ def test_a_custom_impact_law_must_be_given_again(slip_gait, compass, tmp_path):
         "except InputError as error:\n"
         "    print(error)\n"
     )
-    assert "test_robot_in_file:Sticky', which a file cannot contain. Give the robot" in run(program, path)
+    assert "test_robot_in_file:Sticky', which a file cannot contain. Specify the robot" in run(program, path)
 
 
 @pytest.mark.parametrize("place", [0, 1000, 100_000])

@@ -132,7 +132,7 @@ def _dense(segment):
 def test_a_foot_too_low_between_nodes_is_warned_about(scuffing):
     _, problem, transcription, x = scuffing
     (warning,) = warnings(transcription, problem, x, 0.0, 0.0)
-    assert "m lower than Limits.clearance between nodes: use more intervals" in warning
+    assert "m below Limits.clearance between nodes: use more intervals" in warning
     free = problem.replace(limits=evolve(problem.limits, clearance=None))
     assert warnings(transcription, free, x, 0.0, 0.0) == ()
 

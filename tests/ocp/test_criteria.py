@@ -237,5 +237,5 @@ def test_the_value_of_a_motion_with_nan_is_nan(name, not_a_number):
     spoilt = replace(not_a_number.motion.segments[0], q=not_a_number.motion.segments[0].q * np.nan)
     motion = replace(not_a_number.motion, segments=(spoilt, *not_a_number.motion.segments[1:]))
     assert np.isnan(OBJECTIVES[name]().evaluate(motion))
-    with pytest.raises(InputError, match="not finite"):
+    with pytest.raises(InputError, match="must be finite, got nan"):
         Tracking(motion)

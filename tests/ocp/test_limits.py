@@ -45,7 +45,7 @@ def test_angles_have_limits_of_their_own():
         (-1, "Limits.angle"),
         (math.nan, "Limits.angle"),
         ("wide", "Limits.angle"),
-        ({"knee": (1.2, 0.1)}, "Limits.angle of knee: the lower bound 1.2 is not below"),
+        ({"knee": (1.2, 0.1)}, "Limits.angle of knee: the lower bound 1.2 must be below"),
         ({"knee": (0.1,)}, "Limits.angle of knee must be a number or a pair"),
         ({"knee": (math.nan, 1)}, "Limits.angle of knee"),
         ({"nee": 1}, "no angle 'nee'. Did you mean 'knee'"),
@@ -138,7 +138,7 @@ def test_no_target_is_free():
 def test_a_pair_in_the_wrong_order_is_refused(one, other):
     lower, upper = sorted((one, other))
     if lower < upper:
-        with pytest.raises(InputError, match=r"the lower bound .* exceeds the upper bound"):
+        with pytest.raises(InputError, match=r"the lower bound .* must not exceed the upper bound"):
             Range.of((upper, lower), "speed", "m/s")
 
 

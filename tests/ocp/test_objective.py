@@ -108,7 +108,7 @@ class Own(TorqueSquared):
 
 
 def test_an_integrand_that_is_no_number_is_refused_with_its_shape():
-    with pytest.raises(InputError, match=r"integrand of Own must be one number, it is a table of 2 x 1: sum it"):
+    with pytest.raises(InputError, match=r"integrand of Own must be one number, got a table of 2 x 1: sum it"):
         check_objective(Own(lambda point: point.torque), COMPASS)
     check_objective(Own(lambda point: 3.0), COMPASS)
 
@@ -125,9 +125,7 @@ def test_an_integrand_of_the_older_signature_is_refused_with_what_to_write():
         def integrand(self, torque, positive, negative):
             return ca.sumsqr(torque)
 
-    sentence = (
-        r"integrand of Older must take one argument, it takes \(torque, positive, negative\): write integrand\(self"
-    )
+    sentence = r"integrand of Older must take one argument, got \(torque, positive, negative\): write integrand\(self"
     with pytest.raises(InputError, match=sentence):
         check_objective(Older(), COMPASS)
 

@@ -138,7 +138,7 @@ def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypat
     assert not gait.sequence.is_open
     assert "the homotopy stopped at t = 1e-01 (iteration_limit) with complementarity residual" in gait.proposal.reason
     assert "is not solved" in gait.proposal.reason
-    assert gait.proposal.stationarity == "unknown: the homotopy did not end"
+    assert gait.proposal.stationarity == "unknown: the homotopy did not reach its end"
     assert gait.solver.violations
 
 
@@ -157,7 +157,7 @@ def test_a_wrong_proposal_is_unconfirmed(reference_problem, monkeypatch):
     gait = solve(reference_problem(sequence=OPEN, intervals=10))
     assert str(gait.sequence) == "slip+ stick | stick"
     assert gait.status is Status.UNCONFIRMED
-    assert "costs" in gait.proposal.reason
+    assert "has cost" in gait.proposal.reason
 
 
 def test_an_open_sequence_is_refused_where_a_closed_one_is_needed(reference_problem):
@@ -169,7 +169,7 @@ def test_an_open_sequence_is_refused_where_a_closed_one_is_needed(reference_prob
 
 
 def test_an_open_sequence_needs_a_friction_limit(reference_problem):
-    with pytest.raises(InputError, match="open places, which need a finite friction"):
+    with pytest.raises(InputError, match="contains 'any', which needs a finite friction"):
         reference_problem(sequence=OPEN, friction=math.inf)
 
 

@@ -162,5 +162,5 @@ def test_intervals_of_phases_not_known_yet(reference_problem):
         reference_problem(
             sequence="any | any", transcription=evolve(reference_problem().transcription, intervals=(5, 20))
         )
-    with pytest.raises(InputError, match="open places, which need a finite friction"):
+    with pytest.raises(InputError, match="contains 'any', which needs a finite friction"):
         reference_problem(sequence="any | any", friction=math.inf)

@@ -13,7 +13,9 @@ def test_a_guess_outside_the_bounds_is_named_with_its_worst_place(reference_prob
     wild = Keyframes((0, 0.5, 1), {"th1": (-0.15, 0, 0.15), "th2": (-0.15, 1.3, 0.15)})
     gait = solve(reference_problem(guess=wild, intervals=10, limits=Limits(torque=6, angle=0.5)))
     (remark,) = [text for text in gait.solver.warnings if "guess" in text]
-    assert remark == ("the guess has th2 outside its bounds by 0.8 at phase 1 (stick), node 5; it was moved inside.")
+    assert remark == (
+        "the guess has th2 outside its bounds by 0.8 at phase 1 (stick), node 5; it was moved inside them."
+    )
 
 
 def test_a_guess_inside_the_bounds_and_an_automatic_one_are_not_remarked_on(reference_problem):

@@ -85,13 +85,13 @@ def test_workers_that_die_cost_only_the_task_that_kills_them(cluster, tmp_path):
         for done in run_tasks(works.die, tasks, str(tmp_path), execution=Execution(executor=cluster))
     }
     assert {key for key, done in ended.items() if done.failure} == {"guilty"}
-    assert "one worker process after another died" in ended["guilty"].failure
+    assert "the task repeatedly terminated its worker process" in ended["guilty"].failure
     assert all(done.result == key for key, done in ended.items() if key != "guilty")
 
 
 def test_a_lost_scheduler_ends_a_study_with_all_that_was_finished_kept(tmp_path):
     with dask.scheduler(tmp_path) as (address, process):
-        with pytest.raises(GaitoptError, match="has had no workers for 0 s; start some: dask worker tcp"):
+        with pytest.raises(GaitoptError, match="has had no workers for 0 s; start workers: dask worker tcp"):
             DaskExecutor(address, worker_timeout=0)
         with dask.workers(address, 1), DaskExecutor(address) as cluster:
             tasks, kept = [Task(str(i), i) for i in range(500)], {}
@@ -163,7 +163,7 @@ def test_a_transport_that_is_not_configured_ends_in_a_sentence(kind):
 
 def test_the_address_of_a_worker_is_refused(cluster):
     (worker, *_) = cluster._client.nthreads()
-    with pytest.raises(InputError, match=f"{worker} is the address of a Dask worker; give that of its scheduler"):
+    with pytest.raises(InputError, match=f"{worker} is the address of a Dask worker; use the address of its scheduler"):
         DaskExecutor(worker)
 
 
@@ -212,9 +212,9 @@ class Client:
         (
             1,
             ModuleNotFoundError("No module named 'gaitopt'"),
-            f"tcp://far:1 has no gaitopt .*install gaitopt {__version__}",
+            f"tcp://far:1 cannot import gaitopt .*install gaitopt {__version__}",
         ),
-        (1, "0.0.1", "runs gaitopt 0.0.1"),
+        (1, "0.0.1", "has gaitopt 0.0.1"),
     ],
 )
 def test_workers_that_cannot_do_the_work_are_refused(threads, answer, message):

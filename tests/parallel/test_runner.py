@@ -54,7 +54,7 @@ def test_known_results_are_used_and_not_computed_again():
 
 
 def test_tasks_in_no_order_are_refused():
-    with pytest.raises(InputError, match="'a' needs 'b', which does not come before"):
+    with pytest.raises(InputError, match="'a' needs 'b', which does not precede it"):
         results(works.add, [Task("a", 1, ("b",)), Task("b", 1)], 0)
     with pytest.raises(InputError, match="Two tasks have the key 'a'"):
         results(works.add, [Task("a", 1), Task("a", 2)], 0)
@@ -67,7 +67,7 @@ def test_a_worker_that_dies_costs_only_the_task_that_kills_it(tmp_path):
     tasks = [*map(Task, names, names), Task("after", "after", ("guilty", "unlucky"))]
     ended = {done.task.key: done for done in run_tasks(works.die, tasks, str(tmp_path), execution=TWO)}
     assert {key for key, done in ended.items() if done.failure} == {"guilty"}
-    assert "one worker process after another died" in ended["guilty"].failure
+    assert "the task repeatedly terminated its worker process" in ended["guilty"].failure
     assert all(done.result == key for key, done in ended.items() if key != "guilty")
 
 
@@ -129,7 +129,7 @@ def test_a_mistake_in_the_script_of_a_worker_comes_through():
 
 
 def test_workers_that_die_at_their_start_end_the_study():
-    with pytest.raises(GaitoptError, match=r"3 times in a row, worker processes died before .* use fewer workers"):
+    with pytest.raises(GaitoptError, match=r"Worker processes ended 3 times in succession before .* use fewer workers"):
         results(works.add, chain(2), 0, execution=Execution(workers=2, prepare=works.end_process))
 
 

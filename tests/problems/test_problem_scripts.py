@@ -136,7 +136,7 @@ def test_a_grid_on_which_the_foot_is_too_low_between_nodes_is_doubled(monkeypatc
     monkeypatch.setattr(grid_solve, "SCUFF", 1.0)
     left = solve(coarse)
     assert left.problem["intervals"] == [6]
-    assert "lower than Limits.clearance between nodes" in left.solver.warnings[0]
+    assert "below Limits.clearance between nodes" in left.solver.warnings[0]
 
 
 def test_the_two_compass_scripts_differ_in_their_sequence_only():

@@ -98,7 +98,7 @@ def test_positions_on_the_page_are_those_of_the_motion(text, slipping):
 
 
 def test_a_report_needs_gaits(tmp_path, slipping):
-    with pytest.raises(InputError, match="gaits by title"):
+    with pytest.raises(InputError, match="mapping from titles to gaits"):
         write_report([slipping], tmp_path / "report.html")
     with pytest.raises(InputError, match="at least one gait"):
         write_report({}, tmp_path / "none.html")
@@ -108,7 +108,7 @@ def test_a_walk_in_a_notebook():
     angles, rates = [-0.147836890, -0.147836890], [0.732796791, -0.500667882]
     ground = {"slope": np.deg2rad(1), "friction": 0.3}
     html = show_in_notebook(simulate(compass_biped(), [0, 0, *angles], [0, 0, *rates], ground, steps=50))
-    assert "50 steps: All requested steps were walked." in html
+    assert "50 steps: All requested steps were completed." in html
     assert "and 10 more events" in html
 
 
@@ -182,7 +182,7 @@ def test_the_multipliers_of_a_custom_robot(tmp_path, slipping, compass, write_ol
     own = load(write_old_file(tmp_path / "old.h5", "my_robot"))
     unknown = write_report({"a": own}, tmp_path / "unknown.html").read_text(encoding="utf-8")
     assert (
-        "Not assessed. The file of this gait is of an older version and only names its robot, 'my_robot'"
+        "Not assessed. The file of this gait has an older format and contains only the name of its robot, 'my_robot'"
         in unknown.replace("&#x27;", "'")
     )
     named = replace(compass, name="my_robot")

@@ -17,7 +17,10 @@ WRONG = {
         r"leg exchange changes the kinetic energy by -?\d.* J",
     ),
     "legs not exchanged": (torso_biped(relabel=lambda a, b, t: [b, a, t]), "leg exchange changes the kinetic energy"),
-    "guard of the wrong sign": (torso_biped(touchdown=lambda a, b: a - b), "landing foot does not come from above"),
+    "guard of the wrong sign": (
+        torso_biped(touchdown=lambda a, b: a - b),
+        "landing foot does not approach the ground from above",
+    ),
 }
 
 

@@ -18,7 +18,7 @@ def test_a_planned_state_that_is_nan_is_refuted(slip_gait, name):
     motion = replace(slip_gait.motion, jumps=(replace(jump, **{name: after}),))
     verified = verify(replace(slip_gait, motion=motion))
     assert verified.status is Status.NOT_VERIFIED
-    assert "state after touchdown off by inf" in verified.verification.reasons[0]
+    assert "state after touchdown deviates by inf" in verified.verification.reasons[0]
 
 
 def test_an_impact_that_leaves_nan_ends_the_walk(compass):

@@ -69,14 +69,14 @@ def test_the_replay_forgets_the_plan(slip_gait, compass):
 def test_a_torque_changed_a_little(slip_gait, relative):
     segments = tuple(dataclasses.replace(s, torque=(1 + relative) * s.torque) for s in slip_gait.motion.segments)
     said = reasons(with_motion(slip_gait, segments=segments))
-    assert "state after touchdown off by" in said
+    assert "state after touchdown deviates by" in said
     assert "allowed 1e-06" in said
 
 
 def test_a_wrong_first_state(slip_gait):
     v = slip_gait.motion.segments[0].v.copy()
     v[2, 0] += 1e-4
-    assert "state after touchdown off by" in reasons(with_first(slip_gait, v=v))
+    assert "state after touchdown deviates by" in reasons(with_first(slip_gait, v=v))
 
 
 def test_a_foot_that_should_start_sliding_but_rests(slip_gait):
@@ -87,7 +87,7 @@ def test_a_foot_that_should_start_sliding_but_rests(slip_gait):
 
 def test_more_friction_than_planned(slip_gait):
     said = reasons(with_parameters(slip_gait, friction=0.3))
-    assert "the replay walked 'slip+ stick | stick' instead of 'slip+ stick | slip+'" in said
+    assert "the replay has the contact sequence 'slip+ stick | stick' instead of 'slip+ stick | slip+'" in said
 
 
 def test_less_friction_than_planned(slip_gait):
@@ -107,7 +107,7 @@ def test_infinite_friction_and_a_sliding_start(slip_gait):
 
 
 def test_a_slope(slip_gait):
-    assert "state after touchdown off by" in reasons(with_parameters(slip_gait, slope=1e-4))
+    assert "state after touchdown deviates by" in reasons(with_parameters(slip_gait, slope=1e-4))
 
 
 def test_a_landing_the_gait_does_not_have(slip_gait):
@@ -115,14 +115,14 @@ def test_a_landing_the_gait_does_not_have(slip_gait):
     v = slip_gait.motion.segments[0].v.copy()
     v[0, 0] = 0.0
     said = reasons(with_parameters(with_first(slip_gait, v=v), friction=0.139))
-    assert "the replay walked '" in said
+    assert "the replay has the contact sequence '" in said
 
 
 def test_a_wrong_cost_in_the_plan(slip_gait):
     """The state and times agree, but the plan claims less work than its torques do."""
     segments = tuple(dataclasses.replace(s, work=0.9 * s.work, power=0.9 * s.power) for s in slip_gait.motion.segments)
     said = reasons(with_motion(slip_gait, segments=segments))
-    assert said.startswith("cost of transport off by 1.1e-01, allowed 5e-03")
+    assert said.startswith("cost of transport deviates by 1.1e-01, allowed 5e-03")
     assert "state" not in said
 
 
@@ -134,7 +134,7 @@ def test_a_wrong_state_after_touchdown_in_the_plan(slip_gait, field, entry):
     claimed = getattr(jump, field).copy()
     claimed[entry] += 1e-4
     said = reasons(with_motion(slip_gait, jumps=(dataclasses.replace(jump, **{field: claimed}),)))
-    assert said == "state after touchdown off by 1.0e-04, allowed 1e-06"
+    assert said == "state after touchdown deviates by 1.0e-04, allowed 1e-06"
 
 
 def test_a_wrong_period_in_the_plan(slip_gait):
@@ -142,7 +142,7 @@ def test_a_wrong_period_in_the_plan(slip_gait):
     *rest, last = slip_gait.motion.segments
     time = last.time.copy()
     time[-1] += 1e-4
-    assert "period off by 1.0e-04 s" in reasons(
+    assert "period deviates by 1.0e-04 s" in reasons(
         with_motion(slip_gait, segments=(*rest, dataclasses.replace(last, time=time)))
     )
 
@@ -171,7 +171,7 @@ def test_another_robot_is_refused(slip_gait, wheel):
 
 def test_a_robot_outside_the_catalogue_must_be_given_for_an_old_file(tmp_path, write_old_file, compass):
     custom = load(write_old_file(tmp_path / "old.h5", "mine"))
-    with pytest.raises(InputError, match="only names its robot, 'mine', which is not in the catalogue"):
+    with pytest.raises(InputError, match="contains only the name of its robot, 'mine', which is not in the catalogue"):
         verify(custom)
     assert verify(custom.with_robot(dataclasses.replace(compass, name="mine"))).verification.passed
 

@@ -120,10 +120,10 @@ def test_axes_may_be_bounds_of_each_other():
 def test_file_of_another_basin_is_not_overwritten(tmp_path):
     path = tmp_path / "basin.h5"
     basin(rimless_wheel(), WHEEL, {"theta_rate": [2.0]}, path=path)
-    with pytest.raises(InputError, match=r"holds another study \(another axes\)"):
+    with pytest.raises(InputError, match=r"contains a different study \(different axes\)"):
         basin(rimless_wheel(), WHEEL, {"theta_rate": [2.1]}, path=path)
     with pytest.raises(
-        InputError, match=r"\(another parameters: slope 0\.2268.* stored, 0\.2 requested\): give another path"
+        InputError, match=r"\(different parameters: slope 0\.2268.* stored, 0\.2 requested\): choose another path"
     ):
         basin(rimless_wheel(), {"slope": 0.2}, {"theta_rate": [2.0]}, path=path)
 
@@ -131,7 +131,7 @@ def test_file_of_another_basin_is_not_overwritten(tmp_path):
 def test_axes_in_another_order_are_another_basin(tmp_path):
     slopes, rates, path = [0.2, 0.23], [0.1, 2.0], tmp_path / "basin.nc"
     basin(rimless_wheel(), {}, {"slope": slopes, "theta_rate": rates}, path=path)
-    with pytest.raises(InputError, match=r"holds another study \(its axes are in the order slope, theta_rate\)"):
+    with pytest.raises(InputError, match=r"contains a different study \(its axes are in the order slope, theta_rate\)"):
         basin(rimless_wheel(), {}, {"theta_rate": rates, "slope": slopes}, path=path)
 
 
@@ -207,9 +207,9 @@ def test_a_slide_despite_infinite_friction_is_refused():
 def test_file_of_another_law_is_not_gone_on_with(tmp_path):
     robot, path = rimless_wheel(), tmp_path / "basin.h5"
     basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path)
-    with pytest.raises(InputError, match="holds another study"):
+    with pytest.raises(InputError, match="contains a different study"):
         basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, law=replace(passive(robot), name="another"))
-    with pytest.raises(InputError, match="holds another study"):
+    with pytest.raises(InputError, match="contains a different study"):
         basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, patience=SettlingCriterion(tolerance=1e-3))
 
 

@@ -42,7 +42,7 @@ def test_sequences_are_ranked_with_reasons(ranking):
     assert first.gait.solver.objective < second.gait.solver.objective
     assert all(finding.gait.verification.passed for finding in (first, second))
     assert str(merged.merged_into) == "stick | stick"
-    assert merged.reason == "this gait is really 'stick | stick': one phase shrank to its minimum duration"
+    assert merged.reason == "this gait degenerates to 'stick | stick': one phase has its minimum duration"
     assert "slips forward" in impossible.reason
 
 
@@ -66,7 +66,7 @@ def test_a_search_is_kept_gone_on_with_and_the_same_with_two_workers(ranking, tm
     calls.clear()
     assert found(run(directory=folder, observer=lambda done, total: calls.append(done))) == found(ranking)
     assert not calls
-    with pytest.raises(InputError, match="another problem"):
+    with pytest.raises(InputError, match="different problem"):
         search(quick_problem(), sequences=SEQUENCES, starts=1, directory=folder)
 
 

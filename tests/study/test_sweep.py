@@ -177,15 +177,15 @@ def test_a_full_disk_loses_nothing(whole, tmp_path, full_disk):
 def test_another_sweep_is_not_mixed_in(tmp_path):
     path = tmp_path / "frontier.nc"
     sweep(quick_problem(), {"friction": [0.18]}, starts=1, path=path)
-    with pytest.raises(InputError, match=r"holds another study \(another axes\): give another path"):
+    with pytest.raises(InputError, match=r"contains a different study \(different axes\): choose another path"):
         sweep(quick_problem(), {"friction": [0.19]}, starts=1, path=path)
-    with pytest.raises(InputError, match="another problem"):
+    with pytest.raises(InputError, match="different problem"):
         sweep(quick_problem(speed=0.6), {"friction": [0.18]}, starts=1, path=path)
     with pytest.raises(ArchiveError, match="it is a folder"):
         sweep(quick_problem(), {"friction": [0.18]}, starts=1, path=tmp_path)
     parts = GaitStore.beside(tmp_path / "other.nc")
     GaitStore(parts, {"axes": 1})
-    with pytest.raises(InputError, match="holds another study"):
+    with pytest.raises(InputError, match="contains a different study"):
         sweep(quick_problem(), {"friction": [0.19]}, starts=1, path=tmp_path / "other.nc")
 
 
@@ -200,9 +200,9 @@ def test_another_sweep_is_not_mixed_in(tmp_path):
         ({"axes": {"friction": [0.1]}, "sequences": []}, "needs a contact sequence"),
         (
             {"axes": {"friction": [0.1]}, "sequences": ["stick | stick", "stick | stick"]},
-            "at least one, without repetition",
+            "at least one contact sequence, without repetitions",
         ),
-        ({"axes": {"friction": [-0.1, 0.0]}}, "No point of this sweep is possible"),
+        ({"axes": {"friction": [-0.1, 0.0]}}, "No point of this sweep has a valid problem"),
     ],
 )
 def test_wrong_sweeps_are_refused(options, message):

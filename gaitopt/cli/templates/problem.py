@@ -13,12 +13,12 @@ from gaitopt.ocp import transcription_named
 
 @dataclass(frozen=True)
 class WorkAndTorque(Objective):
-    """Cost of transport plus a price on squared torques, which keeps motors cool and torques smooth."""
+    """Cost of transport plus weighted squared torques, which reduce the heat of the motors and smooth the torques."""
 
     price: float  # [W / (N m)^2]
     name = "work_and_torque"
     unit = "1"
-    uses_power = True  # point.positive and point.negative hold the parts of the joint powers
+    uses_power = True  # point.positive and point.negative contain the parts of the joint powers
     per_weight_and_travel = True  # the integral is divided by weight times travel
 
     def integrand(self, point):
@@ -34,14 +34,14 @@ def problem(
     leg_com=0.8,  # distance of a leg's mass from its foot [m]
     friction=0.14,  # Coulomb coefficient
     speed=0.633,  # [m/s]: a number, a pair (lower, upper), or None for free
-    step_length=0.4713,  # [m], foot slide included: the same choices
+    step_length=0.4713,  # [m], foot slide included; accepts the same values as speed
     torque_limit=6.0,  # of ankle and hip each [N m]; without limits the torques become very large
-    price=0.0,  # of squared torques, see above
+    price=0.0,  # weight of the squared torques, see above
     sequence="slip+ stick | slip+",  # phases | impact; try "stick | stick" if no gait is found
     transcription="collocation",  # or multiple_shooting
     intervals=40,  # grid intervals of a sticking phase (a slip phase gets a quarter)
 ):
-    """Return the problem: walk at the given speed and step with the least effort."""
+    """Return the problem: walk at the given speed and step length with the lowest cost."""
     return GaitProblem(
         name="NAME",
         robot=compass_biped(),  # built in: compass_biped, rimless_wheel; or assemble a custom robot

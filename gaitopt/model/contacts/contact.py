@@ -113,7 +113,7 @@ class ArcContact(Contact):
 
     @property
     def slide(self) -> ca.SX:
-        """Position of the centre less the unrolled arc [m]."""
+        """Position of the centre minus the unrolled arc length [m]."""
         return self.centre[0] - self.radius * self.angle
 
     @property

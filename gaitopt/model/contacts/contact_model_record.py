@@ -52,7 +52,7 @@ def restore_contact_model(described: Mapping[str, Any], name: str) -> ContactMod
         if part["class"] not in _BUILT_IN:
             raise InputError(
                 f"The contact model of the stored robot {name!r} has the custom class {part['class']!r}, which a file "
-                "cannot contain. Give the robot: gait.with_robot(robot), or --problem SCRIPT.py on the command line."
+                "cannot contain. Specify the robot: gait.with_robot(robot), or --problem SCRIPT.py on the command line."
             )
     impact, *transitions = (_BUILT_IN[part["class"]](**_read_fields(part["fields"])) for part in parts)
     return ContactModel(impact, tuple(transitions))

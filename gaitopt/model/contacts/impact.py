@@ -23,7 +23,7 @@ class Impact(NamedTuple):
         Outcome; None if no outcome is consistent.
     impulse : (2,) array [N s]
     v_plus : (n_q,) array
-        Rates after the impact, before the leg swap.
+        Rates after the impact, before the leg exchange.
     energy_lost : float [J]
     separation : float [m/s]
         Upward speed of the trailing foot; if negative, the single-impulse solution is invalid.
@@ -79,7 +79,7 @@ def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> I
 
 
 class TouchdownMap:
-    """The impact of a robot with fixed parameters and the leg swap after it, compiled for repeated solution.
+    """The impact of a robot with fixed parameters and the leg exchange after it, compiled for repeated solution.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class TouchdownMap:
         self._after_impulse = FastCall(_state_after_impulse(robot), p, shared=self._inputs)
 
     def solve(self, y: np.ndarray) -> tuple[Impact, np.ndarray | None]:
-        """Return the impact in a state and the state after the leg swap, both (q, v) of shape (2 n_q,).
+        """Return the impact in a state and the state after the leg exchange, both (q, v) of shape (2 n_q,).
 
         The state is None if the single-impulse solution is invalid.
         """
@@ -130,7 +130,7 @@ def _touchdown(robot: Robot, p: bytes, thread: int) -> TouchdownMap:
 
 @functools.lru_cache(maxsize=64)
 def _state_after_impulse(robot: Robot) -> ca.Function:
-    """Return (q, v, impulse, p) -> rates after an impulse at the landing foot, and q and v after the leg swap."""
+    """Return (q, v, impulse, p) -> rates after an impulse at the landing foot, and q and v after the leg exchange."""
     q, v, impulse = ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q), ca.SX.sym("impulse", 2)
     p = ca.SX.sym("p", len(robot.parameters))
     v_plus = v + robot.collision(q, v, p)[2] @ impulse

@@ -39,7 +39,7 @@ def restore_robot(record: RobotRecord, physics: PhysicsSamples) -> Robot:
     ----------
     record : RobotRecord
     physics : PhysicsSamples
-        Of the robot in the record.
+        Samples of the physics of the robot in the record.
 
     Raises
     ------

@@ -30,7 +30,7 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
         If the gait has no solution, as one read from a file of an earlier version.
     """
     if gait.solution is None:
-        raise InputError("The gait has no unknowns and multipliers to predict another problem from: solve it again.")
+        raise InputError("The gait must contain unknowns and multipliers, but has none: solve its problem again.")
     transcription = transcribe(structure(problem, problem.transcription))
     limits, data = bounds(transcription, problem), data_vector(problem)
     x, (on_bounds, on_rows) = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))

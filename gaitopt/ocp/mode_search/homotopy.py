@@ -20,7 +20,7 @@ LEAST_BARRIER, MOST_BARRIER = 1e-8, 1e-2
 
 @frozen(kw_only=True)
 class Homotopy:
-    """Options of the homotopy that closes the open places of a contact sequence.
+    """Options of the homotopy that determines the open modes of a contact sequence.
 
     Attributes
     ----------

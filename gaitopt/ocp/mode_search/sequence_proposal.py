@@ -99,13 +99,13 @@ def _judge_candidate(
     if not candidates.path.ended:
         reasons.append(
             f"the homotopy stopped at t = {last.relaxation:.0e} ({last.status}) with complementarity residual "
-            f"{last.complementarity:.1e}, its tolerance is {homotopy.tolerance:.1e}"
+            f"{last.complementarity:.1e} (tolerance {homotopy.tolerance:.1e})"
         )
     if not gait.status.ok:
         reasons.append(f"the proposed contact sequence '{gait.sequence}' is not solved ({gait.status.key})")
     elif candidates.path.ended and not abs(after - last.objective) <= candidates.agreement * scale:
         reasons.append(
-            f"the proposed sequence '{gait.sequence}' costs {after:.6g}, the relaxed problem {last.objective:.6g}"
+            f"the proposed sequence '{gait.sequence}' has cost {after:.6g}, the relaxed problem {last.objective:.6g}"
         )
         gait = replace(gait, status=Status.UNCONFIRMED)
     proposal = Proposal(
@@ -125,15 +125,15 @@ def _judge_candidate(
 def _describe_stationarity(candidates: Candidates, checks: list[CandidateCheck]) -> str:
     """Return the stationarity of the gait with respect to the choice of the contact sequence."""
     if not candidates.path.ended:
-        return "unknown: the homotopy did not end"
+        return "unknown: the homotopy did not reach its end"
     endings = [(check.sequence, check.solution.outcome.status) for check in checks]
     unsolved = [f"'{sequence}' ({status.key})" for sequence, status in endings if not status.ok]
     if unsolved:
         return f"unknown: not all proposed sequences are solved: {', '.join(unsolved)}"
     if candidates.on_edge:
         return (
-            f"unknown: {candidates.on_edge} intervals of the open phases stick on the edge of the cone (biactive "
-            "pairs); the closed contact sequence alone is optimal"
+            f"unknown: {candidates.on_edge} intervals of the open phases stick on the boundary of the cone "
+            "(biactive pairs); the closed contact sequence alone is optimal"
         )
     if not candidates.biactive:
         return "strong: no pair is biactive, so the optimality of the closed sequence implies that of the open one"

@@ -164,7 +164,9 @@ _running = threading.local()
 def _lock_solves() -> Iterator[None]:
     """Hold the lock of all solves; InputError within a solve by this thread, as a nested one crashes the process."""
     if getattr(_running, "now", False):
-        raise InputError("An observer of a solve with Ipopt must not call Ipopt: store the iterates, solve afterwards.")
+        raise InputError(
+            "An observer of a solve with Ipopt must not call Ipopt: store the iterates and solve afterwards."
+        )
     with ONE_AT_A_TIME:
         _running.now = True
         try:

@@ -68,7 +68,7 @@ def warnings(
     sentences = []
     if not error <= problem.transcription.tolerance:
         sentences.append(
-            f"the error between nodes is {error:.1e}, not within the tolerance "
+            f"the error between nodes is {error:.1e}, but the tolerance is "
             f"{problem.transcription.tolerance:.1e}: use more intervals."
         )
     if not outside <= ROUNDING:
@@ -78,9 +78,7 @@ def warnings(
         )
     low = lack_of_height(transcription, problem, x)
     if not low <= SCUFF:
-        sentences.append(
-            f"the swing foot is {low:.1e} m lower than Limits.clearance between nodes: use more intervals."
-        )
+        sentences.append(f"the swing foot is {low:.1e} m below Limits.clearance between nodes: use more intervals.")
     early = early_touchdown(transcription, problem, x)
     if early is not None:
         sentences.append(
@@ -91,6 +89,7 @@ def warnings(
     for phase in transcription.phases:
         if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
             sentences.append(
-                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without it may have a lower cost."
+                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without this phase may have a "
+                "lower cost."
             )
     return tuple(sentences)

@@ -171,6 +171,8 @@ class SingleStart:
         outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
-            outcome = replace(outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}, at nan or inf")
+            outcome = replace(
+                outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}; the solution contains nan or inf"
+            )
         # Without the guess: lazily evaluated results must not keep the gait alive that the solve started from.
         return GridSolution(problem.without_guess(), method, transcription, limits, outcome)

@@ -23,7 +23,7 @@ def report_poor_scaling(transcription: Transcription, start: Array, data: Array)
     steepest = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
     place, name = transcription.constraints.label(int(rows[steepest]))
     if not math.isfinite(sizes[steepest]):
-        return (f"'{name}' at {place} has no finite derivative at the start: choose a guess away from it.",)
+        return (f"'{name}' at {place} has no finite derivative at the initial guess: choose another guess.",)
     if sizes[steepest] <= STEEP:
         return ()
     return (
@@ -51,6 +51,6 @@ def report_clipped_guess(transcription: Transcription, limits: Bounds, guessed: 
             worst[key] = int(index)
     return tuple(
         f"the guess has {key.label} outside its bounds by {excess[index]:.2g} at "
-        f"{transcription.variables.label(index)[0]}; it was moved inside."
+        f"{transcription.variables.label(index)[0]}; it was moved inside them."
         for key, index in worst.items()
     )

@@ -102,7 +102,7 @@ def _angle_bounds(name: str, limit: object) -> tuple[float, float]:
         raise InputError(f"{name} must be a number or a pair (lower, upper), got {limit!r}.")
     lower, upper = (Parameter(name, 0.0, "rad", "").check(bound) for bound in limit)
     if lower >= upper:
-        raise InputError(f"{name}: the lower bound {lower:g} is not below the upper bound {upper:g} [rad].")
+        raise InputError(f"{name}: the lower bound {lower:g} must be below the upper bound {upper:g} [rad].")
     return lower, upper
 
 
@@ -185,5 +185,5 @@ class Range:
             raise InputError(f"{name} must be a number, a pair (lower, upper) or None, got {target!r}.")
         lower, upper = (Parameter(name, 1.0, unit, "", lower=0.0, lower_open=True).check(bound) for bound in pair)
         if lower > upper:
-            raise InputError(f"{name}: the lower bound {lower:g} exceeds the upper bound {upper:g} [{unit}].")
+            raise InputError(f"{name}: the lower bound {lower:g} must not exceed the upper bound {upper:g} [{unit}].")
         return cls(lower, upper)

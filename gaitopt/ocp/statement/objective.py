@@ -206,7 +206,7 @@ def _check_declaration(objective: Objective) -> None:
         names = list(inspect.signature(getattr(objective, method)).parameters)
         if len(names) != 1:
             raise InputError(
-                f"The {method} of {kind} must take one argument, it takes ({', '.join(names)}): write "
+                f"The {method} of {kind} must take one argument, got ({', '.join(names)}): write "
                 f"{method}(self, {'step' if method == 'boundary' else 'point'}) and use point.torque, point.positive, "
                 "point.negative and other quantities of the instant."
             )
@@ -220,7 +220,7 @@ def _check_terms(objective: Objective, robot: Robot) -> None:
         rows, columns = ca.SX(value).shape
         if (rows, columns) != (1, 1):
             raise InputError(
-                f"The {method} of {kind} must be one number, it is a table of {rows} x {columns}: sum it over the "
+                f"The {method} of {kind} must be one number, got a table of {rows} x {columns}: sum it over the "
                 "joints, for example by ca.sum1 or ca.sumsqr."
             )
     if not objective.uses_power and ca.depends_on(

@@ -65,7 +65,9 @@ class Tracking(Objective):
     def integrand(self, point: Instant) -> Any:
         """Return the squared deviation [rad^2]."""
         if point.angles != self.motion.angles:
-            raise InputError(f"The motion to track has the angles {self.motion.angles}, the robot has {point.angles}.")
+            raise InputError(
+                f"The motion to track must have the angles of the robot, {point.angles}, got {self.motion.angles}."
+            )
         spline: CubicSpline = self._spline  # type: ignore[attr-defined]
         target = _evaluate(spline, point.time)
         n = len(point.angles)
@@ -92,7 +94,7 @@ def reference(motion: Motion) -> CubicSpline:
     """Return the angles and rates of the first step of a motion over the fraction of the step, 2 n_angles columns."""
     segments, _ = first_step(motion)
     if not is_finite(segments):
-        raise InputError("The motion to track contains values that are not finite.")
+        raise InputError("The motion to track must be finite, got nan or inf.")
     begin, end = segments[0].time[0], segments[-1].time[-1]
     at = np.linspace(0.0, 1.0, KNOTS)
     ends = np.array([segment.time[-1] for segment in segments])

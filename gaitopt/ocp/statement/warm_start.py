@@ -49,7 +49,7 @@ class FromMotion(Guess):
         """Return the motion at the same fractions of its period."""
         if self.motion.angles != setting.robot.angles:
             raise InputError(
-                f"The guess is a motion of {self.motion.angles}, but the robot has {setting.robot.angles}."
+                f"The guess must be a motion of the angles {setting.robot.angles}, got {self.motion.angles}."
             )
         segments = self._segments()
         clock = np.concatenate([s.time for s in segments]) - segments[0].time[0]
@@ -93,7 +93,7 @@ class WarmStart(Guess):
     """
 
     gait: Gait = field(repr=False)
-    label: str = "a gait solved before"
+    label: str = "a gait that was solved before"
 
     def __post_init__(self) -> None:
         if not isinstance(self.gait, Gait):

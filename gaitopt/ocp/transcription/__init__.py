@@ -1,5 +1,5 @@
 """Transcription of a gait problem into a nonlinear program.
 
-The grid, the integration schemes, and the constraints of phases, impacts and guards,
-in smooth and in complementarity form.
+It contains the grid, the integration schemes, and the constraints of phases, impacts and guards, in smooth and in
+complementarity form.
 """

@@ -1,4 +1,4 @@
-"""The boundary of a step: touchdown, frictional impact, leg swap, periodicity, step length and speed."""
+"""The boundary of a step: touchdown, frictional impact, leg exchange, periodicity, step length and speed."""
 
 import math
 

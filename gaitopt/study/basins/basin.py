@@ -141,7 +141,7 @@ def basin_edges(
     """
     Parameter("tolerance", 1e-9, "1", "", lower=0, lower_open=True).check(tolerance)
     if len(axes) != 1:
-        raise InputError(f"Edges of a basin need one axis, got {len(axes)}: {', '.join(axes) or 'none'}.")
+        raise InputError(f"The edges of a basin require one axis, got {len(axes)}: {', '.join(axes) or 'none'}.")
     ((name, values),) = axes.items()
     points, law = axis_values_of(name, values), law or passive(robot)
     if points.size < 2 or np.any(np.diff(points) <= 0):

@@ -159,7 +159,7 @@ def judge_gait(gait: Gait, shortest_phase: float, file: Path | None) -> RankedGa
         return RankedGait(
             sequence=gait.sequence, status=gait.status.key, reason=explain_failure(gait), gait=gait, file=file
         )
-    reason = f"this gait is really '{other}': one phase shrank to its minimum duration"
+    reason = f"this gait degenerates to '{other}': one phase has its minimum duration"
     return RankedGait(sequence=gait.sequence, status=MERGED, reason=reason, gait=gait, merged_into=other, file=file)
 
 

@@ -78,7 +78,7 @@ def search(
     ------
     InputError
         If a number or a sequence is invalid, a sequence has open phases, the robot fails the check of
-        :func:`gaitopt.solve`, or the folder holds another study.
+        :func:`gaitopt.solve`, or the folder contains a different study.
 
     Examples
     --------

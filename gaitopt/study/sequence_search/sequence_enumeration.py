@@ -82,7 +82,7 @@ def explain_impossibility(sequence: ContactSequence, problem: GaitProblem) -> st
     if math.isclose(sign * problem.friction, math.tan(problem.slope), rel_tol=1e-9):
         return ""
     way = "forward" if sign > 0 else "backward"
-    return f"a foot that always slips {way} gains or loses speed with every step"
+    return f"a foot that always slips {way} gains or loses speed in every step"
 
 
 def neighbours(sequence: ContactSequence) -> tuple[ContactSequence, ...]:

@@ -6,7 +6,7 @@ IMPOSSIBLE, LOST, PENDING, MERGED = "impossible", "lost", "pending", "merged"
 """Status of a problem without solution, of one whose process died, of one not computed yet, and of one whose gait
 degenerates to another sequence; all others have the status of their gait."""
 
-UNFINISHED = "the study was interrupted before"
+UNFINISHED = "the study was interrupted before this result was computed"
 
 
 def explain_failure(gait: Gait) -> str:

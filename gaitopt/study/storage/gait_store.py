@@ -25,7 +25,7 @@ class GaitStore(MutableMapping[str, Gait]):
     path : str or Path
         Created if it does not exist.
     key : dict
-        Key of the study as plain data; a folder of another study is refused.
+        Key of the study as plain data; a folder of a different study is rejected.
 
     Raises
     ------
@@ -41,11 +41,13 @@ class GaitStore(MutableMapping[str, Gait]):
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ArchiveError(f"Cannot make the folder {self.path}: {error.strerror or error}.") from None
+            raise ArchiveError(f"Cannot create the folder {self.path}: {error.strerror or error}.") from None
         if (self.path / QUESTION).is_file():
             check_same_study(_read(self.path / QUESTION), requested, self.path)
         elif any(self.path.glob("*.h5")):
-            raise InputError(f"The folder {self.path} contains gait files of no study; give another folder.")
+            raise InputError(
+                f"The folder {self.path} contains gait files that belong to no study; choose another folder."
+            )
         else:
             with write_atomically(self.path / QUESTION) as temporary:
                 temporary.write_text(json.dumps(requested, indent=1), encoding="utf-8")
@@ -54,7 +56,7 @@ class GaitStore(MutableMapping[str, Gait]):
     def beside(path: Path) -> Path:
         """Return the folder that belongs to the file of a study; ArchiveError if the file is a folder itself."""
         if path.is_dir():
-            raise ArchiveError(f"Cannot write {path}: it is a folder. Give a file name.")
+            raise ArchiveError(f"Cannot write {path}: it is a folder. Specify a file name.")
         return path.with_name(f"{path.name}.parts")
 
     def file(self, key: str) -> Path:
@@ -91,7 +93,7 @@ class GaitStore(MutableMapping[str, Gait]):
 
 
 def check_same_study(stored: Any, requested: dict[str, Any], path: Path) -> None:
-    """Raise InputError with the differences unless a file or folder holds the requested study."""
+    """Raise InputError with the differences unless a file or folder contains the requested study."""
     requested = json.loads(json.dumps(plain(requested)))
     stored_axes = _axes_of(stored)
     if stored == requested and stored_axes == _axes_of(requested):  # results are numbered in the order of the axes
@@ -105,7 +107,9 @@ def check_same_study(stored: Any, requested: dict[str, Any], path: Path) -> None
     if stored == requested:
         parts = [f"its axes are in the order {', '.join(stored_axes)}"]
     differences = f" ({' and '.join(parts)})" if parts else ""
-    raise InputError(f"{path} holds another study{differences}: give another path, or delete it to start again.")
+    raise InputError(
+        f"{path} contains a different study{differences}: choose another path, or delete it to start again."
+    )
 
 
 def _axes_of(key: Any) -> list[str]:
@@ -122,7 +126,7 @@ def _describe_difference(part: str, stored: Any, requested: Any) -> str:
         if before.get(name, now[name]) != now[name]
     ]
     more = f", and {len(differences) - MAX_DIFFERENCES} more" if len(differences) > MAX_DIFFERENCES else ""
-    return f"another {part}{': ' if differences else ''}{'; '.join(differences[:MAX_DIFFERENCES])}{more}"
+    return f"different {part}{': ' if differences else ''}{'; '.join(differences[:MAX_DIFFERENCES])}{more}"
 
 
 def _leaves(nested: Any, name: str = "") -> dict[str, str]:

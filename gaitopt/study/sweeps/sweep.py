@@ -72,7 +72,7 @@ def sweep(
     ------
     InputError
         If an axis, a number or a sequence is invalid, a sequence is open, no grid point is possible, the robot fails
-        the check of :func:`gaitopt.solve`, or the file holds another study.
+        the check of :func:`gaitopt.solve`, or the file contains a different study.
     ArchiveError
         If the file is not writable, such as on a full disk; finished gaits are kept.
 

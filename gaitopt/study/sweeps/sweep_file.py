@@ -198,7 +198,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     if sequence not in sequences:
         raise InputError(f"The sweep in {path} has no contact sequence {sequence!r}. {suggest(sequence, sequences)}")
     if set(coordinates) != set(axes):
-        raise InputError(f"A point of the sweep in {path} needs a value of {', '.join(map(str, axes))}.")
+        raise InputError(f"A point of the sweep in {path} needs a value for {', '.join(map(str, axes))}.")
     for name, value in coordinates.items():
         Parameter(name, 0.0, "1", "").check(value)
     index = [int(np.argmin(np.abs(table[name].values - coordinates[str(name)]))) for name in axes]
@@ -211,7 +211,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
 
 
 def read_partial_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
-    """Return the complete sweep of a file, or None; raise InputError if the file holds another study."""
+    """Return the complete sweep of a file, or None; raise InputError if the file contains a different study."""
     if not path.exists():
         return None
     table = load_sweep(path)

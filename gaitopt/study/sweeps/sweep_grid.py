@@ -85,14 +85,14 @@ class SweepGrid:
         if not self.axes:
             raise InputError(f"A sweep needs an axis, such as friction. {suggest('friction', known)}")
         if not self.sequences or len(set(self.sequences)) < len(self.sequences):
-            raise InputError("The contact sequences of a sweep must be at least one, without repetition.")
+            raise InputError("A sweep needs at least one contact sequence, without repetitions.")
         for name, values in self.axes.items():
             if name not in known:
                 raise InputError(f"A sweep has no axis {name!r}. {suggest(name, known)}")
             if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
                 raise InputError(f"The axis {name!r} needs increasing finite values, at least one.")
         if len(self.impossible) == math.prod(self.shape):
-            raise InputError(f"No point of this sweep is possible: {next(iter(self.impossible.values()))}")
+            raise InputError(f"No point of this sweep has a valid problem: {next(iter(self.impossible.values()))}")
 
     @property
     def shape(self) -> tuple[int, ...]:
