@@ -114,7 +114,7 @@ def test_no_gait_and_no_law_are_answers_too(slipping, design):
 def test_a_design_by_the_stance_angle(slipping, design):
     by_angle = design.by_stance_angle(compass_biped(), slipping.motion)
     law = by_angle.law({"hip_stiffness": 3.0, "hip_damping": 2.0})
-    assert law.name == "pd by th1"
+    assert law.name == "joint_pd by th1"
     assert law.gain_values["hip_stiffness"] == 3.0
 
 
