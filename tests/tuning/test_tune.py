@@ -14,6 +14,7 @@ from gaitopt import (
     assess_stability,
     compass_biped,
     joint_pd,
+    simulate,
     tune_feedback,
 )
 from gaitopt.tuning import ControllerFamily, Gain, controller_family_named
@@ -54,9 +55,17 @@ def test_the_best_trial_is_returned(slipping, tuned):
     assert tuned.fixed_point_shift < 1e-6
 
 
-def test_the_verified_radius_is_one_from_which_all_return(tuned):
-    assert tuned.verified.complete
-    assert tuned.verified.radius > 0.01
+def test_the_verified_radius_is_one_from_which_all_return(slipping, tuned, rng):
+    """Walks of the simulator from pushes on the edge of the ball end in the gait, and one ten times as far does not."""
+    radius, first = tuned.verified.radius, slipping.motion.segments[0]
+    assert radius > 0.01
+    inside = radius * np.array([1, -1, rng.uniform(-1, 1)])
+    for push, returns in ((inside[0], True), (inside[1], True), (inside[2], True), (10 * tuned.verified.beyond, False)):
+        v = first.v[:, 0].copy()
+        v[2] += push  # the rate of the stance leg
+        walk = simulate(slipping.robot, first.q[:, 0], v, slipping.motion.parameters, law=tuned.law, steps=30)
+        back = walk.stop.key == "steps_done" and np.max(np.abs(walk.motion.jumps[-1].v_next - first.v[:, 0])) < 1e-4
+        assert back == returns, push
 
 
 def test_same_seed_same_gains(slipping, design, tuned):
