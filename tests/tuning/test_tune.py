@@ -1,6 +1,7 @@
 """Tuning: what is found, reported and verified."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from gaitopt import (
     PushTest,
     SensitivityNorm,
     SpectralRadius,
+    Stop,
     assess_stability,
     compass_biped,
     joint_pd,
@@ -55,17 +57,20 @@ def test_the_best_trial_is_returned(slipping, tuned):
     assert tuned.fixed_point_shift < 1e-6
 
 
-def test_the_verified_radius_is_one_from_which_all_return(slipping, tuned, rng):
-    """Walks of the simulator from pushes on the edge of the ball end in the gait, and one ten times as far does not."""
-    radius, first = tuned.verified.radius, slipping.motion.segments[0]
-    assert radius > 0.01
-    inside = radius * np.array([1, -1, rng.uniform(-1, 1)])
-    for push, returns in ((inside[0], True), (inside[1], True), (inside[2], True), (10 * tuned.verified.beyond, False)):
+def test_the_verified_radius_is_one_from_which_walks_return(slipping, tuned):
+    """Walks of the simulator from well inside the ball end in the gait, and from far outside they do not.
+
+    Ten random starts leave the edge of the ball uncertain.
+    """
+    inside, first = 0.7 * tuned.verified.radius, slipping.motion.segments[0]
+    assert inside > 0.01
+    for rate, push in itertools.product((2, 3), (inside, -inside, 10 * tuned.verified.beyond)):
         v = first.v[:, 0].copy()
-        v[2] += push  # the rate of the stance leg
+        v[rate] += push
         walk = simulate(slipping.robot, first.q[:, 0], v, slipping.motion.parameters, law=tuned.law, steps=30)
-        back = walk.stop.key == "steps_done" and np.max(np.abs(walk.motion.jumps[-1].v_next - first.v[:, 0])) < 1e-4
-        assert back == returns, push
+        stays = walk.stop is Stop.STEPS_DONE
+        assert stays == (abs(push) == inside)
+        assert not stays or walk.motion.jumps[-1].v_next == pytest.approx(first.v[:, 0], abs=1e-4)
 
 
 def test_same_seed_same_gains(slipping, design, tuned):
