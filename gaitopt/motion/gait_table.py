@@ -77,9 +77,9 @@ def _origin(gait: Gait) -> Facts:
     proposal = gait.proposal
     if proposal is None:
         return []
-    relaxation = RELAXATIONS.get(proposal.relaxation, proposal.relaxation)
+    steps, relaxation = len(proposal.steps), RELAXATIONS.get(proposal.relaxation, proposal.relaxation)
     origin = (
-        f"from '{proposal.sequence}' ({relaxation}, {len(proposal.steps)} steps, complementarity "
+        f"from '{proposal.sequence}' ({relaxation}, {steps} step{'s' * (steps != 1)}, complementarity "
         f"{proposal.complementarity:.1e}); relaxed cost {proposal.cost_before:.6g}, "
         f"this sequence {proposal.cost_after:.6g}"
     )
