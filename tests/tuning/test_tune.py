@@ -46,6 +46,15 @@ def tuned(slipping, design):
     return found
 
 
+def test_objectives_of_trials_are_radii_of_the_gaits_under_their_laws(slipping, design, tuned):
+    stable = [trial for trial in tuned.trials if trial.objective < 1]
+    assert len(stable) > 2
+    for trial in (stable[0], max(stable, key=lambda trial: trial.objective)):
+        law = design.law(trial.gains)
+        assert law.gain_values["hip_stiffness"] == trial.gains["hip_stiffness"]
+        assert assess_stability(slipping, law).radius == pytest.approx(trial.objective, abs=1e-6)
+
+
 def test_the_best_trial_is_returned(slipping, tuned):
     best = min(tuned.trials, key=lambda trial: trial.objective)
     assert tuned.gains == best.gains
