@@ -186,6 +186,20 @@ def instance_of(*kinds: type, example: str) -> Validator:
     return validate
 
 
+def check_type(name: str, value: object, kind: type, example: str) -> None:
+    """Raise InputError unless an argument has a type; the message states an example.
+
+    Examples
+    --------
+    >>> check_type("gait", "walk.h5", int, "a Gait such as load('walk.h5')")
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: gait must be a Gait such as load('walk.h5'), got 'walk.h5'.
+    """
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be {example}, got {value!r}.")
+
+
 def callable_with(arguments: str) -> Validator:
     """Return a validator of an attrs class for a function; its message states the arguments."""
 

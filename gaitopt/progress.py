@@ -158,15 +158,11 @@ class ProgressLine:
         self._label, self._stream = label, stream
         self._start, self._updated, self._length, self._text = time.monotonic(), 0.0, 0, ""
 
-    def __call__(self, step: Iteration | HomotopyIteration | int, total: int | None = None) -> None:
-        """Receive an iteration, a homotopy step, or the number of finished tasks and of all tasks."""
-        if isinstance(step, Iteration):
-            state = f"iteration {step.number}, objective {step.objective:.6g}, infeasibility {step.infeasibility:.1e}"
-        elif isinstance(step, HomotopyIteration):
-            state = f"relaxation {step.relaxation:.0e}, objective {step.objective:.6g}, {step.status}"
-        else:
-            state = f"{step}/{total}"
-        self._text = f"{self._label}: {state}, {time.monotonic() - self._start:.0f} s"
+    def __call__(
+        self, step: Iteration | HomotopyIteration | TuningStep | VerificationStep | int, total: int | None = None
+    ) -> None:
+        """Receive a step of an optimisation or a tuning, or the number of finished tasks and of all tasks."""
+        self._text = f"{self._label}: {_describe_step(step, total)}, {time.monotonic() - self._start:.0f} s"
         if time.monotonic() - self._updated >= UPDATE_INTERVAL:
             self._write()
 
@@ -182,3 +178,16 @@ class ProgressLine:
         stream.write(f"\r{self._text.ljust(self._length)}{end}")
         stream.flush()
         self._updated, self._length = time.monotonic(), len(self._text)
+
+
+def _describe_step(step: Iteration | HomotopyIteration | TuningStep | VerificationStep | int, total: int | None) -> str:
+    match step:
+        case Iteration():
+            return f"iteration {step.number}, objective {step.objective:.6g}, infeasibility {step.infeasibility:.1e}"
+        case HomotopyIteration():
+            return f"relaxation {step.relaxation:.0e}, objective {step.objective:.6g}, {step.status}"
+        case TuningStep():
+            return f"evaluation {step.number}, objective {step.objective:.4g}, best {step.best:.4g}"
+        case VerificationStep():
+            return f"verification, walk {step.walks} of {step.starts} within {step.radius:.3g} rad/s"
+    return f"{step}/{total}"

@@ -1,11 +1,13 @@
 """The observer for notebooks and terminals: one line, kept up to date, for every kind of progress."""
 
 import io
+from dataclasses import is_dataclass
 
 import pytest
 
 from gaitopt import Execution, GaitProblem, Limits, MultipleShooting, ProgressLine, compass_biped, solve, sweep
-from gaitopt.progress import HomotopyIteration, Iteration
+from gaitopt import progress as kinds
+from gaitopt.progress import HomotopyIteration, Iteration, TuningStep, VerificationStep
 
 
 def lines(stream):
@@ -20,12 +22,21 @@ def lines(stream):
         ((3, 7), "3/7"),
         ((Iteration(4, 0.0158, 1e-9),), "iteration 4, objective 0.0158, infeasibility 1.0e-09"),
         ((HomotopyIteration(1, 0.1, 0.016, 2e-3, 25, "solved"),), "relaxation 1e-01, objective 0.016, solved"),
+        ((TuningStep(3, 0.71, 0.6412),), "evaluation 3, objective 0.71, best 0.6412"),
+        ((VerificationStep(0.125, 3, 200),), "verification, walk 3 of 200 within 0.125 rad/s"),
     ],
 )
 def test_every_kind_of_progress_is_one_line(progress, state):
     stream = io.StringIO()
     ProgressLine("solve", stream=stream)(*progress)
     assert lines(stream) == ([f"solve: {state}, 0 s"], False)
+
+
+def test_no_kind_of_progress_is_forgotten():
+    named = [test.args[1] for test in test_every_kind_of_progress_is_one_line.pytestmark]
+    shown = {type(progress[0]) for progress, _ in named[0]}
+    steps = {kind for kind in vars(kinds).values() if isinstance(kind, type) and is_dataclass(kind)}
+    assert shown == steps | {int}
 
 
 def test_the_last_state_is_shown_and_a_shorter_one_leaves_nothing_behind(monkeypatch):

@@ -77,5 +77,5 @@ def computed_torque(
 
     values = np.concatenate([np.full(n_a, float(stiffness)), np.full(n_a, float(damping)), numbers])
     names = [f"{angle}_{kind}" for kind in ("stiffness", "damping") for angle in robot.angles]
-    law = plan.law("computed torque", torque_function(robot, data, torque), values, names)
+    law = plan.law("computed_torque", torque_function(robot, data, torque), values, names)
     return limit_torque(law, torque_limits(robot, torque_limit))

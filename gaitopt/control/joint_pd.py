@@ -63,7 +63,7 @@ def joint_pd(
 
     names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
     values = np.concatenate([np.full(n_u, float(stiffness)), np.full(n_u, float(damping))])
-    law = plan.law("pd", torque_function(robot, data, torque), values, names)
+    law = plan.law("joint_pd", torque_function(robot, data, torque), values, names)
     return limit_torque(law, torque_limits(robot, torque_limit))
 
 

@@ -17,8 +17,8 @@ from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturate_control, torque_function
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
-from gaitopt.motion.motion import Array, Motion
-from gaitopt.parameters import Parameter
+from gaitopt.motion.motion import Array, Motion, check_motion
+from gaitopt.parameters import Parameter, check_type
 
 COLLINEARITY_TOLERANCE = 1e-13
 """Distance from a straight line, relative to the largest torque, below which a sample lies on it."""
@@ -216,11 +216,17 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
 
 def check_names(robot: Robot, motion: Motion) -> None:
     """Raise InputError unless a motion has the actuators and the angles of a robot, in their order."""
+    check_motion(motion)
     if (motion.actuators, motion.angles) != (robot.actuators, robot.angles):
         raise InputError(
             f"The motion has actuators {motion.actuators} and angles {motion.angles}, "
             f"but the robot has {robot.actuators} and {robot.angles}."
         )
+
+
+def check_law(law: object) -> None:
+    """Raise InputError unless an argument is a law; the name of a law is not."""
+    check_type("law", law, Law, "a Law such as lqr(robot, gait.motion)")
 
 
 def _corners(time: Array, torque: Array) -> Array:

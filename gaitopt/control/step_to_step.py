@@ -85,7 +85,7 @@ def step_to_step(
     matrix = GainMatrix("K", tuple(names), _names(robot, indices), law.table.shape[0] + windows + state.size)
     added = replace(
         base_law,
-        name="step-to-step",
+        name="step_to_step",
         control=control_function(inputs, torque),
         table=table,
         memory=make_memory(inputs, latch, values=names),

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.motion import Array, Motion, Segment
+from gaitopt.motion.motion import Array, Motion, Segment, check_motion
 
 
 def write_csv(motion: Motion, path: str | Path) -> Path:
@@ -45,6 +45,7 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
     ...     path.read_text(encoding="utf-8")[:44]
     'step,mode,time_s,x_m,y_m,th1_rad,th2_rad,x_r'
     """
+    check_motion(motion)
     if not motion.segments:
         raise InputError("The motion has no samples: the simulation stopped at its start.")
     path = Path(path)

@@ -10,7 +10,7 @@ from gaitopt.control.law import Law
 from gaitopt.control.signature import control_slope
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.motion import Array, Motion, Segment
+from gaitopt.motion.motion import Array, Motion, Segment, check_motion
 from gaitopt.motion.summary import plain
 from gaitopt.simulation.law_memory import LawMemory
 from gaitopt.version import __version__
@@ -55,6 +55,7 @@ def write_torques(motion: Motion, path: str | Path, *, law: Law | None = None) -
     >>> list(table["torque"]), table["torque_unit"], table["time"][0]
     (['ankle', 'hip'], 'N m', 0.0)
     """
+    check_motion(motion)
     if not motion.actuators or not motion.segments:
         raise InputError("The motion has no torques: it has no actuators or no samples.")
     path = Path(path)

@@ -14,7 +14,7 @@ import h5py
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.contact_sequence import ContactSequence
-from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
+from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation, check_gait
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.motion_archive import read_motion, write_motion
 from gaitopt.motion.proposal import Proposal
@@ -69,6 +69,7 @@ def save(gait: Gait, path: str | Path) -> Path:
     ...     load(path).sequence == gait.sequence
     True
     """
+    check_gait(gait)
     path = Path(path)
     check_gait_suffix(path)
     with write_hdf5(path) as file:

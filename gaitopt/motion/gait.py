@@ -12,6 +12,7 @@ from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.solution import Solution
+from gaitopt.parameters import check_type
 from gaitopt.reductions import worst
 from gaitopt.status import Status
 
@@ -280,3 +281,8 @@ def cone_margin(motion: Motion) -> float:
         if not segment.mode.slips
     ]
     return -worst(-np.concatenate(margins)) if margins else float("nan")
+
+
+def check_gait(gait: object, name: str = "gait") -> None:
+    """Raise InputError unless an argument is a gait; files and problems are not."""
+    check_type(name, gait, Gait, 'a Gait such as load("gait.h5") or solve(problem)')

@@ -48,6 +48,7 @@ def _numbers(gait: Gait) -> Facts:
     energy, jump = gait.energy, gait.motion.jumps[0]
     return [
         ("cost of transport", f"{gait.cost_of_transport:.6f}"),
+        *_objective_value(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
@@ -76,9 +77,9 @@ def _origin(gait: Gait) -> Facts:
     proposal = gait.proposal
     if proposal is None:
         return []
-    relaxation = RELAXATIONS.get(proposal.relaxation, proposal.relaxation)
+    steps, relaxation = len(proposal.steps), RELAXATIONS.get(proposal.relaxation, proposal.relaxation)
     origin = (
-        f"from '{proposal.sequence}' ({relaxation}, {len(proposal.steps)} steps, complementarity "
+        f"from '{proposal.sequence}' ({relaxation}, {steps} step{'s' * (steps != 1)}, complementarity "
         f"{proposal.complementarity:.1e}); relaxed cost {proposal.cost_before:.6g}, "
         f"this sequence {proposal.cost_after:.6g}"
     )
@@ -91,6 +92,14 @@ def _objective(gait: Gait) -> str:
     parameters = gait.problem.get("objective_parameters")
     values = ", ".join(f"{name} {value}" for name, value in (parameters or {}).items())
     return f"{gait.problem['objective']} ({values})" if values else gait.problem["objective"]
+
+
+def _objective_value(gait: Gait) -> Facts:
+    """Return the value of an objective other than the cost of transport, as the solver reports it, with its unit."""
+    name, unit = gait.problem["objective"], gait.problem.get("objective_unit") or ""
+    if name == "cost_of_transport":
+        return []
+    return [("objective", f"{gait.solver.objective:.6g} {unit}".strip())]
 
 
 def _script(gait: Gait) -> Facts:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.parameters import check_type
 
 Array = NDArray[np.float64]
 
@@ -226,3 +227,8 @@ class Motion:
         impacts = [jump.mode for jump in self.jumps if jump.step == step]
         phases = tuple(segment.mode for segment in self.segments if segment.step == step)
         return ContactSequence(phases, impacts[0]) if impacts and phases else None
+
+
+def check_motion(motion: object) -> None:
+    """Raise InputError unless an argument is a motion; a gait is not."""
+    check_type("motion", motion, Motion, "a Motion such as gait.motion")

@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.motion.atomic import check_suffix, write_atomically
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.plot.stage import Picture, draw_pictures
 from gaitopt.plot.style import FigureStyle
@@ -72,6 +72,7 @@ def animate(
     """
     from matplotlib import rc_context
 
+    check_gait(gait)
     path = Path(path)
     suffix = check_suffix(path, _KINDS)
     _check(gait, steps, fps, slow)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Motion
 from gaitopt.plot import panels
@@ -68,6 +68,7 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+    check_gait(gait)
     style = style or FigureStyle()
     warned, narrow = not gait.status.ok, style.width < NARROW
     above = TITLE_HEIGHT if style.titled else TITLE_HEIGHT / 2

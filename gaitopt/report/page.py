@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.sections import comparison_section, gait_section
 from gaitopt.version import __version__
@@ -53,6 +53,8 @@ def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "G
         raise InputError('A report needs a mapping from titles to gaits, such as {"slipping": gait}.')
     if not gaits:
         raise InputError("A report needs at least one gait.")
+    for gait in gaits.values():
+        check_gait(gait)
     path = Path(path)
     text = "<!doctype html>\n" + to_html(_page(gaits, title)) + "\n"
     with write_atomically(path) as temporary:

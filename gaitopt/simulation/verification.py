@@ -6,7 +6,7 @@ from attrs import field, frozen
 from gaitopt.control.law import feedforward
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
-from gaitopt.motion.gait import Gait, Verification, cone_margin
+from gaitopt.motion.gait import Gait, Verification, check_gait, cone_margin
 from gaitopt.motion.motion import Motion
 from gaitopt.parameters import number_within
 from gaitopt.reductions import worst
@@ -62,6 +62,7 @@ def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollo
     >>> replay(load("docs/examples/compass_slip.h5")).stop.key
     'steps_done'
     """
+    check_gait(gait)
     robot, first = gait.robot, gait.motion.segments[0]
     return simulate(
         robot,

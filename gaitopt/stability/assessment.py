@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from gaitopt.control.law import Law, feedforward
+from gaitopt.control.law import Law, check_law, feedforward
 from gaitopt.errors import InputError
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
@@ -39,9 +39,11 @@ def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | Non
     >>> cycle.stable, round(cycle.radius, 2)
     (True, 0.63)
     """
+    check_gait(gait)
     gait.require()
     robot = gait.robot
-    law = law or feedforward(robot, gait.motion)
+    law = feedforward(robot, gait.motion) if law is None else law
+    check_law(law)
     walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=engine)
     first = gait.motion.segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])

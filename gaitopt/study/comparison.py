@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.motion.energy import absolute_work
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.motion.summary import plain
 from gaitopt.reductions import worst
 from gaitopt.stability.assessment import assess_stability
@@ -126,6 +126,8 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
     labelled = dict(gaits) if isinstance(gaits, Mapping) else _label_gaits(gaits)
     if not labelled:
         raise InputError("A comparison needs at least one gait.")
+    for gait in labelled.values():
+        check_gait(gait)
     assessed = labelled.items() if multipliers else ()
     multipliers_of = {label: assess_stability(gait).multipliers for label, gait in assessed}
     return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in multipliers_of.items()})
@@ -150,6 +152,8 @@ def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
 
 def _label_gaits(gaits: Sequence[Gait]) -> dict[str, Gait]:
     """Return gaits by sequence; if sequences repeat, friction is added, and a number if labels still repeat."""
+    for gait in gaits:
+        check_gait(gait)
     sequences = [str(gait.sequence) for gait in gaits]
     labels = [
         sequence if sequences.count(sequence) == 1 else f"{sequence}, friction {gait.motion.parameters['friction']:g}"

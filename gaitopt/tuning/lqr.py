@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -126,7 +127,7 @@ def step_lqr(
     --------
     >>> from gaitopt import compass_biped, load, step_lqr
     >>> step_lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
-    'step-to-step'
+    'step_lqr'
     """
     weights = weights or LqrWeights()
     base, first = law or feedforward(robot, motion), motion.segments[0]
@@ -146,7 +147,7 @@ def step_lqr(
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)
     if gain is None:
         raise InputError(f"No step-to-step feedback stabilises this gait with {weights}.")
-    return add_feedback(point.z, gain, torque_limit=torque_limit)
+    return replace(add_feedback(point.z, gain, torque_limit=torque_limit), name="step_lqr")
 
 
 def _first_stride(walker: Walker, motion: Motion) -> Stride:

@@ -8,7 +8,8 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import Gait, check_gait
+from gaitopt.parameters import check_type
 from gaitopt.progress import TuningObserver, silent
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
@@ -71,6 +72,9 @@ def tune_feedback(
     >>> tuned.radius_after < 0.2 < tuned.radius_before
     True
     """
+    check_gait(gait)
+    example = 'a ControllerFamily such as controller_family_named("lqr", robot, gait.motion, torque_limit=8)'
+    check_type("family", family, ControllerFamily, example)
     gait.require()
     robot, search = gait.robot, search or GainSearchOptions()
     objective, start_time = objective or SpectralRadius(), time.perf_counter()

@@ -109,6 +109,7 @@ def test_laws_have_the_names_of_their_functions_and_older_spellings_are_accepted
     for spelling in (function, *spellings):
         design = design_for(load(GAIT), compass_biped(), spelling, 8.0, stance_angle=False)
         assert design.name == law_name(spelling) == function
+    assert design.law({gain.name: gain.start for gain in design.gains}).name == function
 
 
 def test_a_law_by_the_stance_angle(capsys):

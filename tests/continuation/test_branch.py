@@ -10,6 +10,7 @@ from gaitopt import InputError, compass_biped, find_cycles, passive, rimless_whe
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle_search import find_cycle
+from tests.references.storage import reference
 
 SLOPE = math.radians(13)
 
@@ -67,9 +68,10 @@ def test_changes_of_sequence_are_located(sticking):
     assert branch.special == (one, two)
     assert (one.before, one.after) == ("stick | stick", "stick slip+ | stick")
     assert (two.before, two.after) == ("stick slip+ | stick", "slip+ stick slip+ | stick")
-    # Where the sticking gait's force meets its cone; and 0.2676 in an independent computation, digits as printed.
+    # Where the sticking gait's force meets its cone; and by tests/references/rimless_wheel.py.
     assert abs(one.value - sticking.critical_friction.friction) <= one.width <= 1e-6
-    assert two.value == pytest.approx(0.2676, abs=5e-5)
+    least = reference("rimless_wheel", "ranges")["type_b_least_without_first_slip"]
+    assert two.value == pytest.approx(least, abs=two.width)
     # The gaits on both sides are among those of the branch, which stays in order.
     assert np.all(np.diff(branch.values) < 0)
     for point in branch.special:

@@ -32,7 +32,7 @@ def test_interpolated_torques_are_those_of_the_law(tmp_path, slip_gait, compass)
 def test_gains_of_a_law(tmp_path, slip_gait, compass):
     law = joint_pd(compass, slip_gait.motion, stiffness=20, damping=5)
     table = json.loads(write_torques(slip_gait.motion, tmp_path / "t.json", law=law).read_text(encoding="utf-8"))
-    assert table["law"] == "pd"
+    assert table["law"] == "joint_pd"
     assert table["gains"] == {
         "ankle_stiffness": 20.0,
         "hip_stiffness": 20.0,

@@ -15,7 +15,7 @@ from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
-from gaitopt.ocp.solution import grid_solve
+from gaitopt.ocp.solution import grid_solve, trajectory
 from gaitopt.ocp.solution.diagnosis import violations, warnings
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
@@ -52,6 +52,13 @@ def test_a_plan_that_is_nan_drifts_infinitely_between_its_nodes(planned, table):
     found = check_between_nodes(transcription, problem.values, x)
     assert found.drift == math.inf
     assert found.outside == math.inf or table != "torque"  # it follows from the first node and the torques
+
+
+def test_works_that_are_infinite_between_nodes_are_read_without_a_warning(planned, monkeypatch):
+    problem, transcription, x = planned
+    halve = trajectory._halve_interval
+    monkeypatch.setattr(trajectory, "_halve_interval", lambda *arguments: [part + np.inf for part in halve(*arguments)])
+    assert np.isnan(read_motion(transcription, problem.values, x).segments[0].work).any()
 
 
 def test_a_swing_foot_that_is_nan_is_too_low(planned):

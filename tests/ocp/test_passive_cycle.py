@@ -5,11 +5,13 @@ import pytest
 
 from gaitopt import ContactSequence, InputError, compass_biped, rimless_wheel
 from gaitopt.ocp import passive_cycle
+from tests.references.storage import reference
 
-# Gait A of Gamus & Or, SIAM J. Appl. Dyn. Syst. 2015 (compass l=1.6, d=0.8, m=4, m_h=2, g=9.8, slope 1 deg), more
-# digits computed independently with two integrators, not by gaitopt.
-PERIOD, STEP = 0.744620868, 0.471356685
-SECTION = (-0.147836890, 0.732796791, -0.500667882)  # th1, th1 rate, th2 rate after the leg swap
+# Gait A of Gamus & Or, SIAM J. Appl. Dyn. Syst. 2015 (compass l=1.6, d=0.8, m=4, m_h=2, g=9.8, slope 1 deg), with more
+# digits from tests/references/compass_passive.py, which uses nothing of gaitopt.
+GAIT_A = reference("compass_passive", "gait_a")
+PERIOD, STEP = GAIT_A["period"], GAIT_A["travel"]
+SECTION = GAIT_A["z"]  # th1, th1 rate, th2 rate after the leg swap
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ import pytest
 from gaitopt import Ipopt, Keyframes, Limits, LinearGuess, Status, solve
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
+from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
 from gaitopt.ocp.transcription.transcription import transcribe
 
@@ -23,6 +24,18 @@ def test_a_guess_inside_the_bounds_and_an_automatic_one_are_not_remarked_on(refe
         gait = solve(reference_problem(guess=guess, intervals=10))
         assert gait.status is Status.SOLVED
         assert gait.solver.warnings == ()
+
+
+def test_a_slide_that_keyframes_cannot_state_is_not_remarked_on(reference_problem):
+    """Keyframes have no slide; a foot at rest lies outside the bounds of a slip phase by their margin."""
+    frames = Keyframes((0, 1), {"th1": (-0.15, 0.15), "th2": (-0.15, 0.15)})
+    problem = reference_problem(guess=frames, intervals=10, sequence="slip+ stick | slip+")
+    transcription = transcribe(structure(problem, problem.transcription))
+    limits, guessed = bounds(transcription, problem), point_from_guess(transcription, problem, frames)
+    assert report_clipped_guess(transcription, limits, guessed) == ()
+    guessed[transcription.variables[Unknown.SLIDE, 0][1, 2]] = -0.3
+    (remark,) = report_clipped_guess(transcription, limits, guessed)
+    assert remark.startswith("the guess has foot speed outside its bounds by 0.31 at phase 1 (slip+), node 2")
 
 
 def test_a_parameter_off_by_orders_of_magnitude_is_suspected(reference_problem):

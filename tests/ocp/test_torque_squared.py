@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from gaitopt import MultipleShooting, TorqueSquared
+from tests.references.storage import reference
 
 # Optimal integral of the squared torques, 100 kg in all (legs 40 kg, hip 20 kg), level ground, 0.633 m/s, 0.4713 m,
-# friction and torques unlimited: computed independently, not by gaitopt.
-CONTINUOUS = 214.5268
+# friction and torques unlimited: tests/references/compass_optimum.py, which uses nothing of gaitopt.
+CONTINUOUS = reference("compass_optimum", "torque_squared")["objective"]
 UNLIMITED = {"masses": (40.0, 20.0), "torque": math.inf, "friction": math.inf, "objective": "torque_squared"}
 
 

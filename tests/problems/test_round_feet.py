@@ -157,7 +157,7 @@ def test_its_c_code_has_the_accelerations_of_the_model(rolling, rolling_gait, rn
 
 
 def test_step_to_step_feedback_is_designed(rolling, rolling_gait):
-    assert step_lqr(rolling.robot, rolling_gait.motion).name == "step-to-step"
+    assert step_lqr(rolling.robot, rolling_gait.motion).name == "step_lqr"
 
 
 def test_a_file_of_it_is_read_without_the_robot(rolling_gait, tmp_path):

@@ -12,6 +12,7 @@ from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.linearisation import Linearisation
+from tests.references.storage import MULTIPLIER_ACCURACY, complex_numbers, reference
 
 from .conftest import COMPASS, GAITS, NATURAL_TIME, WHEEL
 
@@ -115,42 +116,44 @@ def test_rimless_wheel_eigenvalue_is_four_ninths(cycle):
     assert gait.z[0] == pytest.approx(0.460341126609, abs=1e-12)  # energy balance in closed form
 
 
+def check_against_reference(gait, name):
+    """Compare a gait with tests/references/compass_passive.py: other equations, with two other integrators."""
+    stored = reference("compass_passive", name)
+    assert gait.sequence == stored["sequence"]
+    assert gait.z == pytest.approx(stored["z"], abs=3 * stored["accuracy"])
+    for quantity in ("period", "travel", "impact_ratio"):
+        assert getattr(gait, quantity) == pytest.approx(stored[quantity], abs=3 * stored["accuracy"])
+    expected = complex_numbers(stored["multipliers"])
+    assert order_multipliers(gait.multipliers) == pytest.approx(expected, abs=2 * MULTIPLIER_ACCURACY)
+
+
+def order_multipliers(values):
+    """Return multipliers in the order of the references: by imaginary part, then by real part."""
+    return np.array(sorted(values, key=lambda m: (round(m.imag, 6), m.real)))
+
+
 def test_compass_gait_a(cycle):
     robot, parameters, z = GAITS["compass A, no event"]
     gait = cycle(robot(), parameters, z)
-    # Independent computation with two other integrators, all printed digits.
-    assert gait.z == pytest.approx([-0.147836890, 0.732796791, -0.500667882], abs=5.1e-10)
-    assert gait.period == pytest.approx(0.744620868, abs=5.1e-10)
-    assert gait.travel == pytest.approx(0.471356685, abs=5.1e-10)
-    assert sorted(gait.multipliers, key=lambda m: m.imag) == pytest.approx(
-        [0.48361 - 0.51892j, 0.38575, 0.48361 + 0.51892j],
-        abs=7.2e-6,  # both parts rounded
-    )
-    assert gait.impact_ratio == pytest.approx(-0.14467, abs=5.1e-6)
-    assert gait.critical_friction.friction == pytest.approx(0.17492, abs=5.1e-6)
+    check_against_reference(gait, "gait_a")
+    critical = reference("compass_passive", "gait_a")["critical_friction"]
+    assert gait.critical_friction.friction == pytest.approx(critical, abs=1e-9)
     assert gait.critical_friction.time == pytest.approx(0, abs=1e-9)
 
 
 def test_compass_gaits_b_and_c(cycle):
     b, c = (cycle(GAITS[n][0](), *GAITS[n][1:]) for n in ("compass B, two events", "compass C, one event"))
-    # Independent computation with two other integrators, all printed digits.
-    assert b.sequence == "slip+ stick slip- | stick"
-    assert b.z == pytest.approx([-0.140807105, 0.710208797, -0.516847656], abs=5.1e-10)
-    assert b.radius == pytest.approx(0.8206, abs=5.1e-5)
-    assert c.sequence == "slip+ stick | slip+"
-    assert c.z == pytest.approx([-0.079038, 0.043777, -0.431761, 0.634174], abs=5.1e-7)
-    assert c.period == pytest.approx(0.635815, abs=5.1e-7)
-    assert np.sort(c.multipliers.real) == pytest.approx([-1.0695, 0, 0.0579, 1.8235], abs=5.1e-5)
+    check_against_reference(b, "gait_b")
+    check_against_reference(c, "gait_c")
     assert b.stable
     assert not c.stable
 
 
 def test_goswami_compass(cycle):
-    # Goswami et al.: m = 5, m_h = 10, l = 1, d = 0.5, slope 3 deg, g = 9.81; independent computation.
+    # Goswami et al.: m = 5, m_h = 10, l = 1, d = 0.5, slope 3 deg, g = 9.81.
     parameters = {"leg_mass": 5, "hip_mass": 10, "leg_length": 1, "leg_com": 0.5, "gravity": 9.81}
     gait = cycle(compass_biped(), {**parameters, "slope": math.radians(3)}, [-0.271, 1.092, -0.377, 0])
-    assert gait.z == pytest.approx([-0.2710286805, 1.0923835899, -0.3773739489], abs=1e-10)
-    assert gait.period == pytest.approx(0.7343464, abs=5.1e-8)
+    check_against_reference(gait, "goswami")
 
 
 def test_critical_friction_is_where_slipping_begins(cycle):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt import ContactSequence, Execution, InputError, PositiveWork, load, search, solve
+from gaitopt import Collocation, ContactSequence, Execution, InputError, PositiveWork, load, search, solve
 from gaitopt.study.sequence_search.ranking import RankedGait, judge_gait, rank_gaits, ranking_cost
 from gaitopt.study.sequence_search.search import tasks
 from gaitopt.study.sequence_search.sequence_enumeration import enumerate_sequences
@@ -99,6 +99,13 @@ def test_a_search_without_any_gait_says_why():
     with pytest.raises(InputError, match=r"No contact sequence has a gait; for example 'stick \| stick'"):
         _ = nothing.best
     assert "the best attempt violates" in nothing.findings[0].reason
+
+
+def test_a_search_needs_intervals_for_every_sequence():
+    problem = quick_problem(sequence="slip+ stick | slip+", transcription=Collocation(intervals=(5, 20)))
+    message = r"one number of intervals for all contact sequences, such as intervals=20, got \(5, 20\)"
+    with pytest.raises(InputError, match=message):
+        search(problem, max_phases=2)
 
 
 def test_longer_sequences_start_from_shorter_ones_and_all_get_a_second_look():

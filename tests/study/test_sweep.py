@@ -156,6 +156,8 @@ def test_points_that_fail_say_why(tmp_path):
     assert load_sweep_gait(path, "stick | stick", speed=2.0, step_length=0.45).status.key != "solved"
     with pytest.raises(InputError, match=r"no gait at this point: .*longer than"):
         load_sweep_gait(path, "stick | stick", speed=0.6, step_length=4)
+    with pytest.raises(InputError, match=r"speed must be at least 0.6 and at most 2 \[m/s\], got 5"):
+        load_sweep_gait(path, "stick | stick", speed=5, step_length=0.45)
 
 
 def test_a_full_disk_loses_nothing(whole, tmp_path, full_disk):

@@ -5,12 +5,12 @@ import pytest
 from gaitopt import by_stance_angle, compass_biped, computed_torque, joint_pd, load, lqr, step_lqr
 
 LAWS = {
-    "pd": lambda robot, motion: joint_pd(robot, motion, stiffness=20, damping=2, torque_limit=8),
-    "computed torque": lambda robot, motion: computed_torque(robot, motion, stiffness=25, damping=10, torque_limit=8),
+    "joint_pd": lambda robot, motion: joint_pd(robot, motion, stiffness=20, damping=2, torque_limit=8),
+    "computed_torque": lambda robot, motion: computed_torque(robot, motion, stiffness=25, damping=10, torque_limit=8),
     "lqr": lambda robot, motion: lqr(robot, motion, torque_limit=8),
-    "step-to-step": lambda robot, motion: step_lqr(robot, motion, torque_limit=8),
+    "step_lqr": lambda robot, motion: step_lqr(robot, motion, torque_limit=8),
 }
-BY_ANGLE = ("pd", "step-to-step")
+BY_ANGLE = ("joint_pd", "step_lqr")
 """Of which there is another by the stance angle."""
 
 

@@ -10,12 +10,12 @@ from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
 RADIUS = {
-    "pd": 0.8,
-    "computed torque": 0.18,
+    "joint_pd": 0.8,
+    "computed_torque": 0.18,
     "lqr": 0.2,
-    "step-to-step": 0.3,
-    "pd by th1": 1.2,
-    "step-to-step by th1": 0.4,
+    "step_lqr": 0.3,
+    "joint_pd by th1": 1.2,
+    "step_lqr by th1": 0.4,
 }
 """Bounds from our own first run; the open loop has 0.62, and so little damping by the angle makes it worse."""
 

@@ -6,11 +6,14 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bounds import Bounds
-from gaitopt.ocp.nlp.keys import Key
+from gaitopt.ocp.nlp.keys import Key, Kind
 from gaitopt.ocp.transcription.transcription import Transcription
 
 MOVED = 1e-3
 """Least distance of a guess from its bounds that is reported, in the unit of the quantity."""
+
+STATED = (Kind.ANGLE, Kind.RATE, Kind.TORQUE, Kind.DURATION, Kind.FOOT_SLIDE, Kind.SPEED_OF_FOOT)
+"""Quantities that a guess states; all others are computed from them."""
 
 STEEP = 1e6
 """Derivative above which a constraint is badly scaled: Ipopt scales it to 100, which reduces its accuracy."""
@@ -35,6 +38,9 @@ def report_poor_scaling(transcription: Transcription, start: Array, data: Array)
 def report_clipped_guess(transcription: Transcription, limits: Bounds, guessed: Array) -> tuple[str, ...]:
     """Return a sentence per quantity of a guess outside its bounds, for its largest violation.
 
+    A quantity that is computed from the guess is not reported, nor is a foot at rest in a slip phase: keyframes state
+    no slide, and speeds of a slip have a margin to 0.
+
     Parameters
     ----------
     transcription : Transcription
@@ -47,6 +53,8 @@ def report_clipped_guess(transcription: Transcription, limits: Bounds, guessed: 
     worst: dict[Key, int] = {}
     for index in np.flatnonzero(excess > MOVED):
         key = transcription.variables.entries[int(index)][1]
+        if key.kind not in STATED or (key.kind is Kind.SPEED_OF_FOOT and guessed[index] == 0):
+            continue
         if key not in worst or excess[index] > excess[worst[key]]:
             worst[key] = int(index)
     return tuple(

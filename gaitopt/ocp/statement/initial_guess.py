@@ -14,7 +14,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.motion.solution import Solution
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
-from gaitopt.parameters import number_within, whole_number
+from gaitopt.parameters import check_type, number_within, whole_number
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +132,8 @@ class Keyframes(Guess):
         f = np.asarray(self.fractions, dtype=float)
         if f.ndim != 1 or f.size < 2 or f[0] != 0 or f[-1] != 1 or not np.all(np.diff(f) > 0):
             raise InputError(f"Keyframes: fractions must increase from 0 to 1, got {list(self.fractions)}.")
+        example = 'angles by name such as {"th1": [-0.15, 0, 0.15], "th2": [-0.15, 0.1, 0.15]}'
+        check_type("Keyframes.angles", self.angles, Mapping, example)
         for name, angles in self.angles.items():
             if np.shape(angles) != f.shape or not np.all(np.isfinite(angles)):
                 raise InputError(f"Keyframes: {name} needs {f.size} finite angles, got {list(angles)}.")

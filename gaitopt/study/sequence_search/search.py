@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 
+from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
@@ -93,6 +94,7 @@ def search(
     """
     check_count("starts", starts, 1, 1000)
     require_valid_step(problem.robot)
+    _require_one_grid(problem)
     tried = enumerate_sequences(max_phases) if sequences is None else closed_sequences(sequences, "A search")
     tried = tuple(sorted(dict.fromkeys(tried), key=lambda sequence: len(sequence.phases)))
     kept: MutableMapping[str, Gait] = {}
@@ -116,6 +118,16 @@ def search(
             kept.keep_only(map(file_name_of, tried))
         save_ranking(ranking, kept.path / RANKING)
     return ranking
+
+
+def _require_one_grid(problem: GaitProblem) -> None:
+    """Raise InputError if the intervals are those of the phases of one sequence."""
+    intervals = problem.transcription.intervals
+    if not isinstance(intervals, int):
+        raise InputError(
+            f"A search needs one number of intervals for all contact sequences, such as intervals={max(intervals)}, "
+            f"got {intervals} for the phases of '{problem.sequence}'."
+        )
 
 
 def tasks(sequences: Sequence[ContactSequence], starts: int) -> list[Task]:

@@ -169,7 +169,8 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     path : str or Path
     sequence : str
     **coordinates : float
-        Value of each axis, such as ``friction=0.14``; the nearest point is taken.
+        Value of each axis, such as ``friction=0.14``, in the unit of the dataset; the nearest point is taken, and a
+        value outside the axis is refused.
 
     Returns
     -------
@@ -179,7 +180,8 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     Raises
     ------
     InputError
-        If the sweep has no such contact sequence or axis, or no gait at that point.
+        If the sweep has no such contact sequence or axis, a value is outside its axis, or there is no gait at that
+        point.
     ArchiveError
         If the file is missing, damaged or of another kind.
 
@@ -199,15 +201,23 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
         raise InputError(f"The sweep in {path} has no contact sequence {sequence!r}. {suggest(sequence, sequences)}")
     if set(coordinates) != set(axes):
         raise InputError(f"A point of the sweep in {path} needs a value for {', '.join(map(str, axes))}.")
-    for name, value in coordinates.items():
-        Parameter(name, 0.0, "1", "").check(value)
-    index = [int(np.argmin(np.abs(table[name].values - coordinates[str(name)]))) for name in axes]
+    index = [_nearest_index(table[name], coordinates[str(name)]) for name in axes]
     with h5py.File(path, "r") as file:
         group = f"{GAITS}/{SweepPoint(sequences.index(sequence), tuple(index)).name}"
         if group not in file:
             reason = table.reason.values[(sequences.index(sequence), *index)]
             raise InputError(f"The sweep in {path} has no gait at this point: {reason}")
         return read_gait(file[group])
+
+
+def _nearest_index(axis: "xr.DataArray", value: float) -> int:
+    """Return the index of the value of an axis nearest to a value within its range; InputError outside."""
+    unit, values = axis.attrs.get("units", "1"), axis.values
+    low, high = float(values.min()), float(values.max())
+    rounding = 1e-9 * max(abs(low), abs(high))
+    lower, upper = low - rounding, high + rounding
+    value = Parameter(str(axis.name), low, unit, "", lower=lower, upper=upper).check(value)
+    return int(np.argmin(np.abs(values - value)))
 
 
 def read_partial_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":

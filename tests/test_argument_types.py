@@ -1,0 +1,62 @@
+"""A file name, the name of a law or a gait where another object is needed is refused in a sentence."""
+
+import numpy as np
+import pytest
+
+from gaitopt import (
+    InputError,
+    Keyframes,
+    animate,
+    assess_stability,
+    compare,
+    joint_pd,
+    plot_gait,
+    replay,
+    save,
+    tune_feedback,
+    verify,
+    write_csv,
+    write_report,
+    write_torques,
+)
+
+FILE = "gait.h5"
+GAIT_NEEDED = rf"gait must be a Gait such as load\(\"gait.h5\"\) or solve\(problem\), got '{FILE}'"
+CALLS = {
+    "plot_gait": lambda: plot_gait(FILE),
+    "animate": lambda: animate(FILE, "gait.gif"),
+    "replay": lambda: replay(FILE),
+    "verify": lambda: verify(FILE),
+    "assess_stability": lambda: assess_stability(FILE),
+    "tune_feedback": lambda: tune_feedback(FILE, "lqr"),
+    "compare": lambda: compare({"slipping": FILE}),
+    "compare a list": lambda: compare([FILE]),
+    "write_report": lambda: write_report({"slipping": FILE}, "report.html"),
+    "save": lambda: save(FILE, "copy.h5"),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_file_is_no_gait(name):
+    with pytest.raises(InputError, match=GAIT_NEEDED):
+        CALLS[name]()
+
+
+def test_a_name_is_no_law(slip_gait):
+    with pytest.raises(InputError, match=r"law must be a Law such as lqr\(robot, gait.motion\), got 'lqr'"):
+        assess_stability(slip_gait, "lqr")
+    with pytest.raises(InputError, match="family must be a ControllerFamily such as controller_family_named"):
+        tune_feedback(slip_gait, "lqr")
+
+
+@pytest.mark.parametrize("write", [write_csv, write_torques])
+def test_a_gait_is_no_motion(write, slip_gait, compass, tmp_path):
+    with pytest.raises(InputError, match=r"motion must be a Motion such as gait.motion, got Gait\("):
+        write(slip_gait, tmp_path / "file")
+    with pytest.raises(InputError, match=r"motion must be a Motion such as gait.motion, got Gait\("):
+        joint_pd(compass, slip_gait)
+
+
+def test_keyframes_need_angles_by_name():
+    with pytest.raises(InputError, match=r"Keyframes.angles must be angles by name such as \{\"th1\": \["):
+        Keyframes([0, 0.5, 1], np.zeros((3, 2)))
