@@ -18,6 +18,7 @@ from gaitopt.simulation.contact_choice import REST_SPEED, ContactChoice
 from gaitopt.simulation.engine import Arc, Engine, join_arcs
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.law_memory import LawMemory
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Stop
 
 STOPS = {
@@ -86,16 +87,15 @@ class Walker:
     law : Law
     p : (n_p,) array
     engine : Engine
-    step_time_limit : float [s]
-    max_events : int
-        Maximum number of contact events in one step.
+    step_limits : StepLimits, optional
+        Maximum duration and number of contact events of one step.
     """
 
     def __init__(
-        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_time_limit: float = 10.0, max_events: int = 50
+        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_limits: StepLimits | None = None
     ) -> None:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
-        self.step_time_limit, self.max_events = step_time_limit, max_events
+        self.step_limits = step_limits or StepLimits()
         self.loop = ClosedLoop(robot, law, p)
         self.contact, self.memory = ContactChoice(self.loop), LawMemory(law)
         self._torque: dict[Mode, FastCall] = {
@@ -135,8 +135,8 @@ class Walker:
             state[n] = 0.0
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
-        for _ in range(self.max_events):
-            arc = flow(mode, clock, state, self.step_time_limit, record)
+        for _ in range(self.step_limits.events):
+            arc = flow(mode, clock, state, self.step_limits.duration, record)
             arcs.append((mode, arc))
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
             if event is None:
@@ -199,7 +199,5 @@ def make_walker(
     >>> make_walker(robot, law, gait.motion.parameters, period=gait.period).law.name
     'feedforward'
     """
-    walker = Walker(robot, law, robot.vector(parameters), engine or default_engine(law, robot))
-    if period is not None:
-        walker.step_time_limit = 3 * period
-    return walker
+    limits = None if period is None else StepLimits(duration=3 * period)
+    return Walker(robot, law, robot.vector(parameters), engine or default_engine(law, robot), step_limits=limits)

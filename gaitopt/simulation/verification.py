@@ -13,6 +13,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Stop
 
 EXCHANGE_TOLERANCE = 1e-6
@@ -70,7 +71,7 @@ def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollo
         gait.motion.parameters,
         law=feedforward(robot, gait.motion),
         steps=steps,
-        step_time_limit=3 * gait.period,
+        step_limits=StepLimits(duration=3 * gait.period),
         engine=engine or ScipyEngine(),
     )
 

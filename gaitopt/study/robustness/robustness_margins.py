@@ -21,6 +21,7 @@ from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker, make_walker
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
 
@@ -199,8 +200,8 @@ class _Setting:
         return True
 
     def with_delay(self, delay: float) -> bool:
-        p, limit = self.robot.vector(self.cycle.parameters), 3 * self.cycle.period
-        late = DelayedWalker(self.robot, self.law, p, self.engine, delay=delay, step_time_limit=limit)
+        p, limits = self.robot.vector(self.cycle.parameters), StepLimits(duration=3 * self.cycle.period)
+        late = DelayedWalker(self.robot, self.law, p, self.engine, delay=delay, step_limits=limits)
         return _walks(late, self.start, self.walking.steps) is not None
 
     @property
