@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import SLIDE, angle_entry
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
@@ -90,7 +91,7 @@ def _rows(comparison: Comparison) -> list[Row]:
         *((f"{_folded_name(name)}[deg]", _angle(name)) for name in angles),
         *((f"{name}\ntorque [N m]", _torque(name)) for name in actuators),
         ("force ratio", lambda gait: [force_ratio(segment) for segment in gait.motion.segments]),
-        ("foot speed\n[m/s]", lambda gait: [segment.v[0] for segment in gait.motion.segments]),
+        ("foot speed\n[m/s]", lambda gait: [segment.v[SLIDE] for segment in gait.motion.segments]),
     ]
 
 
@@ -123,7 +124,7 @@ def _over_step(gait: Gait, parts: list[Array]) -> tuple[Array, Array]:
 
 
 def _angle(name: str) -> Callable[[Gait], list[Array]]:
-    return lambda gait: [np.rad2deg(s.q[2 + gait.motion.angles.index(name)]) for s in gait.motion.segments]
+    return lambda gait: [np.rad2deg(s.q[angle_entry(gait.motion.angles.index(name))]) for s in gait.motion.segments]
 
 
 def _torque(name: str) -> Callable[[Gait], list[Array]]:

@@ -16,6 +16,7 @@ from gaitopt.model.contacts.event import FALL, TOUCHDOWN, HybridEvent, law_event
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.transition import ContactQuantities
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
@@ -120,7 +121,7 @@ def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquati
     sliding = force if mode.slips else ca.SX.zeros(2)
     guard, _, armed = robot.touchdown(q, v, p)
     resistance = robot.wellposed(q, p) if mode.slips else ca.SX.ones(2)
-    contact = ContactQuantities(force, v[0], robot.static_friction(p), resistance)
+    contact = ContactQuantities(force, v[SLIDE], robot.static_friction(p), resistance)
     transitions = robot.contact_model.leaving(mode)
     leaving = [transition.guard(mode, contact) for transition in transitions]
     guards = ca.vertcat(*leaving, guard, robot.upright(q, p), bounds, events)

@@ -101,7 +101,7 @@ class Walker:
         self._torque: dict[Mode, FastCall] = {
             mode: FastCall(torque_of(law.torque, mode)) for mode in PHYSICAL if mode is not Mode.FREE
         }
-        self._landing = TouchdownMap(robot, p)
+        self._landing, self._slip_velocity = TouchdownMap(robot, p), robot.state_entries.slip_velocity
         self._transitions: dict[tuple[Mode, HybridEvent], tuple[Mode | None, Array | None]] = {}
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
@@ -129,10 +129,10 @@ class Walker:
         InputError
             If the foot slides despite infinite friction, or the law has too many events at one instant.
         """
-        n, clock, choose, flow = self.robot.n_q, 0.0, self.contact.choose, flow or self._flow
+        clock, choose, flow = 0.0, self.contact.choose, flow or self._flow
         state = self.begin(state)
-        if abs(state[n]) <= REST_SPEED:
-            state[n] = 0.0
+        if abs(state[self._slip_velocity]) <= REST_SPEED:
+            state[self._slip_velocity] = 0.0
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
         for _ in range(self.step_limits.events):
@@ -142,7 +142,7 @@ class Walker:
             if event is None:
                 return Stride(tuple(arcs), Stop.NO_TOUCHDOWN, None, None)
             if event.kind is EventKind.TOUCHDOWN:
-                impact, following = self._landing.solve(state[: 2 * n])
+                impact, following = self._landing.solve(state[: 2 * self.robot.n_q])
                 return Stride(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
             if event.kind in STOPS:
                 if event.kind is EventKind.PAINLEVE and clock == began:
@@ -162,7 +162,7 @@ class Walker:
         """Return the mode after a transition (None if friction decides) and its reset (None for the identity)."""
         if (mode, event) not in self._transitions:
             transition = self.robot.contact_model.at(mode, event)
-            reset = transition.reset(self.robot.n_q, size)
+            reset = transition.reset(self._slip_velocity, size)
             identity = np.array_equal(reset, np.eye(size))
             self._transitions[mode, event] = transition.following(mode), None if identity else reset
         return self._transitions[mode, event]

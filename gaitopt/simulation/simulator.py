@@ -10,6 +10,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import EventKind
 from gaitopt.model.contacts.impact import Impact
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, make_motion, make_segment
@@ -134,9 +135,9 @@ def simulate(
     engine = engine or default_engine(law, robot)
     p = robot.vector(robot.resolve(parameters))
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
-    if v[1] != 0:
+    if v[GAP] != 0:
         raise InputError(
-            f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
+            f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[GAP]:g}."
         )
     walker = Walker(robot, law, p, engine, step_limits=step_limits)
     return record_walk(walker, np.concatenate([q, v]), steps)

@@ -4,6 +4,7 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.control.law import feedforward
+from gaitopt.model.coordinate_entries import ANGLES, CONTACT, GAP
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, cone_margin
@@ -162,9 +163,9 @@ def _check_exchange(robot: Robot, walked: Motion) -> list[str]:
     p, faults = robot.vector(walked.parameters), []
     for jump in walked.jumps:
         place, velocity, _ = (np.asarray(part).ravel() for part in robot.landing(jump.q, jump.v_minus, p))
-        if not velocity[1] < 0:
-            faults.append(f"the landing foot does not come from above: its normal velocity is {velocity[1]:.3g} m/s")
-        distance = float(np.linalg.norm(jump.q_next[:2] - place))
+        if not velocity[GAP] < 0:
+            faults.append(f"the landing foot does not come from above: its normal velocity is {velocity[GAP]:.3g} m/s")
+        distance = float(np.linalg.norm(jump.q_next[CONTACT] - place))
         if not distance <= EXCHANGE_TOLERANCE:
             faults.append(f"the landing foot does not become the stance foot: they are {distance:.3g} m apart")
         before, after = (
@@ -182,4 +183,4 @@ def _state_error(planned: Motion, walked: Motion) -> float:
     if not walked.jumps:
         return float("inf")
     plan, real = planned.jumps[0], walked.jumps[0]
-    return worst(np.abs(plan.q_next[2:] - real.q_next[2:]), np.abs(plan.v_next - real.v_next))
+    return worst(np.abs(plan.q_next[ANGLES] - real.q_next[ANGLES]), np.abs(plan.v_next - real.v_next))

@@ -145,7 +145,7 @@ def find_cycle(walker: Walker, z: Array, steps: int = 1, options: FixedPointOpti
 
 def _is_standing(walker: Walker, state: Array) -> bool:
     """Return whether a walker stands with its legs together, the limit of ever smaller steps on a slope."""
-    rates = state[walker.robot.n_q + 2 : 2 * walker.robot.n_q]
+    rates = state[list(walker.robot.state_entries.rates)]
     return bool(np.max(np.abs(rates)) < STANDING * _natural_rate(walker.robot, walker.p)[0])
 
 

@@ -105,7 +105,7 @@ class Linearisation:
 
     def _event(self, mode: Mode, following: Mode, arc: Arc) -> Array:
         """Return the jump of a deviation at an event that ends an arc, (n_y, n_y)."""
-        n, loop, event = self.walker.robot.n_q, self.walker.loop, arc.event
+        loop, event = self.walker.loop, arc.event
         if event is None:
             raise ValueError("an arc that ended at the time limit has no saltation")
         clock, state = float(arc.time[-1]), arc.states[:, -1]
@@ -113,7 +113,8 @@ class Linearisation:
             reset, drift = self.walker.memory.slopes(event.number, clock, state)
             next_state = self.walker.memory.apply_event(event.number, clock, state)
         else:
-            reset, drift = self.walker.robot.contact_model.at(mode, event).reset(n, state.size), np.zeros(state.size)
+            robot, drift = self.walker.robot, np.zeros(state.size)
+            reset = robot.contact_model.at(mode, event).reset(robot.state_entries.slip_velocity, state.size)
             next_state = reset @ state
         before, shift = self._time_shift(mode, event, clock, state)
         after = self._slopes(following).flow(clock, next_state, loop.data(clock, next_state))[0]

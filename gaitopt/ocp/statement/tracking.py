@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.statement.objective import Objective
@@ -69,8 +70,8 @@ class Tracking(Objective):
         spline: CubicSpline = self._spline  # type: ignore[attr-defined]
         target = _evaluate(spline, point.time)
         n = len(point.angles)
-        rates = self.rate_weight * ca.sumsqr(point.v[2:] - target[n:])
-        return ca.sumsqr(point.q[2:] - target[:n]) + rates
+        rates = self.rate_weight * ca.sumsqr(point.v[ANGLES] - target[n:])
+        return ca.sumsqr(point.q[ANGLES] - target[:n]) + rates
 
     def evaluate(self, motion: Motion) -> float:
         """Return the integral along the first step of a motion, the reference interpolated by SciPy."""
@@ -82,7 +83,7 @@ class Tracking(Objective):
         total = 0.0
         for segment in segments:
             target = spline((segment.time - begin) / (end - begin)).T
-            angles, rates = np.split(np.vstack([segment.q[2:], segment.v[2:]]) - target, 2)
+            angles, rates = np.split(np.vstack([segment.q[ANGLES], segment.v[ANGLES]]) - target, 2)
             values = np.sum(angles**2, axis=0) + self.rate_weight * np.sum(rates**2, axis=0)
             total += float(CubicSpline(segment.time, values).integrate(*segment.time[[0, -1]]))
         return total
@@ -99,7 +100,7 @@ def reference(motion: Motion) -> CubicSpline:
     owner = np.minimum(np.searchsorted(ends, begin + at * (end - begin)), len(segments) - 1)
     values = np.empty((KNOTS, 2 * len(motion.angles)))
     for k, segment in enumerate(segments[number] for number in owner):
-        values[k] = _state(segment.time, segment.q[2:], segment.v[2:], begin + at[k] * (end - begin))
+        values[k] = _state(segment.time, segment.q[ANGLES], segment.v[ANGLES], begin + at[k] * (end - begin))
     return CubicSpline(at, values)
 
 

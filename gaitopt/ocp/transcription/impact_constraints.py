@@ -6,7 +6,8 @@ import casadi as ca
 
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics, full_vector
+from gaitopt.model.coordinate_entries import ANGLES, GAP
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group, Key, Kind, Row, Unknown, equation
@@ -32,17 +33,17 @@ def touchdown_block(
     q, v_minus = step.q_last, step.v_last
     momentum, _ = robot.impact(q, v_minus, v_plus, step.impulse, p)
     guard, guard_rate, armed = robot.touchdown(q, v_minus, p)
-    relabelled = robot.swap(q, v_minus, p)[0][2:]
+    relabelled = robot.swap(q, v_minus, p)[0][ANGLES]
     length = robot.landing(q, v_minus, p)[0][0] + sum(builder.slides(local))
     law, excess, penalty = _impact_law(builder, sequence, local, step.impulse, foot_speed, p)
     constraints = ca.vertcat(
-        step.q_first[2:] - relabelled,
+        step.q_first[ANGLES] - relabelled,
         momentum,
         excess,
         guard,
         guard_rate,
         armed,
-        v_plus[1],
+        v_plus[GAP],
         length - step.travel,
         step.travel / step.duration,
         step.duration,
@@ -69,11 +70,11 @@ def _boundary(
 
     zero = ca.SX(1, 1)
     speed_before, speed_after = speed(final, final.nodes[-1]), speed(first, first.first)
-    q, v_minus = ca.vertcat(zero, zero, before), ca.vertcat(speed_before, zero, rates_before)
-    v_next = ca.vertcat(speed_after, zero, rates_after)
+    q, v_minus = full_vector(zero, before), full_vector(speed_before, rates_before)
+    v_next = full_vector(speed_after, rates_after)
     v_plus = robot.unswap(q, v_next, p)
     step = StepBoundary(
-        q_first=ca.vertcat(zero, zero, after),
+        q_first=full_vector(zero, after),
         v_first=v_next,
         q_last=q,
         v_last=v_minus,

@@ -185,7 +185,7 @@ def start_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> B
     first = point_at(builder, phase, dynamics, local, [phase.first], p)
     table = [Row(Key(Kind.BREAKAWAY), 0.0, math.inf)]
     rows = builder.rows.add((Group.START, phase.number), table, [phase.place(0)])
-    return local.block(f"start_{phase.number}", phase.mode.sign * first.acceleration[-1], rows)
+    return local.block(f"start_{phase.number}", dynamics.slip_acceleration(first.acceleration), rows)
 
 
 def last_power_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
@@ -230,7 +230,7 @@ def _path(
     values = ca.vertcat(point.residual, values)
     if sliding and dynamics.mode.slips:
         table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
-        values = ca.vertcat(values, dynamics.mode.sign * point.state[-1])
+        values = ca.vertcat(values, dynamics.slip_speed(point.state))
     return table, values
 
 
