@@ -17,6 +17,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import TOUCHDOWN, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -175,8 +176,6 @@ def reset_slope(robot: Robot, outcome: Mode) -> ca.Function:
     n = robot.n_q
     y, p = ca.SX.sym("y", 2 * n), ca.SX.sym("p", len(robot.parameters))
     q, v = ca.SX.sym("q", n), ca.SX.sym("v", n)
-    velocity, mobility, spread = robot.collision(y[:n], y[n:], p)
-    impulse = robot.contact_model.impact.impulse(outcome, velocity, mobility, p[robot.index("friction")])
-    following = ca.vertcat(*robot.swap(y[:n], y[n:] + spread @ impulse, p))
+    following = Touchdown(robot).reset(outcome, y[:n], y[n:], p)
     jacobian = ca.Function("jacobian", [y, p], [ca.densify(ca.jacobian(following, y))])
     return ca.Function("reset_slope", [q, v, p], [jacobian(ca.vertcat(q, v), p)])

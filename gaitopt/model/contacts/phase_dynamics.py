@@ -13,7 +13,7 @@ import numpy as np
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.transition import Condition, ContactQuantities, NodeCondition
+from gaitopt.model.contacts.transition import Condition, ContactQuantities
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, SLIDE, full_coordinates
 from gaitopt.model.robot import Robot
 
@@ -152,10 +152,6 @@ class PhaseDynamics:
         """Return the absolute speed of the foot [m/s]."""
         return self.mode.sign * state[self.speed_entry] if self.mode.slips else ca.SX(0)
 
-    def slip_acceleration(self, acceleration: ca.SX) -> ca.SX:
-        """Return the acceleration of the foot in the direction of the slip, from that of `moving` [m/s^2]."""
-        return self.mode.sign * acceleration[self.n_angles]
-
     @property
     def contact_state(self) -> ContactState:
         """Mode of each contact."""
@@ -194,11 +190,14 @@ class PhaseDynamics:
         scaled = tangential / ((1 - margin) * self.robot.static_friction(p))
         return [Condition.FORWARD_CONE, Condition.BACKWARD_CONE], ca.vertcat(normal - scaled, normal + scaled)
 
-    def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> list[NodeCondition]:
-        """Return the conditions of the transition from stick to a slip mode, with the force in N."""
-        static, unused = self.robot.static_friction(p), ca.SX.ones(2)
-        contact = ContactQuantities(force / self.weight(p), ca.SX(0), static, unused)
-        return self.robot.contact_model.onset(slip).conditions(Mode.STICK, contact)
+    def contact(self, state: ca.SX, acceleration: ca.SX, force: ca.SX, p: ca.SX) -> ContactQuantities:
+        """Return the arguments of conditions on the stance contact, from the force in N and the rates of `moving`."""
+        speed = state[self.speed_entry] if self.slides else ca.SX(0)
+        slip_acceleration = acceleration[self.n_angles] if self.slides and acceleration.numel() else ca.SX(0)
+        inertia = self.robot.wellposed(self.full(state)[0], p) if self.mode.slips else ca.SX.ones(2)
+        return ContactQuantities(
+            force / self.weight(p), speed, self.robot.static_friction(p), inertia, slip_acceleration
+        )
 
     def friction(self, p: ca.SX) -> ca.SX:
         """Return the coefficient of kinetic friction."""
