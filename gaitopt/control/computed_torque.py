@@ -7,9 +7,9 @@ import numpy as np
 
 from gaitopt.control.inverse_dynamics import inverse_dynamics, nominal_parameters
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import torque_function
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion

@@ -6,9 +6,9 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import torque_function
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion

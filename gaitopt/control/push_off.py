@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law, passive
-from gaitopt.control.limits import limit_torque, remove_limits, torque_limits
 from gaitopt.control.signature import LawInputs, Memory, control_function, inputs_of, make_memory
+from gaitopt.control.torque_saturation import limit_torque, remove_limits, torque_limits
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.robot import Robot

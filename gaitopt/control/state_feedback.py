@@ -7,9 +7,9 @@ import numpy as np
 
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import torque_function
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot

@@ -8,8 +8,8 @@ import numpy as np
 
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.signature import control_function, inputs_of, make_memory
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.robot import Robot

@@ -10,7 +10,7 @@ from gaitopt.model.coordinate_entries import SLIDE, angle_entry
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
-from gaitopt.plot.panels import force_ratio, join_segments
+from gaitopt.plot.panels import join_segments, sample_force_ratio
 from gaitopt.plot.style import NARROW, FigureStyle, angle_symbol, line_style
 from gaitopt.study.comparison import Comparison, energy_per_distance
 
@@ -90,7 +90,7 @@ def _rows(comparison: Comparison) -> list[Row]:
     return [
         *((f"{_folded_name(name)}[deg]", _angle(name)) for name in angles),
         *((f"{name}\ntorque [N m]", _torque(name)) for name in actuators),
-        ("force ratio", lambda gait: [force_ratio(segment) for segment in gait.motion.segments]),
+        ("force ratio", lambda gait: [sample_force_ratio(segment) for segment in gait.motion.segments]),
         ("foot speed\n[m/s]", lambda gait: [segment.v[SLIDE] for segment in gait.motion.segments]),
     ]
 

@@ -65,7 +65,7 @@ def draw_force_ratio(axes: "Axes", gait: Gait) -> None:
 
     motion = gait.motion
     friction = motion.parameters["friction"]
-    _draw_line(axes, motion, [force_ratio(segment) for segment in motion.segments], **SINGLE)
+    _draw_line(axes, motion, [sample_force_ratio(segment) for segment in motion.segments], **SINGLE)
     for jump in motion.jumps:
         if jump.impulse[1] > 0:
             style: dict[str, Any] = {
@@ -96,7 +96,7 @@ def draw_foot_speed(axes: "Axes", gait: Gait) -> None:
         axes.set_ylim(-0.1, 0.1)
 
 
-def force_ratio(segment: Segment) -> Array:
+def sample_force_ratio(segment: Segment) -> Array:
     """Return f_t / f_n of a segment, shape (K,); nan where the normal force does not press."""
     f_t, f_n = segment.force
     return np.where(f_n > 0, f_t / np.where(f_n > 0, f_n, 1.0), np.nan)

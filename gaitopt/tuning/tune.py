@@ -17,8 +17,8 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, Recovery, largest_recovery
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
-from gaitopt.tuning.objective import SpectralRadius, TuningObjective
 from gaitopt.tuning.record import Trial, Tuning
+from gaitopt.tuning.tuning_objective import SpectralRadius, TuningObjective
 
 
 def tune_feedback(

@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Mode, compass_biped, solve_impact
+from gaitopt import Mode, compass_biped
+from gaitopt.model import solve_impact
 from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.contacts.transition import Condition
 

@@ -29,7 +29,7 @@ def read_parameters(transcription: Transcription, problem: GaitProblem, x: Array
     return problem.values | {"slope": float(x[transcription.variables[Unknown.SLOPE][0, 0]])}
 
 
-def read_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
+def reconstruct_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
     """Return the planned step at the nodes and at mid-intervals, which are integrated from the node before.
 
     Parameters

@@ -13,7 +13,7 @@ from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.motion.solution import Solution
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
 from gaitopt.parameters import number_within, whole_number
 

@@ -58,7 +58,7 @@ class Tracking(Objective):
         if not isinstance(self.motion, Motion):
             raise InputError(f"Tracking needs a Motion such as gait.motion, got {type(self.motion).__name__}.")
         weight = Parameter("Tracking.rate_weight", 0.01, "s^2", "", lower=0.0).check(self.rate_weight)
-        spline = reference(self.motion)
+        spline = interpolate_reference(self.motion)
         object.__setattr__(self, "rate_weight", weight)
         object.__setattr__(self, "_spline", spline)
         object.__setattr__(self, "digest", hashlib.sha256(spline.c.tobytes()).hexdigest()[:12])
@@ -89,7 +89,7 @@ class Tracking(Objective):
         return total
 
 
-def reference(motion: Motion) -> CubicSpline:
+def interpolate_reference(motion: Motion) -> CubicSpline:
     """Return the angles and rates of the first step of a motion over the fraction of the step, 2 n_angles columns."""
     segments, _ = first_step(motion)
     if not is_finite(segments):

@@ -9,7 +9,7 @@ from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.motion.solution import Solution
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting, typical_durations
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
-from gaitopt.ocp.nlp.keys import Place, Section
+from gaitopt.ocp.nlp.keys import Place, StepPart
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -50,7 +50,7 @@ class Phase:
 
     def place(self, node: int | None = None, *, between: bool = False) -> Place:
         """Return the key of the phase, of one of its nodes counted from its start, or of the interval after a node."""
-        return Place(Section.PHASE, self.number, self.mode, node, between)
+        return Place(StepPart.PHASE, self.number, self.mode, node, between)
 
 
 def node_places(phases: Sequence[Phase]) -> list[Place]:

@@ -129,7 +129,7 @@ def assess_robustness(
     ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
     engine = engine or default_engine(law, robot)
-    setting = _Setting(robot, law, cycle, engine, walking or WalkTest(), test or PushTest())
+    setting = _DisturbedGait(robot, law, cycle, engine, walking or WalkTest(), test or PushTest())
     kinds = ["push", "downhill slope", "uphill slope"]
     if math.isfinite(cycle.parameters["friction"]):
         kinds.append("friction patch")
@@ -147,7 +147,7 @@ def assess_robustness(
 
 
 @dataclass(frozen=True, eq=False)
-class _Setting:
+class _DisturbedGait:
     """A controlled gait and the tests of its disturbed walks."""
 
     robot: Robot
@@ -209,7 +209,7 @@ class _Setting:
         return self.cycle.section.embed(self.cycle.z)
 
 
-def _find_margin(setting: _Setting, kind: str) -> RobustnessMargins:
+def _find_margin(setting: _DisturbedGait, kind: str) -> RobustnessMargins:
     """Run a task: find the largest disturbance of a kind."""
     parameters, period = setting.cycle.parameters, setting.cycle.period
     trials: dict[str, tuple[Callable[[float], bool], float, str]] = {
