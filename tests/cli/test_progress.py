@@ -18,7 +18,8 @@ def error_stream(monkeypatch):
 
     def replace(terminal):
         stream = io.StringIO()
-        monkeypatch.setattr(progress_display, "err", Console(file=stream, force_terminal=terminal, width=100, markup=False))
+        console = Console(file=stream, force_terminal=terminal, width=100, markup=False)
+        monkeypatch.setattr(progress_display, "err", console)
         return stream
 
     return replace
