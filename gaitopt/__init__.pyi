@@ -93,9 +93,9 @@ from gaitopt.tuning.gain_search import GainSearchOptions as GainSearchOptions
 from gaitopt.tuning.lqr import LqrWeights as LqrWeights
 from gaitopt.tuning.lqr import lqr as lqr
 from gaitopt.tuning.lqr import step_lqr as step_lqr
-from gaitopt.tuning.objective import SensitivityNorm as SensitivityNorm
-from gaitopt.tuning.objective import SpectralRadius as SpectralRadius
 from gaitopt.tuning.tune import tune_feedback as tune_feedback
+from gaitopt.tuning.tuning_objective import SensitivityNorm as SensitivityNorm
+from gaitopt.tuning.tuning_objective import SpectralRadius as SpectralRadius
 from gaitopt.version import __version__ as __version__
 
 def load_ipython_extension(shell: Any) -> None: ...

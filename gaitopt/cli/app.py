@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from gaitopt.cli import basin, exporting, feedback, listing, setup, solving, studies, walking
-from gaitopt.cli.command import Command, Group
+from gaitopt.cli import basin_command, exporting, feedback, listing, setup, solving, studies, walking
+from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
 from gaitopt.interrupts import record_interrupts
@@ -17,7 +17,7 @@ from gaitopt.version import __version__
 
 app = typer.Typer(
     name="gaitopt",
-    cls=Group,
+    cls=CommandGroup,
     help="Optimal-control gait design for planar walking with foot slippage.",
     epilog="Exit status: 0 success, 1 no gait found or a failed check, 2 invalid input, 130 interrupted.  "
     "gaitopt COMMAND --help shows an example of each command.",
@@ -40,7 +40,7 @@ for command in (
     walking.stability,
     feedback.tune,
     feedback.push,
-    basin.basin,
+    basin_command.basin,
     studies.run,
     studies.search,
     studies.sweep,

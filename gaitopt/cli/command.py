@@ -15,14 +15,14 @@ class Command(TyperCommand):
         super(Command, _escape_help(self)).format_help(ctx, formatter)
 
 
-class Group(TyperGroup):
+class CommandGroup(TyperGroup):
     """A group of commands with literal help."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page."""
         group = _escape_help(self)
         group.commands = {name: _escape_help(command) for name, command in self.commands.items()}
-        super(Group, group).format_help(ctx, formatter)
+        super(CommandGroup, group).format_help(ctx, formatter)
 
 
 def _escape_help(command: Any) -> Any:

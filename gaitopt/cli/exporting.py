@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from gaitopt.cli.law import OPEN_LOOP, law_for
+from gaitopt.cli.law_option import OPEN_LOOP, law_for
 from gaitopt.cli.options import (
     Figure,
     GainValues,
@@ -21,7 +21,7 @@ from gaitopt.cli.options import (
     label_files,
 )
 from gaitopt.cli.output import report_file
-from gaitopt.cli.progress import show_progress
+from gaitopt.cli.progress_display import show_progress
 
 
 def plot(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitopt.cli.feedback_output import endurance_facts, print_endurance, print_tuning, print_unstable, tuning_facts
-from gaitopt.cli.law import OPEN_LOOP, design_for, law_for, law_title
+from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_for, law_title
 from gaitopt.cli.options import (
     Frictions,
     GainsOutput,
@@ -26,7 +26,7 @@ from gaitopt.cli.options import (
     Workers,
 )
 from gaitopt.cli.output import print_json, report_file
-from gaitopt.cli.progress import show_progress
+from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.script import load_gait
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.control.law import Law, feedforward
@@ -64,9 +64,9 @@ def tune(
     """
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
-    from gaitopt.tuning.objective import SensitivityNorm, SpectralRadius
     from gaitopt.tuning.tune import tune_feedback
     from gaitopt.tuning.tuning_file import save_tuning
+    from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
     if output is not None:
         check_suffix(output, {".json": "tuned gains"})

@@ -9,7 +9,7 @@ import typer
 
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
-from gaitopt.cli.progress import Display, show_progress
+from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
 

@@ -27,7 +27,7 @@ from gaitopt.cli.options import (
     label_files,
 )
 from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
-from gaitopt.cli.progress import show_progress
+from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import worker_options
 from gaitopt.errors import InputError
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
-from gaitopt.cli.law import OPEN_LOOP, find_feedback
+from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
     CycleStarts,
     EngineName,
@@ -23,7 +23,7 @@ from gaitopt.cli.options import (
     Verbose,
 )
 from gaitopt.cli.output import print_json, report_file
-from gaitopt.cli.progress import show_progress
+from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def stability(
     """
     from gaitopt.cli.inputs import Request, read_input
     from gaitopt.cli.walk_output import print_cycles
-    from gaitopt.stability.summary import summarise_cycle
+    from gaitopt.stability.cycle_summary import summarise_cycle
 
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)

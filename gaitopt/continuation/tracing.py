@@ -82,11 +82,11 @@ def trace_branch(
     Parameter("tolerance", 1e-6, "", "", lower=0, lower_open=True).check(tolerance)
     law = law or passive(robot)
     family = _Family(robot, parameters, parameter, law, engine or default_engine(law, robot), tolerance)
-    points: list[_Point] = []
+    points: list[_TracedGait] = []
     special: list[SpecialPoint] = []
     ended = "all values reached"
-    for result in family.follow(_Point(float(start.parameters[parameter]), start), values):
-        if isinstance(result, _Point):
+    for result in family.follow(_TracedGait(float(start.parameters[parameter]), start), values):
+        if isinstance(result, _TracedGait):
             points.append(result)
             continue
         special.append(result)
@@ -98,7 +98,7 @@ def trace_branch(
     return Branch(parameter, np.array([p.value for p in points]), tuple(p.cycle for p in points), ended, tuple(special))
 
 
-class _Point(NamedTuple):
+class _TracedGait(NamedTuple):
     """A gait at a value of the parameter."""
 
     value: float
@@ -116,7 +116,7 @@ class _Family:
     engine: Engine
     tolerance: float
 
-    def follow(self, start: _Point, values: Sequence[float] | Array) -> Iterator[_Point | SpecialPoint]:
+    def follow(self, start: _TracedGait, values: Sequence[float] | Array) -> Iterator[_TracedGait | SpecialPoint]:
         """Yield gaits and special points in order, up to the last value or to the end of the branch."""
         before, last = None, start
         for target in map(float, values):
@@ -138,12 +138,12 @@ class _Family:
                 else:
                     step /= 2
 
-    def find_gait(self, value: float, last: _Point, before: _Point | None = None) -> _Point | None:
+    def find_gait(self, value: float, last: _TracedGait, before: _TracedGait | None = None) -> _TracedGait | None:
         """Return the gait at a value, predicted from one or two previous gaits, or None if the iteration fails."""
         cycle = find_cycle(self.make_walker(value), _predict(before, last, value), len(last.cycle.sequences))
-        return None if cycle is None or not _are_close(cycle, last.cycle) else _Point(value, cycle)
+        return None if cycle is None or not _are_close(cycle, last.cycle) else _TracedGait(value, cycle)
 
-    def locate_changes(self, one: _Point, other: _Point) -> Iterator[_Point | SpecialPoint]:
+    def locate_changes(self, one: _TracedGait, other: _TracedGait) -> Iterator[_TracedGait | SpecialPoint]:
         """Yield the changes between two gaits, and the gaits next to each change other than the two."""
         for near, far in self._brackets(one, other):
             if near is not one:
@@ -152,7 +152,7 @@ class _Family:
             if far is not other:
                 yield far
 
-    def _brackets(self, one: _Point, other: _Point) -> Iterator[tuple[_Point, _Point]]:
+    def _brackets(self, one: _TracedGait, other: _TracedGait) -> Iterator[tuple[_TracedGait, _TracedGait]]:
         if _kind(one) == _kind(other):
             return
         middle = None
@@ -165,7 +165,7 @@ class _Family:
         yield from self._brackets(one, middle)
         yield from self._brackets(middle, other)
 
-    def describe_end(self, value: float, last: _Point, before: _Point | None) -> str:
+    def describe_end(self, value: float, last: _TracedGait, before: _TracedGait | None) -> str:
         """Return the outcome of the steps from the predicted gait beyond the end of a branch."""
         walker = self.make_walker(value)
         section = Section(self.robot, walker.p, sliding=True)
@@ -177,12 +177,12 @@ class _Family:
         return Walker(self.robot, self.law, p, self.engine)
 
 
-def _kind(point: _Point) -> tuple[str, bool]:
+def _kind(point: _TracedGait) -> tuple[str, bool]:
     """Return contact sequence and stability, the changes of which are special points."""
     return point.cycle.sequence, point.cycle.stable
 
 
-def _change(one: _Point, other: _Point) -> SpecialPoint:
+def _change(one: _TracedGait, other: _TracedGait) -> SpecialPoint:
     value, width = (one.value + other.value) / 2, abs(other.value - one.value)
     if one.cycle.sequence != other.cycle.sequence:
         return SpecialPoint("sequence", value, width, one.cycle.sequence, other.cycle.sequence)
@@ -190,7 +190,7 @@ def _change(one: _Point, other: _Point) -> SpecialPoint:
     return SpecialPoint("stability", value, width, *names)
 
 
-def _predict(before: _Point | None, last: _Point, value: float) -> Array:
+def _predict(before: _TracedGait | None, last: _TracedGait, value: float) -> Array:
     """Return a start on the section with foot speed, on the secant through the last two gaits of the same sequence."""
     last_state = _state(last.cycle)
     if before is None or before.cycle.sequence != last.cycle.sequence or before.value == last.value:

@@ -7,9 +7,10 @@ import numpy as np
 
 from gaitopt.control.inverse_dynamics import inverse_dynamics, nominal_parameters
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import torque_function
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
+from gaitopt.model.coordinate_entries import ANGLES, CONTACT, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 
@@ -67,11 +68,11 @@ def computed_torque(
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
         desired = plan.evaluate(clock, data)
-        slide = v[0] / ca.sqrt(v[0] ** 2 + NEAR_REST**2)
-        correction = -gains[:n_a] * (q[2:] - desired.angles) - gains[n_a:] * (v[2:] - desired.rates)
+        slide = v[SLIDE] / ca.sqrt(v[SLIDE] ** 2 + NEAR_REST**2)
+        correction = -gains[:n_a] * (q[ANGLES] - desired.angles) - gains[n_a:] * (v[ANGLES] - desired.rates)
         current = inverse_dynamics(robot, q, v, p, desired.accelerations + correction, slide)
-        planned_q = ca.vertcat(q[:2], desired.angles)
-        planned_v = ca.vertcat(v[:2], desired.rates)
+        planned_q = ca.vertcat(q[CONTACT], desired.angles)
+        planned_v = ca.vertcat(v[CONTACT], desired.rates)
         planned = inverse_dynamics(robot, planned_q, planned_v, p, desired.accelerations, slide)
         return ca.cse(desired.torque + current - planned)
 

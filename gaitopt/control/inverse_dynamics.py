@@ -9,6 +9,7 @@ from gaitopt.control.law import Law
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import control_function, law_inputs
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES, GAP, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 
@@ -37,7 +38,7 @@ def prescribed_angles(robot: Robot, motion: Motion, parameters: Mapping[str, flo
     inputs = law_inputs(robot, data=plan.size + numbers.size)
     clock, q, v, _, slide, data = inputs
     desired = plan.evaluate(clock, data)
-    error, rate = q[2:] - desired.angles, v[2:] - desired.rates
+    error, rate = q[ANGLES] - desired.angles, v[ANGLES] - desired.rates
     requested = desired.accelerations - STIFFNESS * error - DAMPING * rate
     torque = ca.cse(inverse_dynamics(robot, q, v, data[plan.size :], requested, slide))
     return plan.law("prescribed angles", control_function(inputs, torque), numbers)
@@ -60,9 +61,10 @@ def inverse_dynamics(robot: Robot, q: ca.SX, v: ca.SX, p: ca.SX, requested: ca.S
     """
     mass, bias, actuation = robot.dynamics(q, v, p)
     signed_friction = slide * p[_index_of_friction(robot)]
-    row, load = mass[0, :] + signed_friction * mass[1, :], bias[0] + signed_friction * bias[1]
-    foot = -(slide**2) * (row[2:] @ requested + load) / row[0]
-    return ca.solve(actuation[2:, :], mass[2:, 0] * foot + mass[2:, 2:] @ requested + bias[2:])
+    row = mass[SLIDE, :] + signed_friction * mass[GAP, :]
+    load = bias[SLIDE] + signed_friction * bias[GAP]
+    foot = -(slide**2) * (row[ANGLES] @ requested + load) / row[SLIDE]
+    return ca.solve(actuation[ANGLES, :], mass[ANGLES, SLIDE] * foot + mass[ANGLES, ANGLES] @ requested + bias[ANGLES])
 
 
 def nominal_parameters(robot: Robot, parameters: Mapping[str, float]) -> Array:

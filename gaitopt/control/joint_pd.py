@@ -6,9 +6,10 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import torque_function
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
+from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 
@@ -58,7 +59,7 @@ def joint_pd(
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
         desired = plan.evaluate(clock, data)
         joints = actuation(robot, q, p).T
-        error, rate = joints @ (q[2:] - desired.angles), joints @ (v[2:] - desired.rates)
+        error, rate = joints @ (q[ANGLES] - desired.angles), joints @ (v[ANGLES] - desired.rates)
         return desired.torque - gains[:n_u] * error - gains[n_u:] * rate
 
     names = [f"{actuator}_{kind}" for kind in ("stiffness", "damping") for actuator in robot.actuators]
@@ -69,4 +70,4 @@ def joint_pd(
 
 def actuation(robot: Robot, q: ca.SX, p: np.ndarray) -> ca.SX:
     """Return the map from torques to generalised forces of the angles in a configuration, shape (n_angles, n_u)."""
-    return robot.dynamics(q, ca.SX.zeros(robot.n_q), p)[2][2:, :]
+    return robot.dynamics(q, ca.SX.zeros(robot.n_q), p)[2][ANGLES, :]

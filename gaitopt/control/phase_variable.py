@@ -11,6 +11,7 @@ from gaitopt.control.law import Law
 from gaitopt.control.reference import Reference, quintic, reference
 from gaitopt.control.signature import Memory, control_function, inputs_of, rewrite_memory
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 
@@ -74,7 +75,7 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
         [bounds[:-1], bounds[1:], np.append(begins[0], begins), np.hstack([ends[:, :1], coefficients, ends[:, 1:]])]
     )
     columns = [law.piece(time) for time in np.append(times[0], times)]
-    control, memory = _replace_clock(law.control, law.memory, 2 + index)
+    control, memory = _replace_clock(law.control, law.memory, angle_entry(index))
     return replace(
         law,
         name=f"{law.name} by {name}",
@@ -83,7 +84,7 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
         table=np.vstack([front, law.table[:, columns]]),
         gains={gain: LEADING_ROWS + row for gain, row in law.gains.items()},
         memory=memory,
-        index=2 + index,
+        index=angle_entry(index),
         gain_matrices=tuple(matrix.shift_rows(LEADING_ROWS) for matrix in law.gain_matrices),
     )
 

@@ -8,9 +8,10 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law, passive
-from gaitopt.control.limits import limit_torque, remove_limits, torque_limits
 from gaitopt.control.signature import LawInputs, Memory, control_function, inputs_of, make_memory
+from gaitopt.control.torque_saturation import limit_torque, remove_limits, torque_limits
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.robot import Robot
 from gaitopt.parameters import Parameter
 
@@ -115,7 +116,7 @@ def _add_push_off(robot: Robot, base: Law, actuator: int, angle: int, trigger: s
     )
     push_off_torque, duration = ca.vertsplit(inputs.data[-len(GAINS) :])
     waiting, ready, pushing, _, release = ca.vertsplit(inputs.latched[-len(VALUES) :])
-    rate = inputs.v[2 + angle]
+    rate = inputs.v[angle_entry(angle)]
     conditions = ((waiting, -rate), (ready, rate), (pushing, release + duration - inputs.clock))
     guards = [state * value + (1 - state) for state, value in conditions]
     unit = ca.DM.zeros(robot.n_u)

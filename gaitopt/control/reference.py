@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law, check_names
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.parameters import Parameter
@@ -115,9 +116,9 @@ def _columns(robot: Robot, segment: Segment, start_time: float, p: Array) -> Arr
     a, steps = np.asarray(a), np.diff(segment.time)
     torque = segment.torque
     rows = [(segment.time[:-1] - start_time)[None], torque[:, :-1], np.diff(torque, axis=1) / steps]
-    for i in range(2, robot.n_q):
+    for i in robot.state_entries.angles:
         rows.append(quintic(segment.q[i], segment.v[i], a[i], steps))
-    rows.append(_cubic(segment.v[0], a[0], steps))
+    rows.append(_cubic(segment.v[SLIDE], a[SLIDE], steps))
     return np.vstack(rows)[:, steps > 0]
 
 
@@ -126,25 +127,25 @@ def _final_column(robot: Robot, segment: Segment, start_time: float, p: Array) -
     end = segment.q[:, -1], segment.v[:, -1], segment.torque[:, -1]
     a = np.asarray(robot.acceleration[segment.mode](*end, p)[0]).ravel()
     rows = [[segment.time[-1] - start_time], segment.torque[:, -1], np.zeros(robot.n_u)]
-    rows += [[segment.q[i, -1], segment.v[i, -1], a[i] / 2, 0, 0, 0] for i in range(2, robot.n_q)]
-    return np.concatenate([*rows, [segment.v[0, -1], a[0], 0, 0]])[:, None]
+    rows += [[segment.q[i, -1], segment.v[i, -1], a[i] / 2, 0, 0, 0] for i in robot.state_entries.angles]
+    return np.concatenate([*rows, [segment.v[SLIDE, -1], a[SLIDE], 0, 0]])[:, None]
 
 
-def quintic(q: Array, v: Array, a: Array, h: Array) -> Array:
-    """Return the coefficients of the quintics that match q, v and a at both ends of steps h, shape (6, K)."""
-    gap = (q[1:] - q[:-1] - v[:-1] * h - a[:-1] * h**2 / 2) / h**3
-    turn = (v[1:] - v[:-1] - a[:-1] * h) / h**2
-    bend = (a[1:] - a[:-1]) / h
+def quintic(x: Array, rate: Array, second: Array, h: Array) -> Array:
+    """Return the quintics that match x, its rate and its second derivative at both ends of steps h, shape (6, K)."""
+    gap = (x[1:] - x[:-1] - rate[:-1] * h - second[:-1] * h**2 / 2) / h**3
+    turn = (rate[1:] - rate[:-1] - second[:-1] * h) / h**2
+    bend = (second[1:] - second[:-1]) / h
     third = 10 * gap - 4 * turn + bend / 2
     fourth = (-15 * gap + 7 * turn - bend) / h
     fifth = (6 * gap - 3 * turn + bend / 2) / h**2
-    return np.array([q[:-1], v[:-1], a[:-1] / 2, third, fourth, fifth])
+    return np.array([x[:-1], rate[:-1], second[:-1] / 2, third, fourth, fifth])
 
 
-def _cubic(v: Array, a: Array, h: Array) -> Array:
-    """Return the coefficients of the cubics that match v and a at both ends of steps h, shape (4, K)."""
-    gap, turn = (v[1:] - v[:-1] - a[:-1] * h) / h**2, (a[1:] - a[:-1]) / h
-    return np.array([v[:-1], a[:-1], 3 * gap - turn, (turn - 2 * gap) / h])
+def _cubic(rate: Array, second: Array, h: Array) -> Array:
+    """Return the cubics that match a rate and its derivative at both ends of steps h, shape (4, K)."""
+    gap, turn = (rate[1:] - rate[:-1] - second[:-1] * h) / h**2, (second[1:] - second[:-1]) / h
+    return np.array([rate[:-1], second[:-1], 3 * gap - turn, (turn - 2 * gap) / h])
 
 
 def polynomial(coefficients: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:

@@ -7,10 +7,11 @@ import numpy as np
 
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import torque_function
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 
@@ -60,7 +61,7 @@ def state_feedback(
 
     def torque(clock: ca.SX, q: ca.SX, v: ca.SX) -> ca.SX:
         desired = plan.evaluate(clock, data)
-        error = ca.vertcat(q[2:] - desired.angles, v[0] - desired.foot_speed, v[2:] - desired.rates)
+        error = ca.vertcat(q[ANGLES] - desired.angles, v[SLIDE] - desired.foot_speed, v[ANGLES] - desired.rates)
         return desired.torque - (value + slope * (clock - data[0])) @ error
 
     steps = np.diff(plan.breakpoints)[:, None]

@@ -8,9 +8,10 @@ import numpy as np
 
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, torque_limits
 from gaitopt.control.signature import control_function, inputs_of, make_memory
+from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.robot import Robot
 from gaitopt.model.section_coordinate import dependent_coordinate
 from gaitopt.motion.motion import Array
@@ -59,13 +60,13 @@ def step_to_step(
     >>> law.breakpoints
     array([0.  , 0.35])
     """
-    n_q, n_u = robot.n_q, robot.n_u
+    n_u = robot.n_u
     if law.memory.values or law.limited or law.index is not None:
         raise InputError(
             f"Step-to-step feedback needs a clock-based law without limits and without memory, got {law.name!r}."
         )
-    free = (entry for entry in range(2, n_q) if entry != 2 + dependent_coordinate(robot))
-    indices = [*free, *range(n_q + 2, 2 * n_q), n_q]
+    entries, dependent = robot.state_entries, angle_entry(dependent_coordinate(robot))
+    indices = [*(entry for entry in entries.angles if entry != dependent), *entries.rates, entries.slip_velocity]
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
     if state.shape != (len(indices),) or gains.shape != (windows * n_u, len(indices)):
         raise InputError(

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.limits import limit_torque, remove_limits
 from gaitopt.control.signature import control_function, inputs_of, rewrite_memory
+from gaitopt.control.torque_saturation import limit_torque, remove_limits
 from gaitopt.motion.motion import Array
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.control.law import Law
 from gaitopt.control.signature import control_slope
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES, SLIDE, StateEntries, angle_entry
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array, Motion, Segment, check_motion
 from gaitopt.motion.summary import plain
@@ -82,18 +83,18 @@ def _table(motion: Motion, law: Law | None) -> dict[str, Any]:
         "torque_unit": "N m",
         "torque": dict(zip(motion.actuators, torque.tolist(), strict=True)),
         "angle_unit": "rad",
-        "angle": dict(zip(motion.angles, q[2:].tolist(), strict=True)),
+        "angle": dict(zip(motion.angles, q[ANGLES].tolist(), strict=True)),
         "rate_unit": "rad/s",
-        "rate": dict(zip(motion.angles, v[2:].tolist(), strict=True)),
+        "rate": dict(zip(motion.angles, v[ANGLES].tolist(), strict=True)),
         "foot_speed_unit": "m/s",
-        "foot_speed": v[0].tolist(),
+        "foot_speed": v[SLIDE].tolist(),
         "law": None if law is None else law.name,
         "gains": {} if law is None else law.gain_values,
     }
     if law is not None:
-        names = [*motion.angles, *(f"{name}_rate" for name in motion.angles)]
+        names = {angle_entry(number): name for number, name in enumerate(motion.angles)}
         data["pieces"] = {
-            "by": "clock" if law.index is None else names[law.index - 2],
+            "by": "clock" if law.index is None else names[law.index],
             "begin": law.breakpoints.tolist(),
         }
         data["gain_matrices"] = _gain_matrices(law)
@@ -133,9 +134,9 @@ def _gain_matrices(law: Law) -> list[dict[str, Any]]:
 
 def _torque_by_state(law: Law, motion: Motion, segments: list[Segment]) -> dict[str, dict[str, list[float]]]:
     """Return how each torque, without its limits, changes with angles, rates and foot speed, at every sample."""
-    n = segments[0].q.shape[0]
+    entries = StateEntries(segments[0].q.shape[0])
     slopes = {sign: control_slope(law.control, sign) for sign in {segment.mode.sign for segment in segments}}
-    columns = [*range(2, n), *range(n + 2, 2 * n), n]
+    columns = [*entries.angles, *entries.rates, entries.slip_velocity]
     values, states = [], iter(_states(law, segments))
     for segment in segments:
         for k, time in enumerate(segment.time - segments[0].time[0]):

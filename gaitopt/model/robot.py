@@ -14,6 +14,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry, count_coordinates
 from gaitopt.model.ground import GROUND
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.robot_serialisation import read_fields, write_record
@@ -58,7 +59,7 @@ class Coordinates:
     @property
     def foot(self) -> ca.SX:
         """Slide coordinate and gap of the stance foot, SX of shape (2, 1) [m]; of a point, its position."""
-        return self.q[:2]
+        return self.q[CONTACT]
 
     @property
     def gravity(self) -> ca.SX:
@@ -68,7 +69,7 @@ class Coordinates:
 
     def angle(self, name: str) -> ca.SX:
         """Return the symbol of an angle [rad]."""
-        return self.q[2 + self.angles.index(name)]
+        return self.q[angle_entry(self.angles.index(name))]
 
     def parameter(self, name: str) -> ca.SX:
         """Return the symbol of a parameter."""
@@ -204,7 +205,12 @@ class Robot(LazyRecord):
     @property
     def n_q(self) -> int:
         """Number of coordinates, the stance foot's two included."""
-        return 2 + len(self.angles)
+        return count_coordinates(len(self.angles))
+
+    @property
+    def state_entries(self) -> StateEntries:
+        """Entries of the state y = (q, v) by name."""
+        return StateEntries(self.n_q)
 
     @property
     def n_u(self) -> int:

@@ -13,7 +13,7 @@ from gaitopt.motion.gait import Violation as Violation
 from gaitopt.motion.motion import Jump as Jump
 from gaitopt.motion.motion import Motion as Motion
 from gaitopt.motion.motion import Segment as Segment
+from gaitopt.motion.nlp_solution import Solution as Solution
+from gaitopt.motion.nlp_solution import Table as Table
 from gaitopt.motion.proposal import Proposal as Proposal
-from gaitopt.motion.solution import Solution as Solution
-from gaitopt.motion.solution import Table as Table
 from gaitopt.motion.summary import summarise as summarise

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.motion import Array, Motion, Segment
 
 SHORTEST_SLIP = 0.6
@@ -132,7 +133,7 @@ class AnimationFrames:
             touchdown=step > 0 and within < TOUCHDOWN_SHOWN,
             points=_at(segment, segment.points, time) + shift[:, None],
             foot=_at(segment, segment.contact, time) + shift,
-            slide=float(_at(segment, segment.q[0], time) + shift[0]),
+            slide=float(_at(segment, segment.q[SLIDE], time) + shift[0]),
             rims=rims,
             force=_at(segment, segment.force, time),
         )
@@ -147,9 +148,9 @@ class AnimationFrames:
                     break
                 if segment.mode.slips:
                     is_current = (step, phase) == (frame.step, frame.phase)
-                    slid = frame.slide - shift - segment.q[0, 0] if is_current else segment.slide
+                    slid = frame.slide - shift - segment.q[SLIDE, 0] if is_current else segment.slide
                     start = float(segment.contact[0, 0] + shift)
-                    mark = {"start": start, "end": start + slid, "slide": segment.q[0, 0] + shift}
+                    mark = {"start": start, "end": start + slid, "slide": segment.q[SLIDE, 0] + shift}
                     marks.append(SlideMark(step=step, order=order, mode=segment.mode, **mark))
                     order += 1
         return marks

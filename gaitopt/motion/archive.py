@@ -17,9 +17,9 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation, check_gait
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.motion_archive import read_motion, write_motion
+from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.robot_archive import SharedGroups, read_robot, write_robot
-from gaitopt.motion.solution import Solution, Table
 from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status

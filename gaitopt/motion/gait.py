@@ -10,8 +10,8 @@ from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.proposal import Proposal
-from gaitopt.motion.solution import Solution
 from gaitopt.parameters import check_type
 from gaitopt.reductions import worst
 from gaitopt.status import Status

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import CONTACT
 from gaitopt.motion.motion import Array, Motion
 
 Links = tuple[tuple[int, int], ...]
@@ -46,7 +47,8 @@ def classify_links(motion: Motion) -> LinkRoles:
     stance_foot = _nearest(first.points[:, :, 0], first.contact[:, 0])
     swing_foot = len(motion.points) - 1
     if motion.jumps:
-        place = motion.jumps[0].q_next[:2] if last.rims is None else last.rims[:2, 1, -1] - [0, last.rims[2, 1, -1]]
+        rims = last.rims
+        place = motion.jumps[0].q_next[CONTACT] if rims is None else rims[:2, 1, -1] - [0, rims[2, 1, -1]]
         swing_foot = _nearest(last.points[:, :, -1], place)
     near, far = (_distances(motion, foot) for foot in (stance_foot, swing_foot))
     legs: dict[int, list[tuple[int, int]]] = {-1: [], 0: [], 1: []}

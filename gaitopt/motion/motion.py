@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import CONTACT, SLIDE
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.parameters import check_type
 
@@ -89,14 +90,14 @@ class Segment:
     def contact(self) -> Array:
         """Point at which the stance foot touches the ground, shape (2, K) [m]."""
         if self.rims is None:
-            return self.q[:2]
+            return self.q[CONTACT]
         x, y, radius, _ = self.rims[:, 0]
         return np.stack([x, y - radius])
 
     @property
     def slide(self) -> float:
         """Distance by which the stance foot slips over the segment [m], forward positive; rolling is not part of it."""
-        return float(self.q[0, -1] - self.q[0, 0])
+        return float(self.q[SLIDE, -1] - self.q[SLIDE, 0])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -208,8 +209,8 @@ class Motion:
         """Forward travel of the stance foot from the first state to the last leg exchange, slide included [m]."""
         if not self.segments:
             return 0.0
-        start = self.segments[0].q[0, 0]
-        end = self.jumps[-1].q_next[0] if self.jumps else self.segments[-1].q[0, -1]
+        start = self.segments[0].q[SLIDE, 0]
+        end = self.jumps[-1].q_next[SLIDE] if self.jumps else self.segments[-1].q[SLIDE, -1]
         return float(end - start)
 
     def channel(self, name: str) -> Array:

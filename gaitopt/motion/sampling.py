@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 
@@ -124,7 +125,7 @@ def make_jump(robot: Robot, p: Array, touchdown: TouchdownState) -> Jump:
         q_next=q_next,
         v_next=v_next,
         energy_lost=before - after,
-        separation=float(v_plus[1]),
+        separation=float(v_plus[GAP]),
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.grid import Phase
@@ -102,7 +102,8 @@ def _bound_slides(transcription: Transcription, problem: GaitProblem, lower: Arr
         if phase.mode.slips:
             slide, speed = transcription.variables[Unknown.SLIDE, phase.number]
             lower[slide[0]] = upper[slide[0]] = 0.0
-            lower[speed], upper[speed] = _speed_bounds(phase, problem.margins.slip_speed)
+            ends_at_rest = speed[-1] in transcription.resting
+            lower[speed], upper[speed] = _speed_bounds(phase, problem.margins.slip_speed, ends_at_rest)
 
 
 def _bound_open_slide(transcription: Transcription, problem: GaitProblem, lower: Array, upper: Array) -> None:
@@ -123,15 +124,18 @@ def _bound_open_slide(transcription: Transcription, problem: GaitProblem, lower:
             upper[places] = np.minimum(upper[places], 0.0)
 
 
-def _speed_bounds(phase: Phase, margin: float) -> tuple[Array, Array]:
-    """Return bounds of the foot speed at the nodes of a phase, which decrease to zero towards an end at rest."""
+def _speed_bounds(phase: Phase, margin: float, ends_at_rest: bool) -> tuple[Array, Array]:
+    """Return bounds of the foot speed at the nodes of a phase.
+
+    The least speed decreases to zero towards a start at rest and towards the transition that ends the slip.
+    """
     part = np.linspace(0, 1, phase.count + 1)
     least = np.full(part.size, margin)
     if phase.starts_at_rest or phase.starts_open:
         least *= np.minimum(1, 2 * part) ** 2  # a slide that starts on the cone starts with zero acceleration
-    if phase.ends_at_rest:
+    if phase.following is not None:
         least *= np.minimum(1, 2 * (1 - part))
     most = np.full(part.size, math.inf)
     most[0] = 0.0 if phase.starts_at_rest else math.inf
-    most[-1] = 0.0 if phase.ends_at_rest else math.inf
+    most[-1] = 0.0 if ends_at_rest else math.inf
     return (least, most) if phase.mode.sign > 0 else (-most, -least)

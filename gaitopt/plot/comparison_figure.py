@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import SLIDE, angle_entry
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
-from gaitopt.plot.panels import force_ratio, join_segments
+from gaitopt.plot.panels import join_segments, sample_force_ratio
 from gaitopt.plot.style import NARROW, FigureStyle, angle_symbol, line_style
 from gaitopt.study.comparison import Comparison, energy_per_distance
 
@@ -89,8 +90,8 @@ def _rows(comparison: Comparison) -> list[Row]:
     return [
         *((f"{_folded_name(name)}[deg]", _angle(name)) for name in angles),
         *((f"{name}\ntorque [N m]", _torque(name)) for name in actuators),
-        ("force ratio", lambda gait: [force_ratio(segment) for segment in gait.motion.segments]),
-        ("foot speed\n[m/s]", lambda gait: [segment.v[0] for segment in gait.motion.segments]),
+        ("force ratio", lambda gait: [sample_force_ratio(segment) for segment in gait.motion.segments]),
+        ("foot speed\n[m/s]", lambda gait: [segment.v[SLIDE] for segment in gait.motion.segments]),
     ]
 
 
@@ -123,7 +124,7 @@ def _over_step(gait: Gait, parts: list[Array]) -> tuple[Array, Array]:
 
 
 def _angle(name: str) -> Callable[[Gait], list[Array]]:
-    return lambda gait: [np.rad2deg(s.q[2 + gait.motion.angles.index(name)]) for s in gait.motion.segments]
+    return lambda gait: [np.rad2deg(s.q[angle_entry(gait.motion.angles.index(name))]) for s in gait.motion.segments]
 
 
 def _torque(name: str) -> Callable[[Gait], list[Array]]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Motion
@@ -174,7 +175,7 @@ def _draw_panels(figure: "Figure", place: Any, gait: Gait) -> None:
             panels.enlarge(beside, gait, phase, draw)
             beside.tick_params(labelbottom=name == ENLARGED[-1])
             if name == "foot speed":
-                low, high = phase.v[0].min(), phase.v[0].max()
+                low, high = phase.v[SLIDE].min(), phase.v[SLIDE].max()
                 margin = max(0.1 * (high - low), 1e-4)
                 beside.set_ylim(low - margin, high + margin)
                 beside.set_xlabel("time [ms]")

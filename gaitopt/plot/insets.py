@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import classify_links
@@ -80,10 +81,10 @@ class FootGlass:
     def __init__(self, axes: "Axes", gait: Gait, film: AnimationFrames, scale: float) -> None:
         motion, skeleton = gait.motion, classify_links(gait.motion)
         self._axes, self._film, self._travel = axes, film, motion.travel
-        self._landing, self._foot_point = float(motion.segments[0].q[0, 0]), skeleton.stance_foot
+        self._landing, self._foot_point = float(motion.segments[0].q[SLIDE, 0]), skeleton.stance_foot
         self._round = motion.segments[0].rims is not None
         self._neighbours = [a if b == self._foot_point else b for a, b in skeleton.stance if self._foot_point in (a, b)]
-        slid = motion.channel("q")[0] - self._landing
+        slid = motion.channel("q")[SLIDE] - self._landing
         width = 1e3 * max(3 * float(np.ptp(slid)), PLAIN_GROUND)
         middle = 1e3 * float(slid.max() + slid.min()) / 2
         box = axes.get_window_extent()

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Motion, Segment
@@ -37,7 +38,7 @@ def short_slips(motion: Motion) -> list[Segment]:
 
 def draw_angles(axes: "Axes", gait: Gait) -> None:
     """Draw the angles of a step over time [deg]."""
-    degrees = [np.rad2deg(segment.q[2:]) for segment in gait.motion.segments]
+    degrees = [np.rad2deg(segment.q[ANGLES]) for segment in gait.motion.segments]
     _draw_joints(axes, gait.motion, degrees, gait.motion.angles)
     axes.set_ylabel("angle [deg]")
 
@@ -64,7 +65,7 @@ def draw_force_ratio(axes: "Axes", gait: Gait) -> None:
 
     motion = gait.motion
     friction = motion.parameters["friction"]
-    _draw_line(axes, motion, [force_ratio(segment) for segment in motion.segments], **SINGLE)
+    _draw_line(axes, motion, [sample_force_ratio(segment) for segment in motion.segments], **SINGLE)
     for jump in motion.jumps:
         if jump.impulse[1] > 0:
             style: dict[str, Any] = {
@@ -89,13 +90,13 @@ def draw_force_ratio(axes: "Axes", gait: Gait) -> None:
 def draw_foot_speed(axes: "Axes", gait: Gait) -> None:
     """Draw the tangential speed of the stance foot over time [m/s]."""
     motion = gait.motion
-    _draw_line(axes, motion, [segment.v[0] for segment in motion.segments], **SINGLE)
+    _draw_line(axes, motion, [segment.v[SLIDE] for segment in motion.segments], **SINGLE)
     axes.set_ylabel("foot speed [m/s]")
     if not any(segment.mode.slips for segment in motion.segments):
         axes.set_ylim(-0.1, 0.1)
 
 
-def force_ratio(segment: Segment) -> Array:
+def sample_force_ratio(segment: Segment) -> Array:
     """Return f_t / f_n of a segment, shape (K,); nan where the normal force is not positive."""
     f_t, f_n = segment.force
     return np.where(f_n > 0, f_t / np.where(f_n > 0, f_n, 1.0), np.nan)

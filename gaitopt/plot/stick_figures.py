@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 INSTANTS = 9
 
 
-class Instant(NamedTuple):
+class MotionSample(NamedTuple):
     """A sample of a motion: its segment, and the column in the arrays of the segment."""
 
     segment: Segment
@@ -29,7 +29,7 @@ class Instant(NamedTuple):
         return float(self.segment.time[self.sample])
 
 
-def choose_instants(motion: Motion, count: int = INSTANTS) -> list[Instant]:
+def choose_instants(motion: Motion, count: int = INSTANTS) -> list[MotionSample]:
     """Return samples spread evenly over a step, with at least one in every slip phase, however short.
 
     Parameters
@@ -54,7 +54,7 @@ def choose_instants(motion: Motion, count: int = INSTANTS) -> list[Instant]:
             nearest = int(np.argmin(np.abs(times - middle)))
             times[nearest], owner[nearest] = middle, number
     chosen = zip(times, (motion.segments[number] for number in owner), strict=True)
-    return [Instant(segment, int(np.argmin(np.abs(segment.time - time)))) for time, segment in chosen]
+    return [MotionSample(segment, int(np.argmin(np.abs(segment.time - time)))) for time, segment in chosen]
 
 
 def draw_stick_figures(axes: "Axes", motion: Motion, count: int = INSTANTS) -> None:
@@ -123,7 +123,7 @@ def _spacing(figures: Sequence[Array]) -> float:
     return max(overlap, 0.0) + 0.2 * height
 
 
-def _draw_walker(axes: "Axes", motion: Motion, instant: Instant, shift: float, slope: float) -> None:
+def _draw_walker(axes: "Axes", motion: Motion, instant: MotionSample, shift: float, slope: float) -> None:
     skeleton = classify_links(motion)
     mode = instant.segment.mode
     points = tilt(instant.segment.points[:, :, instant.sample] + np.array([[shift], [0.0]]), slope)
@@ -156,7 +156,7 @@ def _draw_ground(axes: "Axes", figures: Sequence[Array], shifts: Array, slope: f
     axes.plot(*ends, color=GROUND, linewidth=1.0, zorder=1)
 
 
-def _draw_labels(axes: "Axes", motion: Motion, instants: Sequence[Instant], shifts: Array, slope: float) -> None:
+def _draw_labels(axes: "Axes", motion: Motion, instants: Sequence[MotionSample], shifts: Array, slope: float) -> None:
     named: set[int] = set()
     below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}
     for instant, shift in zip(instants, shifts, strict=True):

@@ -9,7 +9,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.report.chart import Chart, Curve
 from gaitopt.report.markup import Element, data_element, element
-from gaitopt.report.stage import Stage
+from gaitopt.report.walker_drawing import Stage
 
 STEPS, RATE, SLOW = 2, 60, 2.0
 """Number of steps, frames per second, and seconds on the screen for a second of motion."""

@@ -14,7 +14,7 @@ from gaitopt.motion.motion import Motion
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
 from gaitopt.report.chart import Chart
 from gaitopt.report.markup import Element, element, table
-from gaitopt.report.panels import portraits, time_charts
+from gaitopt.report.motion_charts import portraits, time_charts
 from gaitopt.report.player import make_player
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability

@@ -3,6 +3,7 @@ from gaitopt.simulation.scipy_engine import ScipyEngine as ScipyEngine
 from gaitopt.simulation.simulator import Event as Event
 from gaitopt.simulation.simulator import Rollout as Rollout
 from gaitopt.simulation.simulator import simulate as simulate
+from gaitopt.simulation.step_limits import StepLimits as StepLimits
 from gaitopt.simulation.verification import Tolerances as Tolerances
 from gaitopt.simulation.verification import replay as replay
 from gaitopt.simulation.verification import verify as verify

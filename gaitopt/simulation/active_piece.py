@@ -26,7 +26,7 @@ class ActivePiece:
         Clock [s] and state, shared with the integrator that advances them.
     sides_in : Mode, optional
         Contact mode in which the sides of the actuators are tracked as well, as in
-        :func:`gaitopt.control.limits.split_at_limits`; by default the law applies the torque limits.
+        :func:`gaitopt.control.torque_saturation.split_at_limits`; by default the law applies the torque limits.
 
     Attributes
     ----------

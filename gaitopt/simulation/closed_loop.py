@@ -15,7 +15,9 @@ from gaitopt.control.signature import torque_in_state
 from gaitopt.model.contacts.event import FALL, TOUCHDOWN, HybridEvent, law_event, law_switch
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.contacts.transition import ContactQuantities
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
@@ -118,9 +120,9 @@ def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquati
     u, bounds, events = control(t, q, v, y[2 * n :], mode.sign, data)
     acceleration, force = robot.acceleration[mode](q, v, u, p)
     sliding = force if mode.slips else ca.SX.zeros(2)
-    guard, _, armed = robot.touchdown(q, v, p)
+    guard, armed = Touchdown(robot).guard(q, v, p)
     resistance = robot.wellposed(q, p) if mode.slips else ca.SX.ones(2)
-    contact = ContactQuantities(force, v[0], robot.static_friction(p), resistance)
+    contact = ContactQuantities(force, v[SLIDE], robot.static_friction(p), resistance, acceleration[SLIDE])
     transitions = robot.contact_model.leaving(mode)
     leaving = [transition.guard(mode, contact) for transition in transitions]
     guards = ca.vertcat(*leaving, guard, robot.upright(q, p), bounds, events)

@@ -32,7 +32,7 @@ class ContactChoice:
     def __init__(self, loop: ClosedLoop) -> None:
         robot, law = loop.robot, loop.law
         self.friction = float(robot.static_friction(loop.p))
-        self._loop, self._speed = loop, 1 + robot.n_q
+        self._loop, self._speed = loop, 1 + robot.state_entries.slip_velocity
         self._breaks, self._index = law.breakpoints.tolist(), law.index
         self._forces: dict[int, FastCall] = {}
         self._current = np.zeros(1 + loop.size)

@@ -19,6 +19,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Arc, Engine, join_arcs
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.step_limits import StepLimits
 
 READINGS = 4
 """Number of readings per delay; the state that the law reads is 1 to 1.25 delays old."""
@@ -74,13 +75,13 @@ class DelayedWalker:
     p : (n_p,) array
     engine : Engine
     delay : float [s]
-    step_time_limit : float [s]
+    step_limits : StepLimits, optional
     """
 
     def __init__(
-        self, robot: Robot, law: Law, p: Array, engine: Engine, *, delay: float, step_time_limit: float = 10.0
+        self, robot: Robot, law: Law, p: Array, engine: Engine, *, delay: float, step_limits: StepLimits | None = None
     ) -> None:
-        self._walker = Walker(robot, delay_readings(law), p, engine, step_time_limit=step_time_limit)
+        self._walker = Walker(robot, delay_readings(law), p, engine, step_limits=step_limits)
         self.robot, self.law, self.p, self.engine, self.delay = robot, self._walker.law, p, engine, delay
         self._pending = deque[_Reading]()
         self._reading: Array = np.empty(0)

@@ -18,6 +18,7 @@ from gaitopt.simulation.contact_choice import REST_SPEED, ContactChoice
 from gaitopt.simulation.engine import Arc, Engine, join_arcs
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.law_memory import LawMemory
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Stop
 
 STOPS = {
@@ -86,22 +87,21 @@ class Walker:
     law : Law
     p : (n_p,) array
     engine : Engine
-    step_time_limit : float [s]
-    max_events : int
-        Maximum number of contact events in one step.
+    step_limits : StepLimits, optional
+        Maximum duration and number of contact events of one step.
     """
 
     def __init__(
-        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_time_limit: float = 10.0, max_events: int = 50
+        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_limits: StepLimits | None = None
     ) -> None:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
-        self.step_time_limit, self.max_events = step_time_limit, max_events
+        self.step_limits = step_limits or StepLimits()
         self.loop = ClosedLoop(robot, law, p)
         self.contact, self.memory = ContactChoice(self.loop), LawMemory(law)
         self._torque: dict[Mode, FastCall] = {
             mode: FastCall(torque_of(law.torque, mode)) for mode in PHYSICAL if mode is not Mode.FREE
         }
-        self._landing = TouchdownMap(robot, p)
+        self._landing, self._slip_velocity = TouchdownMap(robot, p), robot.state_entries.slip_velocity
         self._transitions: dict[tuple[Mode, HybridEvent], tuple[Mode | None, Array | None]] = {}
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
@@ -129,20 +129,20 @@ class Walker:
         InputError
             If the foot slides despite infinite friction, or the law has too many events at one instant.
         """
-        n, clock, choose, flow = self.robot.n_q, 0.0, self.contact.choose, flow or self._flow
+        clock, choose, flow = 0.0, self.contact.choose, flow or self._flow
         state = self.begin(state)
-        if abs(state[n]) <= REST_SPEED:
-            state[n] = 0.0
+        if abs(state[self._slip_velocity]) <= REST_SPEED:
+            state[self._slip_velocity] = 0.0
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
-        for _ in range(self.max_events):
-            arc = flow(mode, clock, state, self.step_time_limit, record)
+        for _ in range(self.step_limits.events):
+            arc = flow(mode, clock, state, self.step_limits.duration, record)
             arcs.append((mode, arc))
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
             if event is None:
                 return Stride(tuple(arcs), Stop.NO_TOUCHDOWN, None, None)
             if event.kind is EventKind.TOUCHDOWN:
-                impact, following = self._landing.solve(state[: 2 * n])
+                impact, following = self._landing.solve(state[: 2 * self.robot.n_q])
                 return Stride(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
             if event.kind in STOPS:
                 if event.kind is EventKind.PAINLEVE and clock == began:
@@ -162,7 +162,7 @@ class Walker:
         """Return the mode after a transition (None if friction decides) and its reset (None for the identity)."""
         if (mode, event) not in self._transitions:
             transition = self.robot.contact_model.at(mode, event)
-            reset = transition.reset(self.robot.n_q, size)
+            reset = transition.reset(self._slip_velocity, size)
             identity = np.array_equal(reset, np.eye(size))
             self._transitions[mode, event] = transition.following(mode), None if identity else reset
         return self._transitions[mode, event]
@@ -199,7 +199,5 @@ def make_walker(
     >>> make_walker(robot, law, gait.motion.parameters, period=gait.period).law.name
     'feedforward'
     """
-    walker = Walker(robot, law, robot.vector(parameters), engine or default_engine(law, robot))
-    if period is not None:
-        walker.step_time_limit = 3 * period
-    return walker
+    limits = None if period is None else StepLimits(duration=3 * period)
+    return Walker(robot, law, robot.vector(parameters), engine or default_engine(law, robot), step_limits=limits)

@@ -10,6 +10,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import EventKind
 from gaitopt.model.contacts.impact import Impact
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, make_motion, make_segment
@@ -18,6 +19,7 @@ from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Arc, Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Stop
 
 
@@ -89,8 +91,7 @@ def simulate(
     *,
     law: Law | None = None,
     steps: int = 1,
-    step_time_limit: float = 10.0,
-    max_events: int = 50,
+    step_limits: StepLimits | None = None,
     engine: Engine | None = None,
 ) -> Rollout:
     """Simulate a walk with stick-slip contact.
@@ -105,10 +106,8 @@ def simulate(
     law : Law, optional
         Passive by default.
     steps : int
-    step_time_limit : float [s]
-        A step without touchdown ends the simulation after this time.
-    max_events : int
-        Maximum number of contact events in one step, so that chattering ends with a named stop.
+    step_limits : StepLimits, optional
+        Maximum duration and number of contact events of one step.
     engine : Engine, optional
         By default the fastest installed engine that supports the law; `Rollout.engine` names it.
 
@@ -132,17 +131,15 @@ def simulate(
     ('stick | stick', 0.744621)
     """
     Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
-    Parameter("step_time_limit", 1.0, "s", "", lower=0, lower_open=True).check(step_time_limit)
-    Parameter("max_events", 50, "1", "", lower=1, whole=True).check(max_events)
     law = law or passive(robot)
     engine = engine or default_engine(law, robot)
     p = robot.vector(robot.resolve(parameters))
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
-    if v[1] != 0:
+    if v[GAP] != 0:
         raise InputError(
-            f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[1]:g}."
+            f"The stance foot must not leave the ground: its normal velocity v[1] must be 0, got {v[GAP]:g}."
         )
-    walker = Walker(robot, law, p, engine, step_time_limit=step_time_limit, max_events=max_events)
+    walker = Walker(robot, law, p, engine, step_limits=step_limits)
     return record_walk(walker, np.concatenate([q, v]), steps)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.control.law import feedforward
+from gaitopt.model.coordinate_entries import ANGLES, CONTACT, GAP
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, check_gait, cone_margin
@@ -13,6 +14,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Stop
 
 EXCHANGE_TOLERANCE = 1e-6
@@ -71,7 +73,7 @@ def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollo
         gait.motion.parameters,
         law=feedforward(robot, gait.motion),
         steps=steps,
-        step_time_limit=3 * gait.period,
+        step_limits=StepLimits(duration=3 * gait.period),
         engine=engine or ScipyEngine(),
     )
 
@@ -163,12 +165,12 @@ def _check_exchange(robot: Robot, walked: Motion) -> list[str]:
     p, faults = robot.vector(walked.parameters), []
     for jump in walked.jumps:
         place, velocity, _ = (np.asarray(part).ravel() for part in robot.landing(jump.q, jump.v_minus, p))
-        if not velocity[1] < 0:
+        if not velocity[GAP] < 0:
             faults.append(
                 "the landing foot does not approach the ground from above: its normal velocity is "
-                f"{velocity[1]:.3g} m/s"
+                f"{velocity[GAP]:.3g} m/s"
             )
-        distance = float(np.linalg.norm(jump.q_next[:2] - place))
+        distance = float(np.linalg.norm(jump.q_next[CONTACT] - place))
         if not distance <= EXCHANGE_TOLERANCE:
             faults.append(f"the landing foot does not become the stance foot: they are {distance:.3g} m apart")
         before, after = (
@@ -186,4 +188,4 @@ def _state_error(planned: Motion, walked: Motion) -> float:
     if not walked.jumps:
         return float("inf")
     plan, real = planned.jumps[0], walked.jumps[0]
-    return worst(np.abs(plan.q_next[2:] - real.q_next[2:]), np.abs(plan.v_next - real.v_next))
+    return worst(np.abs(plan.q_next[ANGLES] - real.q_next[ANGLES]), np.abs(plan.v_next - real.v_next))

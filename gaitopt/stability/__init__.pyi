@@ -2,11 +2,11 @@ from gaitopt.stability.assessment import assess_stability as assess_stability
 from gaitopt.stability.critical_friction import CriticalFriction as CriticalFriction
 from gaitopt.stability.cycle import Cycle as Cycle
 from gaitopt.stability.cycle_search import find_cycles as find_cycles
+from gaitopt.stability.cycle_summary import summarise_cycle as summarise_cycle
 from gaitopt.stability.gain_sensitivity import GainSensitivity as GainSensitivity
 from gaitopt.stability.gain_sensitivity import gain_sensitivity as gain_sensitivity
 from gaitopt.stability.recovery import PushTest as PushTest
 from gaitopt.stability.recovery import Recovery as Recovery
 from gaitopt.stability.recovery import largest_recovery as largest_recovery
 from gaitopt.stability.recovery import recovery as recovery
-from gaitopt.stability.summary import summarise_cycle as summarise_cycle
 from gaitopt.stability.walk_problem import WalkProblem as WalkProblem

@@ -140,7 +140,7 @@ def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycl
     if last.impact is None or last.following is None:
         raise InputError("Every step of a gait must end in a touchdown; the last of these steps has none.")
     section, z, derivative = return_map.section, point.z, point.derivative
-    n = walker.robot.n_q
+    speed = walker.robot.state_entries.slip_velocity
     if section.sliding and last.impact.mode is Mode.STICK:
         section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
     motion = record_walk(walker, point.passage.states[0], return_map.steps).motion
@@ -162,7 +162,7 @@ def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycl
         residual=point.residual,
         drift=0.0
         if not slips_throughout(last.modes, last.impact.mode)
-        else float(last.following[n] - point.passage.states[0][n]),
+        else float(last.following[speed] - point.passage.states[0][speed]),
         critical_friction=critical_friction(walker, point.passage) if sticks else None,
         impact_ratio=float(last.impact.impulse[0] / last.impact.impulse[1]),
         energy=ledger(motion),

@@ -14,6 +14,7 @@ from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.stability.cycle import Cycle, make_cycle, slips_throughout
 from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
 from gaitopt.stability.return_map import ReturnMap
@@ -101,7 +102,7 @@ def search_cycles(
         Parameter(name, 1, "1", "", lower=1, whole=True).check(count)
     p = robot.vector(robot.resolve(parameters))
     law = law or passive(robot)
-    walker = Walker(robot, law, p, engine or default_engine(law, robot), step_time_limit=_step_time_limit(robot, p))
+    walker = Walker(robot, law, p, engine or default_engine(law, robot), step_limits=_step_limits(robot, p))
     known: list[Cycle] = []
     for z in random_starts(walker, starts, seed):
         with defer_interrupt():
@@ -144,7 +145,7 @@ def find_cycle(walker: Walker, z: Array, steps: int = 1, options: FixedPointOpti
 
 def _is_standing(walker: Walker, state: Array) -> bool:
     """Return whether a walker stands with its legs together, the limit of ever smaller steps on a slope."""
-    rates = state[walker.robot.n_q + 2 : 2 * walker.robot.n_q]
+    rates = state[list(walker.robot.state_entries.rates)]
     return bool(np.max(np.abs(rates)) < STANDING * _natural_rate(walker.robot, walker.p)[0])
 
 
@@ -187,8 +188,8 @@ def _natural_rate(robot: Robot, p: Array) -> tuple[float, float]:
     return float(np.sqrt(values["gravity"] / height)), height
 
 
-def _step_time_limit(robot: Robot, p: Array) -> float:
-    return 20.0 / _natural_rate(robot, p)[0]
+def _step_limits(robot: Robot, p: Array) -> StepLimits:
+    return StepLimits(duration=20.0 / _natural_rate(robot, p)[0])
 
 
 def _outcome(stride: Stride) -> Mode | None:

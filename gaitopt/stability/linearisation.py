@@ -17,6 +17,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import TOUCHDOWN, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -105,7 +106,7 @@ class Linearisation:
 
     def _event(self, mode: Mode, following: Mode, arc: Arc) -> Array:
         """Return the jump of a deviation at an event that ends an arc, (n_y, n_y)."""
-        n, loop, event = self.walker.robot.n_q, self.walker.loop, arc.event
+        loop, event = self.walker.loop, arc.event
         if event is None:
             raise ValueError("an arc that ended at the time limit has no saltation")
         clock, state = float(arc.time[-1]), arc.states[:, -1]
@@ -113,7 +114,8 @@ class Linearisation:
             reset, drift = self.walker.memory.slopes(event.number, clock, state)
             next_state = self.walker.memory.apply_event(event.number, clock, state)
         else:
-            reset, drift = self.walker.robot.contact_model.at(mode, event).reset(n, state.size), np.zeros(state.size)
+            robot, drift = self.walker.robot, np.zeros(state.size)
+            reset = robot.contact_model.at(mode, event).reset(robot.state_entries.slip_velocity, state.size)
             next_state = reset @ state
         before, shift = self._time_shift(mode, event, clock, state)
         after = self._slopes(following).flow(clock, next_state, loop.data(clock, next_state))[0]
@@ -174,8 +176,6 @@ def reset_slope(robot: Robot, outcome: Mode) -> ca.Function:
     n = robot.n_q
     y, p = ca.SX.sym("y", 2 * n), ca.SX.sym("p", len(robot.parameters))
     q, v = ca.SX.sym("q", n), ca.SX.sym("v", n)
-    velocity, mobility, spread = robot.collision(y[:n], y[n:], p)
-    impulse = robot.contact_model.impact.impulse(outcome, velocity, mobility, p[robot.index("friction")])
-    following = ca.vertcat(*robot.swap(y[:n], y[n:] + spread @ impulse, p))
+    following = Touchdown(robot).reset(outcome, y[:n], y[n:], p)
     jacobian = ca.Function("jacobian", [y, p], [ca.densify(ca.jacobian(following, y))])
     return ca.Function("reset_slope", [q, v, p], [jacobian(ca.vertcat(q, v), p)])

@@ -39,10 +39,11 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
     impact, friction = stride.impact, walker.contact.friction
     if impact is None or impact.mode is None or stride.following is None or not np.isfinite(friction):
         return ()
-    ratio, n = float(impact.impulse[0] / impact.impulse[1]), walker.robot.n_q
+    ratio = float(impact.impulse[0] / impact.impulse[1])
     if impact.mode.slips:
         # A slipping impulse always lies on the cone; it is near the boundary if the foot is left almost at rest.
-        if not abs(stride.following[n]) <= nearness * np.max(np.abs(impact.v_plus)):
+        speed = stride.following[walker.robot.state_entries.slip_velocity]
+        if not abs(speed) <= nearness * np.max(np.abs(impact.v_plus)):
             return ()
     elif not abs(abs(ratio) - friction) <= nearness * friction:
         return ()

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.model.section_coordinate import dependent_coordinate, guard_after_swap
@@ -48,17 +49,17 @@ class Section:
     @functools.cached_property
     def places(self) -> list[int]:
         """Indices of the coordinates in the state y = (q, v), in order."""
-        n = self.robot.n_q
-        return [*self._free, *range(n + 2, 2 * n), *([n] if self.sliding else [])]
+        entries = self.robot.state_entries
+        return [*self._free, *entries.rates, *([entries.slip_velocity] if self.sliding else [])]
 
     @functools.cached_property
     def dependent_entry(self) -> int:
         """Index of the state that the touchdown condition determines."""
-        return 2 + dependent_coordinate(self.robot)
+        return angle_entry(dependent_coordinate(self.robot))
 
     @functools.cached_property
     def _free(self) -> list[int]:
-        return [entry for entry in range(2, self.robot.n_q) if entry != self.dependent_entry]
+        return [entry for entry in self.robot.state_entries.angles if entry != self.dependent_entry]
 
     def embed(self, z: Array) -> Array:
         """Return the state y = (q, v) of a point of the section, shape (2 n_q,).
@@ -73,9 +74,8 @@ class Section:
             raise InputError(
                 f"A point of this section must have {len(self.names)} finite entries {self.names}, got {z.tolist()}."
             )
-        n = self.robot.n_q
-        y = np.zeros(2 * n)
-        y[n] = self.foot_speed
+        y = np.zeros(2 * self.robot.n_q)
+        y[self.robot.state_entries.slip_velocity] = self.foot_speed
         y[self.places] = z
         angle, _ = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
         y[self.dependent_entry] = angle.evaluate_packed(y[self._free])[0]
@@ -83,12 +83,12 @@ class Section:
 
     def tangent(self, z: Array) -> Array:
         """Return d embed / d z, shape (2 n_q, n_z)."""
-        n, places = self.robot.n_q, self.places
-        basis = np.zeros((2 * n, len(places)))
+        places, others = self.places, len(self._free)
+        basis = np.zeros((2 * self.robot.n_q, len(places)))
         basis[places, range(len(places))] = 1.0
-        if n > 3:
+        if others:
             _, slope = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
-            basis[self.dependent_entry, : n - 3] = slope.evaluate_packed(self.embed(z)[self._free])
+            basis[self.dependent_entry, :others] = slope.evaluate_packed(self.embed(z)[self._free])
         return basis
 
     def project(self, y: Array) -> Array:

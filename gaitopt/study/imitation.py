@@ -137,8 +137,8 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
         reasons.append(walk.stop.hint)
     else:
         jump = motion.jumps[-1]
-        after = np.concatenate([jump.q_next[2:], jump.v_next])
-        gap = float(np.max(np.abs(after - start[2:])))
+        difference = np.abs(np.concatenate([jump.q_next, jump.v_next]) - start)
+        gap = float(np.max(difference[robot.state_entries.without_position]))
         if not gap <= tolerance:
             reasons.append(
                 f"The step does not repeat: the state after it differs by {gap:.2g} from the state at its start."

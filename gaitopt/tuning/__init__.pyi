@@ -5,10 +5,10 @@ from gaitopt.tuning.gain_search import GainSearchOptions as GainSearchOptions
 from gaitopt.tuning.lqr import LqrWeights as LqrWeights
 from gaitopt.tuning.lqr import lqr as lqr
 from gaitopt.tuning.lqr import step_lqr as step_lqr
-from gaitopt.tuning.objective import SensitivityNorm as SensitivityNorm
-from gaitopt.tuning.objective import SpectralRadius as SpectralRadius
 from gaitopt.tuning.record import Trial as Trial
 from gaitopt.tuning.record import Tuning as Tuning
 from gaitopt.tuning.tune import tune_feedback as tune_feedback
 from gaitopt.tuning.tuning_file import load_tuning as load_tuning
 from gaitopt.tuning.tuning_file import save_tuning as save_tuning
+from gaitopt.tuning.tuning_objective import SensitivityNorm as SensitivityNorm
+from gaitopt.tuning.tuning_objective import SpectralRadius as SpectralRadius

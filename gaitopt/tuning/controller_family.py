@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from gaitopt.control.computed_torque import computed_torque
 from gaitopt.control.joint_pd import joint_pd
 from gaitopt.control.law import Law, feedforward
-from gaitopt.control.limits import UNLIMITED
 from gaitopt.control.phase_variable import by_stance_angle
 from gaitopt.control.push_off import push_off
+from gaitopt.control.torque_saturation import UNLIMITED
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion

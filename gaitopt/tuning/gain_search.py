@@ -21,8 +21,8 @@ from gaitopt.stability.one_sided import one_sided_derivatives
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 from gaitopt.tuning.controller_family import ControllerFamily
-from gaitopt.tuning.objective import TuningObjective
 from gaitopt.tuning.record import Trial
+from gaitopt.tuning.tuning_objective import TuningObjective
 
 INFEASIBLE_PENALTY = 1e6
 """Objective of gains without a law or without a periodic gait near the planned one."""

@@ -167,8 +167,8 @@ def _first_stride(walker: Walker, motion: Motion) -> Stride:
 @functools.lru_cache(maxsize=8)
 def _linearise(robot: Robot, motion: Motion) -> tuple[LinearInterval, ...]:
     """Return the linearised dynamics of a gait in (angles, foot speed, rates) with the jumps at events."""
-    n = robot.n_q
-    indices = [*range(2, n), n, *range(n + 2, 2 * n)]
+    entries = robot.state_entries
+    indices = [*entries.angles, entries.slip_velocity, *entries.rates]
     walker = make_walker(robot, feedforward(robot, motion), motion.parameters, period=motion.period)
     jumps = Linearisation(walker).saltations(_first_stride(walker, motion))
     segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]

@@ -18,8 +18,8 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, Recovery, largest_recovery
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
-from gaitopt.tuning.objective import SpectralRadius, TuningObjective
 from gaitopt.tuning.record import Trial, Tuning
+from gaitopt.tuning.tuning_objective import SpectralRadius, TuningObjective
 
 
 def tune_feedback(
@@ -101,8 +101,9 @@ def tune_feedback(
 
 def fixed_point_shift(gait: Gait, cycle: Cycle) -> float:
     """Return the largest difference of a periodic gait's state after touchdown from a planned one's."""
-    first = gait.motion.segments[0]
-    return float(np.max(np.abs(cycle.section.embed(cycle.z) - np.concatenate([first.q[:, 0], first.v[:, 0]]))[2:]))
+    first, section = gait.motion.segments[0], cycle.section
+    difference = np.abs(section.embed(cycle.z) - np.concatenate([first.q[:, 0], first.v[:, 0]]))
+    return float(np.max(difference[section.robot.state_entries.without_position]))
 
 
 def _open_loop(gait: Gait, engine: Engine | None) -> float:

@@ -11,28 +11,39 @@ SYMBOLIC = {
     "model",  # the equations of motion, contacts and impact
     "ocp",  # the NLP: its unknowns, data and multipliers, and the derivatives of an objective
     "control",  # laws as functions of clock, state, latched values and data
-    "simulation",  # compiles the closed loop of a robot and a law, and expands it for the Taylor engine
-    "stability",  # the section as a map of its coordinates, and derivatives of flow and reset
-    "tuning",  # the linear-quadratic weights of a step
+    # Outside these wings, only the files that compile their Functions:
+    "simulation/closed_loop.py",  # the equations of a robot under a law in a contact mode
+    "simulation/contact_choice.py",  # the force at rest under a law
+    "simulation/law_memory.py",  # the resets of a law and their derivatives
+    "simulation/scipy_engine.py",  # the variational equations of the reference engine
+    "simulation/taylor",  # the closed loop in the form of the Taylor engine
+    "stability/section.py",  # the angle that the touchdown condition determines
+    "stability/linearisation.py",  # derivatives of flow, guards and reset
+    "tuning/lqr.py",  # the linearised dynamics of a step
+    "export/c_code.py",  # C code of the Functions
+    "export/c_controller.py",  # C code of a law
     "cli/setup.py",  # the check of an installation solves min x^2
 }
+"""Wings, rooms and files that make or take symbols."""
+TAKEN = {"sx_in", "mx_in", "symvar"}
+"""Calls that return the symbols of a Function or of an expression."""
 
 
 def symbols_of(source):
-    """Return the lines that make a CasADi symbol: `SX.sym` or `MX.sym`, by any name of the module."""
+    """Return the lines that make a CasADi symbol, `SX.sym` or `MX.sym`, or take those of a Function, `f.sx_in()`."""
     return [
         node.lineno
         for node in ast.walk(ast.parse(source))
         if isinstance(node, ast.Attribute)
-        and node.attr == "sym"
-        and ast.unparse(node.value).rpartition(".")[2] in {"SX", "MX"}
+        and (node.attr in TAKEN or (node.attr == "sym" and ast.unparse(node.value).rpartition(".")[2] in {"SX", "MX"}))
     ]
 
 
 def place_of(path):
-    """Return the wing of a file, or the file itself if it is listed."""
+    """Return the listed wing, room or file that contains a file, otherwise the file itself."""
     name = path.relative_to(PACKAGE).as_posix()
-    return name if name in SYMBOLIC else name.partition("/")[0]
+    places = [name, *(parent.as_posix() for parent in path.relative_to(PACKAGE).parents)]
+    return next((place for place in places if place in SYMBOLIC), name)
 
 
 FILES = {path: symbols_of(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
@@ -56,6 +67,8 @@ def test_every_listed_place_makes_symbols():
         ("import casadi as ca\nx = ca.SX.sym('x')", [2]),
         ("from casadi import MX\nx = MX.sym('x')", [2]),
         ("y = x.sym", []),
+        ("t, y = function.sx_in()", [1]),
+        ("import casadi as ca\nx = ca.symvar(y)", [2]),
         ("'SX.sym'", []),
     ],
 )

@@ -12,7 +12,7 @@ from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 from gaitopt.tuning import controller_family_named
 from gaitopt.tuning.gain_search import GainSearch
-from gaitopt.tuning.objective import SpectralRadius
+from gaitopt.tuning.tuning_objective import SpectralRadius
 
 pytest.importorskip("heyoka")
 

@@ -8,7 +8,7 @@ import pytest
 import gaitopt
 from gaitopt import compass_biped, load, save
 from gaitopt.cli.app import main
-from gaitopt.cli.law import design_for, limit_for
+from gaitopt.cli.law_option import design_for, limit_for
 from gaitopt.tuning.controller_family import law_name
 
 GAIT = "docs/examples/compass_slip.h5"

@@ -6,7 +6,7 @@ import time
 import pytest
 from rich.console import Console
 
-from gaitopt.cli import feedback, progress
+from gaitopt.cli import feedback, progress_display
 from gaitopt.progress import TuningStep, VerificationStep
 
 GAIT = "docs/examples/compass_slip.h5"
@@ -18,7 +18,8 @@ def error_stream(monkeypatch):
 
     def replace(terminal):
         stream = io.StringIO()
-        monkeypatch.setattr(progress, "err", Console(file=stream, force_terminal=terminal, width=100, markup=False))
+        console = Console(file=stream, force_terminal=terminal, width=100, markup=False)
+        monkeypatch.setattr(progress_display, "err", console)
         return stream
 
     return replace
@@ -26,8 +27,8 @@ def error_stream(monkeypatch):
 
 def test_without_a_terminal_there_is_a_line_now_and_then(error_stream, monkeypatch):
     stream = error_stream(terminal=False)
-    monkeypatch.setattr(progress, "PERIOD", 0.3)
-    with progress.show_progress("starts [s]", hidden=False, counted=True) as display:
+    monkeypatch.setattr(progress_display, "PERIOD", 0.3)
+    with progress_display.show_progress("starts [s]", hidden=False, counted=True) as display:
         for done in range(1, 41):
             display.count(done, 40)
             time.sleep(0.02)
@@ -39,8 +40,8 @@ def test_without_a_terminal_there_is_a_line_now_and_then(error_stream, monkeypat
 
 def test_the_period_is_half_a_minute(error_stream):
     stream = error_stream(terminal=False)
-    assert progress.PERIOD == 30
-    with progress.show_progress("quick", hidden=False):
+    assert progress_display.PERIOD == 30
+    with progress_display.show_progress("quick", hidden=False):
         pass
     assert stream.getvalue() == ""
 
@@ -49,9 +50,9 @@ def test_the_period_is_half_a_minute(error_stream):
 @pytest.mark.parametrize("terminal", [True, False])
 def test_hidden_progress_is_silent(error_stream, monkeypatch, hidden, quiet, terminal):
     stream = error_stream(terminal)
-    monkeypatch.setattr(progress, "PERIOD", 0.01)
-    monkeypatch.setattr(progress.out, "quiet", quiet)
-    with progress.show_progress("starts", hidden=hidden) as display:
+    monkeypatch.setattr(progress_display, "PERIOD", 0.01)
+    monkeypatch.setattr(progress_display.out, "quiet", quiet)
+    with progress_display.show_progress("starts", hidden=hidden) as display:
         display.count(1, 2)
         time.sleep(0.1)
     assert stream.getvalue() == ""
@@ -59,7 +60,7 @@ def test_hidden_progress_is_silent(error_stream, monkeypatch, hidden, quiet, ter
 
 def test_a_terminal_shows_no_count_before_the_total_is_known(error_stream):
     stream = error_stream(terminal=True)
-    with progress.show_progress("disturbances", hidden=False, counted=True) as display:
+    with progress_display.show_progress("disturbances", hidden=False, counted=True) as display:
         time.sleep(0.3)
         assert "disturbances" in stream.getvalue()
         assert "0/1" not in stream.getvalue()

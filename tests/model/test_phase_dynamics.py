@@ -122,7 +122,8 @@ def test_without_a_friction_limit_the_cone_is_the_normal_force():
 def test_a_slip_begins_with_the_sticking_force_on_its_side_of_the_cone(slip, sign):
     stance = PhaseDynamics(ROBOT, Mode.STICK)
     x, u, p, _ = symbols(stance)
-    conditions = stance.onset(stance.flow(x, u, p)[1], p, slip)
+    contact = stance.contact(x, ca.SX(0, 1), stance.flow(x, u, p)[1], p)
+    conditions = ROBOT.contact_model.between(Mode.STICK, slip).conditions(Mode.STICK, contact)
     values = ca.vertcat(*(condition.value for condition in conditions))
     found = np.asarray(evaluated(values, x, u, p)(STATES[Mode.STICK], TORQUE, P)).ravel()
     tangential, normal = sticking_force(STATES[Mode.STICK])

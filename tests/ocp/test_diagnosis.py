@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ContactSequence, TorqueSquared
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Group
 from gaitopt.ocp.solution.diagnosis import violations, warnings
 from tests.ocp.nlp_examples import example_nlp

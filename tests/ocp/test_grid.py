@@ -1,7 +1,11 @@
+import numpy as np
 import pytest
 
 from gaitopt import ContactSequence, InputError, Mode, MultipleShooting
+from gaitopt.ocp.bounds import bounds, structure
+from gaitopt.ocp.nlp.keys import Group, Kind, Unknown
 from gaitopt.ocp.transcription.grid import divide_into_phases
+from gaitopt.ocp.transcription.transcription import transcribe
 
 
 def phases(sequence, *counts):
@@ -20,35 +24,51 @@ def test_labels_count_from_one_and_name_the_mode():
     assert labels == ["phase 1 (slip+)", "phase 2 (stick)"]
 
 
-def test_a_slide_from_a_slipping_impact_starts_in_motion_and_ends_at_rest():
+def test_a_phase_knows_its_neighbours():
+    """The outcome of the impact comes before the first phase."""
     slide, stick = phases("slip+ stick | slip+", 2, 2)
-    assert (slide.starts_at_rest, slide.ends_at_rest, slide.breaks_away, slide.onset) == (False, True, False, None)
-    assert (stick.starts_at_rest, stick.ends_at_rest, stick.breaks_away, stick.onset) == (False, False, False, None)
+    assert (slide.previous, slide.following) == (
+        Mode.SLIP_FORWARD,
+        Mode.STICK,
+    )
+    assert (stick.previous, stick.following) == (Mode.SLIP_FORWARD, None)
 
 
-def test_a_slide_after_sticking_has_its_onset_on_the_cone_and_ends_in_motion():
-    stick, slide = phases("stick slip- | stick", 2, 2)
-    assert stick.onset is Mode.SLIP_BACKWARD
-    assert (slide.starts_at_rest, slide.ends_at_rest, slide.breaks_away) == (True, False, False)
+SLIDES = [
+    # sequence, phase; whether the slide starts at rest, whether it ends at rest, the kinds of rows at its start
+    ("slip+ stick | slip+", 0, False, True, []),
+    ("stick slip- | stick", 1, True, False, []),
+    ("slip+ | stick", 0, True, False, [Kind.BREAKAWAY]),
+    ("slip+ slip- stick | slip+", 0, False, True, []),
+    ("slip+ slip- stick | slip+", 1, True, True, [Kind.BREAKAWAY]),
+    ("slip+ | slip+", 0, False, False, []),
+]
 
 
-def test_a_slide_right_after_a_sticking_impact_breaks_away():
-    (slide,) = phases("slip+ | stick", 4)
-    assert slide.starts_at_rest
-    assert slide.breaks_away
+@pytest.mark.parametrize(("sequence", "number", "starts_at_rest", "ends_at_rest", "start"), SLIDES)
+def test_transitions_determine_the_ends_of_a_slide(
+    reference_problem, sequence, number, starts_at_rest, ends_at_rest, start
+):
+    problem = reference_problem(sequence=sequence, intervals=20)
+    transcription = transcribe(structure(problem, problem.transcription))
+    limits = bounds(transcription, problem)
+    _, speed = transcription.variables[Unknown.SLIDE, number]
+    fixed = limits.x_lower[speed] == limits.x_upper[speed]
+    assert (fixed[0], fixed[-1]) == (starts_at_rest, ends_at_rest)
+    assert not np.any(fixed[1:-1])
+    rows = transcription.constraints
+    table = (Group.START, number)
+    assert [kind for kind in Kind if table in rows and np.isin(rows.find(kind), rows[table]).any()] == start
 
 
-def test_a_slide_that_reverses_breaks_away():
-    forward, backward, _ = phases("slip+ slip- stick | slip+", 2, 2, 2)
-    assert forward.ends_at_rest
-    assert backward.starts_at_rest
-    assert backward.breaks_away
-
-
-def test_complete_slip_never_rests():
-    (slide,) = phases("slip+ | slip+", 4)
-    assert not slide.starts_at_rest
-    assert not slide.ends_at_rest
+def test_an_onset_is_on_the_cone(reference_problem):
+    problem = reference_problem(sequence="stick slip- | stick", intervals=20)
+    transcription = transcribe(structure(problem, problem.transcription))
+    rows, limits = transcription.constraints, bounds(transcription, problem)
+    (onset,) = rows.find(Kind.SLIP_ONSET)
+    assert onset in rows[Group.END, 0]
+    assert limits.g_lower[onset] == limits.g_upper[onset] == 0.0
+    assert np.isin(rows.find(Kind.NORMAL_FORCE), rows[Group.END, 0]).any()
 
 
 def test_one_count_is_needed_per_phase():

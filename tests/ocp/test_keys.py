@@ -70,5 +70,5 @@ def test_the_diagnosis_groups_by_key_and_prints_labels(before, renamed):
     x, g = np.zeros(transcription.variables.size), np.full(transcription.constraints.size, np.nan)
     found = violations(transcription, limits, x, g, most=1000)
     assert {(violation.place, violation.name) for violation in found} == {("somewhere", "something")}
-    rows = {(p.section, p.phase, k.at(0)) for p, k in transcription.constraints.entries}
+    rows = {(p.part, p.phase, k.at(0)) for p, k in transcription.constraints.entries}
     assert len(found) >= len(rows)

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt import Mode
-from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, Row, Section, Unknown, table_name
+from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, Row, StepPart, Unknown, table_name
 from gaitopt.ocp.nlp.layout import Layout, Rows
 
 
@@ -12,7 +12,7 @@ def keys(names):
 
 
 def nodes(phase, count):
-    return [Place(Section.PHASE, phase, Mode.STICK, node) for node in range(count)]
+    return [Place(StepPart.PHASE, phase, Mode.STICK, node) for node in range(count)]
 
 
 SHAPES = st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5)), min_size=1, max_size=6)

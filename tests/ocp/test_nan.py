@@ -11,7 +11,7 @@ from gaitopt import Collocation, Ipopt, Limits, Newton, Status, solve
 from gaitopt.ocp import solver as solver_module
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
@@ -20,7 +20,7 @@ from gaitopt.ocp.solution.diagnosis import violations, warnings
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
 from gaitopt.ocp.solution.swing_foot_checks import early_touchdown, lack_of_height
-from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_motion
+from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, reconstruct_motion
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
 from gaitopt.ocp.transcription.transcription import transcribe
@@ -58,7 +58,7 @@ def test_works_that_are_infinite_between_nodes_are_read_without_a_warning(planne
     problem, transcription, x = planned
     halve = trajectory._halve_interval
     monkeypatch.setattr(trajectory, "_halve_interval", lambda *arguments: [part + np.inf for part in halve(*arguments)])
-    assert np.isnan(read_motion(transcription, problem.values, x).segments[0].work).any()
+    assert np.isnan(reconstruct_motion(transcription, problem.values, x).segments[0].work).any()
 
 
 def test_a_swing_foot_that_is_nan_is_too_low(planned):
@@ -181,5 +181,5 @@ def test_a_pose_that_is_nan_is_no_pose(compass):
 def test_the_motion_of_a_start_without_durations_can_be_read(planned):
     problem, transcription, x = planned
     x[transcription.variables["duration"]] = 0.0
-    motion = read_motion(transcription, problem.values, x)
+    motion = reconstruct_motion(transcription, problem.values, x)
     assert motion.period == 0.0

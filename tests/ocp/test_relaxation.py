@@ -8,7 +8,7 @@ from gaitopt import Homotopy, InputError
 from gaitopt.ocp import ExactPenalty, FischerBurmeister, Scholtes
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
 from gaitopt.ocp.mode_search.homotopy import follow_homotopy
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group
 from gaitopt.ocp.nlp.layout import Rows

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from gaitopt import CostOfTransport, Mode, MultipleShooting, Status, solve
-from gaitopt.ocp.solution.trajectory import check_between_nodes, read_motion
+from gaitopt.ocp.solution.trajectory import check_between_nodes, reconstruct_motion
 from tests.ocp.nlp_examples import SCHEMES, example_nlp, unknowns
 
 SLIP = "slip+ stick | slip+"
@@ -54,7 +54,7 @@ def test_friction_dissipates_only_while_sliding(gait):
 
 
 def test_the_plan_read_again_is_the_same(gait, transcription):
-    motion = read_motion(transcription, gait.motion.parameters, unknowns(gait, transcription))
+    motion = reconstruct_motion(transcription, gait.motion.parameters, unknowns(gait, transcription))
     assert np.array_equal(motion.channel("q"), gait.motion.channel("q"))
     assert motion.period == gait.period
 

@@ -12,7 +12,7 @@ from gaitopt import FigureStyle, compare, plot_comparison, plot_gait
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.plot.insets import ForceDiagram, Header
 from gaitopt.plot.style import LINES, line_style
-from gaitopt.report.panels import portraits, time_charts
+from gaitopt.report.motion_charts import portraits, time_charts
 
 ANGLES = ("stance thigh", "stance knee", "torso", "swing thigh", "swing knee")
 ACTUATORS = ("stance knee", "stance hip", "swing hip", "swing knee")

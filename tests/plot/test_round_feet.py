@@ -13,7 +13,7 @@ from gaitopt.motion.link_roles import tilt
 from gaitopt.plot.insets import FootGlass
 from gaitopt.plot.scene import Scene
 from gaitopt.plot.stick_figures import draw_stick_figures
-from gaitopt.report.stage import Stage
+from gaitopt.report.walker_drawing import Stage
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ScipyEngine, compass_biped, rimless_wheel, simulate
+from gaitopt.simulation import StepLimits
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
@@ -23,7 +24,7 @@ GAIT_C = {"z": (-0.079038, 0.043777, -0.431761), "xd": 0.634174, "mu": 0.14, "T"
 
 def walk_compass(z, *, xd=0.0, mu=np.inf, robot=COMPASS, steps=1, **options):
     """Simulate the compass from section coordinates (th1, th1d, th2d) and a foot speed."""
-    options.setdefault("step_time_limit", 3.0)
+    options.setdefault("step_limits", StepLimits(duration=3.0))
     hand = dataclasses.replace(robot, mu=mu)
     return simulate(compass_biped(), [0, 0, z[0], z[0]], [xd, 0, z[1], z[2]], hand.parameters, steps=steps, **options)
 
@@ -33,9 +34,8 @@ def walk_wheel(rate, *, xd=0.0, mu=np.inf, steps=1, robot=WHEEL, **options):
     hand = dataclasses.replace(robot, mu=mu)
     unit = np.sqrt(1 + hand.kappa)
     v = [xd / unit, 0, rate / unit]
-    return simulate(
-        rimless_wheel(), [0, 0, -hand.half], v, hand.parameters, steps=steps, step_time_limit=30.0, **options
-    )
+    limits = StepLimits(duration=30.0)
+    return simulate(rimless_wheel(), [0, 0, -hand.half], v, hand.parameters, steps=steps, step_limits=limits, **options)
 
 
 @pytest.fixture(params=["scipy", "heyoka"])

@@ -8,6 +8,7 @@ import pytest
 
 from gaitopt import Law, Mode, ScipyEngine, Stop, compass_biped
 from gaitopt.control.signature import torque_function
+from gaitopt.simulation import StepLimits
 
 
 def at(segment, k):
@@ -69,7 +70,7 @@ def ankle_from(start, torque):
 
 def test_the_torque_at_the_event_decides_where_the_foot_goes(compass_walk, gait_b, hand_compass):
     """The foot comes to rest after the ankle has been switched on: with its torque it cannot stay at rest."""
-    walk = compass_walk(gait_b["z"], mu=0.14, law=ankle_from(0.05, 40.0), step_time_limit=0.1)
+    walk = compass_walk(gait_b["z"], mu=0.14, law=ankle_from(0.05, 40.0), step_limits=StepLimits(duration=0.1))
     forward, backward = walk.motion.segments
     assert (forward.mode, backward.mode) == (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)
     assert forward.time[-1] > 0.05
@@ -125,7 +126,9 @@ def test_a_force_that_barely_leaves_the_cone_in_mid_step_is_seen(compass_walk, g
 
     def walk(mu, samples=4):
         engine = ScipyEngine(samples=samples)
-        return compass_walk(gait_a["z"], mu=mu, law=ankle_pulse(), engine=engine, step_time_limit=0.5).motion.segments
+        return compass_walk(
+            gait_a["z"], mu=mu, law=ankle_pulse(), engine=engine, step_limits=StepLimits(duration=0.5)
+        ).motion.segments
 
     (free,) = walk(np.inf, samples=200)
     ratio = free.force[0] / free.force[1]

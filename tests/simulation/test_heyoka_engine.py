@@ -10,7 +10,7 @@ import pytest
 from gaitopt import InputError, Law, Mode, compass_biped, feedforward, ledger, passive, replay, rimless_wheel, simulate
 from gaitopt.control.signature import torque_function
 from gaitopt.model.contacts.event import TOUCHDOWN
-from gaitopt.simulation import engine_choice
+from gaitopt.simulation import StepLimits, engine_choice
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine_choice import default_engine, engine_named
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -141,7 +141,7 @@ def test_random_walks(seed):
         th = rng.uniform(-0.3, 0.3, 2) if rng.random() < 0.3 else np.full(2, -rng.uniform(0.02, 0.35))
         parameters = {"slope": rng.uniform(-0.02, 0.1), "friction": friction}
         state = [*rng.normal(size=2), *th, slide, 0, rng.uniform(0, 2), rng.uniform(-2, 1)]
-        assert_same_walk(COMPASS, parameters, state, steps=2, step_time_limit=3.0)
+        assert_same_walk(COMPASS, parameters, state, steps=2, step_limits=StepLimits(duration=3.0))
     else:
         parameters = {
             "slope": rng.uniform(0, 0.4),
@@ -149,7 +149,7 @@ def test_random_walks(seed):
             "inertia_ratio": rng.uniform(0, 0.6),
         }
         state = [0, rng.normal(), -np.pi / 10, slide, 0, rng.uniform(-0.5, 4)]
-        assert_same_walk(WHEEL, parameters, state, steps=3, step_time_limit=3.0)
+        assert_same_walk(WHEEL, parameters, state, steps=3, step_limits=StepLimits(duration=3.0))
 
 
 # Every reason to stop
@@ -164,13 +164,19 @@ def test_random_walks(seed):
         ("lift_off", WHEEL, STEEP, wheel_state(1.4), {"steps": 9}),
         ("double_support", COMPASS, DOWNHILL | {"friction": 0.3}, [0, 0, -0.2, -0.2, 0, 0, 0.9, 1.5], {}),
         ("painleve", WHEEL, {"slope": 0.2, "friction": 9.0, "inertia_ratio": 0.02}, [0, 0, 0.7, 2, 0, 2], {}),
-        ("no_touchdown", WHEEL, STEEP, wheel_state(0.876031), {"step_time_limit": 0.1}),
-        ("too_many_events", COMPASS, DOWNHILL | {"friction": 0.14}, GAIT_B, {"max_events": 2}),
+        ("no_touchdown", WHEEL, STEEP, wheel_state(0.876031), {"step_limits": StepLimits(duration=0.1)}),
+        (
+            "too_many_events",
+            COMPASS,
+            DOWNHILL | {"friction": 0.14},
+            GAIT_B,
+            {"step_limits": StepLimits(duration=3.0, events=2)},
+        ),
         ("steps_done", COMPASS, DOWNHILL, GAIT_A, {}),
     ],
 )
 def test_every_stop(key, robot, parameters, state, options):
-    walk = assert_same_walk(robot, parameters, state, **{"step_time_limit": 3.0, **options})
+    walk = assert_same_walk(robot, parameters, state, **{"step_limits": StepLimits(duration=3.0), **options})
     assert walk.stop.key == key
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from gaitopt import Mode, ScipyEngine, Stop, compass_biped, rimless_wheel, simulate
 from gaitopt.model import PlasticFrictional
+from gaitopt.simulation import StepLimits
 from gaitopt.simulation.engine_choice import default_engine
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
@@ -76,8 +77,8 @@ def walk_of(robot, hand, q, v, engine):
     """Walk three steps, and check everything that can be said of them."""
     chosen = default_engine() if engine == "fast" else ScipyEngine()
     length, gravity = (hand.length, hand.gravity) if robot is COMPASS else (1.0, 1.0)
-    patience = {"step_time_limit": 5 * math.sqrt(length / gravity), "max_events": 30}
-    walk = simulate(robot, q, v, hand.parameters, steps=3, engine=chosen, **patience)
+    patience = StepLimits(duration=5 * math.sqrt(length / gravity), events=30)
+    walk = simulate(robot, q, v, hand.parameters, steps=3, engine=chosen, step_limits=patience)
     weight = walk.motion.total_mass * gravity
     for segment in walk.motion.segments:
         if segment.time[-1] > segment.time[0]:  # a foot that the ground would have to pull lifts off at once

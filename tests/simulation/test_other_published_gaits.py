@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gaitopt.simulation import StepLimits
 from tests.newton_euler.compass import HandCompass
 
 
@@ -31,6 +32,6 @@ def test_simplest_walker(compass_walk):
     errors = []
     for ratio in (1e-3, 1e-4):
         robot = HandCompass(length=1.0, com=0.0, mass=ratio, hip=1.0, gravity=1.0, slope=0.009)
-        errors.append(np.max(np.abs(section(compass_walk(z, robot=robot, step_time_limit=10.0)) - z)))
+        errors.append(np.max(np.abs(section(compass_walk(z, robot=robot, step_limits=StepLimits(duration=10.0))) - z)))
     assert errors[1] < 1e-3
     assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1)  # the error is that of the mass ratio

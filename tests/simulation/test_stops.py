@@ -6,6 +6,7 @@ import pytest
 
 from gaitopt import InputError, Law, Mode, Stop, compass_biped, ledger, simulate
 from gaitopt.control.signature import torque_function
+from gaitopt.simulation import StepLimits
 from tests.newton_euler.compass import HandCompass
 from tests.newton_euler.wheel import HandWheel
 
@@ -67,7 +68,7 @@ def test_fall_of_the_compass_ends_with_its_leg_level(compass_walk):
 
 
 def test_time_limit(compass_walk, gait_a):
-    walk = compass_walk(gait_a["z"], mu=0.3, step_time_limit=0.5)
+    walk = compass_walk(gait_a["z"], mu=0.3, step_limits=StepLimits(duration=0.5))
     assert walk.stop is Stop.NO_TOUCHDOWN
     assert walk.motion.period == 0.5
     assert walk.motion.sequence() is None
@@ -77,17 +78,19 @@ def test_time_limit(compass_walk, gait_a):
 def test_a_wheel_that_stands_still_stands_until_the_time_limit(wheel, engine):
     """Upright on level ground, exactly balanced: whatever the friction, nil included, nothing happens."""
     for friction in (0.0, 0.3, np.inf):
-        walk = simulate(wheel, [0, 0, 0], [0, 0, 0], {"friction": friction}, step_time_limit=1.0, engine=engine)
+        walk = simulate(
+            wheel, [0, 0, 0], [0, 0, 0], {"friction": friction}, step_limits=StepLimits(duration=1.0), engine=engine
+        )
         assert walk.stop is Stop.NO_TOUCHDOWN
         np.testing.assert_array_equal(walk.motion.segments[-1].q[:, -1], 0.0)
 
 
 def test_too_many_events(compass_walk, gait_b):
-    walk = compass_walk(gait_b["z"], mu=0.14, max_events=2)
+    walk = compass_walk(gait_b["z"], mu=0.14, step_limits=StepLimits(duration=3.0, events=2))
     assert walk.stop is Stop.TOO_MANY_EVENTS
     assert [segment.mode.value for segment in walk.motion.segments] == ["slip+", "stick"]
     assert last_event(walk).name == "too many events"
-    assert compass_walk(gait_b["z"], mu=0.14, max_events=3).stop is Stop.STEPS_DONE
+    assert compass_walk(gait_b["z"], mu=0.14, step_limits=StepLimits(duration=3.0, events=3)).stop is Stop.STEPS_DONE
 
 
 def test_double_support(compass, engine):
@@ -142,7 +145,9 @@ def test_painleve_at_the_start(wheel, engine):
 )
 def test_painleve_while_sliding(wheel, engine, theta, v, parameters):
     """The contact force grows without bound on the way into the paradox: the walk ends at its edge, and soon."""
-    walk = simulate(wheel, [0, 0, theta], v, {**parameters, "slope": 0.4}, step_time_limit=5.0, engine=engine)
+    walk = simulate(
+        wheel, [0, 0, theta], v, {**parameters, "slope": 0.4}, step_limits=StepLimits(duration=5.0), engine=engine
+    )
     assert walk.stop is Stop.PAINLEVE
     end = walk.motion.segments[-1]
     hand = HandWheel(parameters["spokes"], parameters["inertia_ratio"], 0.4, parameters["friction"])
@@ -213,5 +218,17 @@ def test_a_state_that_cannot_be_is_refused(compass, q, v, says):
 def test_a_parameter_that_cannot_be_is_refused(compass):
     with pytest.raises(InputError, match="friction must be at least 0"):
         simulate(compass, [0, 0, 0.1, 0.1], [0, 0, 0, 0], {"friction": -0.1})
-    with pytest.raises(InputError, match="max_events must be at least 1"):
-        simulate(compass, [0, 0, 0.1, 0.1], [0, 0, 0, 0], {}, max_events=0)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"events": 0}, "events must be at least 1"),
+        ({"events": 1.5}, "events must be a whole number"),
+        ({"duration": 0.0}, r"duration must be greater than 0 \[s\], got 0"),
+        ({"duration": np.inf}, "duration must be a finite number"),
+    ],
+)
+def test_limits_that_cannot_be_are_refused(options, says):
+    with pytest.raises(InputError, match=says):
+        StepLimits(**options)

@@ -9,6 +9,7 @@ from gaitopt import InputError, compass_biped, rimless_wheel
 from gaitopt.control.law import passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.linearisation import Linearisation
@@ -183,7 +184,9 @@ def test_multiplier_of_a_wheel_that_only_just_rolls_over(cycle):
 
 def test_a_step_without_touchdown_has_no_derivative(cycle, wheel):
     gait = cycle(wheel, {**WHEEL, "friction": 1.0}, [2.4, 0])
-    walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), ScipyEngine(), step_time_limit=0.01)
+    walker = Walker(
+        wheel, passive(wheel), wheel.vector(gait.parameters), ScipyEngine(), step_limits=StepLimits(duration=0.01)
+    )
     state = gait.section.embed(gait.z)
     with pytest.raises(InputError, match="only if it ends in a touchdown"):
         Linearisation(walker).derivative(state, walker.stride(state))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, PushTest, assess_stability, compass_biped, feedforward, load
-from gaitopt.simulation import default_engine
+from gaitopt.simulation import StepLimits, default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.recovery import largest_recovery, recovery
 
@@ -18,7 +18,8 @@ TEST = PushTest(starts=12, steps=30, resolution=0.2)
 def open_loop():
     gait, robot = load("docs/examples/compass_slip.h5"), compass_biped()
     law = feedforward(robot, gait.motion)
-    walker = Walker(robot, law, robot.vector(gait.motion.parameters), default_engine(law), step_time_limit=3)
+    p, limits = robot.vector(gait.motion.parameters), StepLimits(duration=3)
+    walker = Walker(robot, law, p, default_engine(law), step_limits=limits)
     return walker, assess_stability(gait, law)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from gaitopt import Collocation, ContactSequence, Execution, InputError, PositiveWork, load, search, solve
 from gaitopt.study.sequence_search.ranking import RankedGait, judge_gait, rank_gaits, ranking_cost
-from gaitopt.study.sequence_search.search import tasks
+from gaitopt.study.sequence_search.search import plan_search
 from gaitopt.study.sequence_search.sequence_enumeration import enumerate_sequences
 from gaitopt.study.storage.gait_store import GaitStore
 from tests.study.conftest import quick_problem
@@ -109,7 +109,7 @@ def test_a_search_needs_intervals_for_every_sequence():
 
 
 def test_longer_sequences_start_from_shorter_ones_and_all_get_a_second_look():
-    needs = {task.key: task.needs for task in tasks(enumerate_sequences(3), 4)}
+    needs = {task.key: task.needs for task in plan_search(enumerate_sequences(3), 4)}
     assert "slip+_stick__slip+.first" in needs["slip+_stick_slip-__slip+.first"]
     assert needs["stick__stick.first"] == ()
     assert "slip+_stick__slip+.first" in needs["stick__stick"]

@@ -15,7 +15,7 @@ import xarray as xr
 from gaitopt import ArchiveError, Execution, InputError, Objective, load_sweep, load_sweep_gait, solve, sweep
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.sweeps.sweep_file import GAITS
-from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, tasks
+from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, plan_sweep
 from tests.model.test_physics import biped
 from tests.study.conftest import quick_problem
 
@@ -227,7 +227,7 @@ def test_axes_of_problems_have_one_order_however_they_are_given():
 def test_who_starts_from_whom_is_decided_by_the_grid():
     axes = {"friction": np.linspace(0.1, 0.2, 4), "speed": np.linspace(0.5, 0.7, 3)}
     grid = SweepGrid(quick_problem(), (quick_problem().sequence,), axes, 1)
-    needs = {task.key: task.needs for task in tasks(grid)}
+    needs = {task.key: task.needs for task in plan_sweep(grid)}
     assert needs["forward-0-001-001"] == ("forward-0-000-001", "forward-0-001-000")
     assert needs["backward-0-001-001"] == ("backward-0-002-001", "backward-0-001-002", "forward-0-001-001")
     assert needs["point-0-001-001"] == ("forward-0-001-001", "backward-0-001-001")

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import HybridEvent
 from gaitopt.model.contacts.impact_law import ImpactLaw, PlasticFrictional
 from gaitopt.model.contacts.mode import Mode
@@ -38,9 +39,22 @@ class ContactModel:
                 return transition
         raise LookupError(f"the contact model has no transition {event.label!r} from {mode.value}")
 
-    def onset(self, slip: Mode) -> Transition:
-        """Return the transition from stick to a slip mode."""
-        for transition in self.leaving(Mode.STICK):
-            if transition.following(Mode.STICK) is slip:
-                return transition
-        raise LookupError(f"the contact model has no transition from stick to {slip.value}")
+    def between(self, mode: Mode, following: Mode) -> Transition:
+        """Return the transition that an optimisation places between phases in two modes.
+
+        A transition that names its next mode has precedence over one after which the friction cone determines it.
+
+        Raises
+        ------
+        InputError
+            If the contact model has no such transition.
+
+        Examples
+        --------
+        >>> ContactModel().between(Mode.SLIP_FORWARD, Mode.STICK).event.label
+        'at rest'
+        """
+        candidates = [transition for transition in self.transitions if transition.joins(mode, following)]
+        if not candidates:
+            raise InputError(f"The contact model has no transition from {mode.value!r} to {following.value!r}.")
+        return next((one for one in candidates if one.following(mode) is following), candidates[0])

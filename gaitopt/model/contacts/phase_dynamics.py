@@ -9,10 +9,12 @@ slide, foot speed); slide counts from the start of the phase, or of the step if 
 from collections.abc import Callable
 
 import casadi as ca
+import numpy as np
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.transition import Condition, ContactQuantities, NodeCondition
+from gaitopt.model.contacts.transition import Condition, ContactQuantities
+from gaitopt.model.coordinate_entries import ANGLES, CONTACT, SLIDE, full_coordinates
 from gaitopt.model.robot import Robot
 
 
@@ -46,14 +48,19 @@ class PhaseDynamics:
     def full(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return q and v of a reduced state, each of shape (n_q, 1)."""
         n = self.n_angles
-        slide, speed = (state[2 * n], state[2 * n + 1]) if self.slides else (ca.SX(0), ca.SX(0))
-        zero = ca.SX(1, 1)
-        return ca.vertcat(slide, zero, state[:n]), ca.vertcat(speed, zero, state[n : 2 * n])
+        slide, speed = (state[self.slide_entry], state[self.speed_entry]) if self.slides else (ca.SX(0), ca.SX(0))
+        return full_vector(slide, state[:n]), full_vector(speed, state[n : 2 * n])
+
+    def full_samples(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return q and v of numeric reduced states, (n_x, K), each of shape (n_q, K)."""
+        n = self.n_angles
+        slide, speed = (states[self.slide_entry], states[self.speed_entry]) if self.slides else (0.0, 0.0)
+        return full_coordinates(states[:n], slide), full_coordinates(states[n : 2 * n], speed)
 
     def parts(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return positions and velocities of `moving` in a reduced state, each of shape (n_a, 1)."""
         n = self.n_angles
-        foot = (state[2 * n], state[2 * n + 1]) if self.slides else (ca.SX(0, 1), ca.SX(0, 1))
+        foot = (state[self.slide_entry], state[self.speed_entry]) if self.slides else (ca.SX(0, 1), ca.SX(0, 1))
         return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
 
     def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
@@ -64,17 +71,16 @@ class PhaseDynamics:
 
     def full_acceleration(self, acceleration: ca.SX) -> ca.SX:
         """Return the rates of v for accelerations of `moving`, shape (n_q, 1)."""
-        n, zero = self.n_angles, ca.SX(1, 1)
-        foot = acceleration[n] if self.slides else zero
-        return ca.vertcat(foot, zero, acceleration[:n])
+        n = self.n_angles
+        return full_vector(acceleration[n] if self.slides else ca.SX(1, 1), acceleration[:n])
 
     def flow(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return the state's rate, shape (n_x, 1), and the contact force (f_t, f_n) [N]."""
         q, v = self.full(state)
         acceleration, force = self.robot.acceleration[self.mode](q, v, torque, p)
-        rate = ca.vertcat(v[2:], acceleration[2:])
+        rate = ca.vertcat(v[ANGLES], acceleration[ANGLES])
         if self.mode.slips:
-            rate = ca.vertcat(rate, v[0], acceleration[0])
+            rate = ca.vertcat(rate, v[SLIDE], acceleration[SLIDE])
         return rate, force
 
     def balance(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -86,8 +92,7 @@ class PhaseDynamics:
         q, v = self.full(state)
         mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
         excess = mass_matrix @ self.full_acceleration(acceleration) + bias - actuation @ torque
-        force = excess[:2]
-        residual = excess[2:]
+        force, residual = excess[CONTACT], excess[ANGLES]
         if self.mode.slips:
             friction = -self.mode.sign * self.friction(p) * force[1]
             residual = ca.vertcat(residual, force[0] - friction)
@@ -145,7 +150,7 @@ class PhaseDynamics:
 
     def slip_speed(self, state: ca.SX) -> ca.SX:
         """Return the absolute speed of the foot [m/s]."""
-        return self.mode.sign * state[2 * self.n_angles + 1] if self.mode.slips else ca.SX(0)
+        return self.mode.sign * state[self.speed_entry] if self.mode.slips else ca.SX(0)
 
     @property
     def contact_state(self) -> ContactState:
@@ -155,7 +160,22 @@ class PhaseDynamics:
     @property
     def entries(self) -> tuple[int, ...]:
         """Indices of the coordinates in q that are not eliminated."""
-        return (*((0,) if self.slides else ()), *range(2, self.robot.n_q))
+        return tuple(sorted(self.moving_entries))
+
+    @property
+    def moving_entries(self) -> list[int]:
+        """Indices of `moving` in q and v, in its order."""
+        return [*self.robot.state_entries.angles, *([SLIDE] if self.slides else [])]
+
+    @property
+    def slide_entry(self) -> int:
+        """Index of the foot slide in the reduced state of a phase that slides."""
+        return 2 * self.n_angles
+
+    @property
+    def speed_entry(self) -> int:
+        """Index of the foot speed in the reduced state of a phase that slides."""
+        return 2 * self.n_angles + 1
 
     def path(self, force: ca.SX, p: ca.SX, margin: ca.SX) -> tuple[list[Condition], ca.SX]:
         """Return meaning and values of the conditions >= 0 along the phase, forces per weight.
@@ -170,15 +190,23 @@ class PhaseDynamics:
         scaled = tangential / ((1 - margin) * self.robot.static_friction(p))
         return [Condition.FORWARD_CONE, Condition.BACKWARD_CONE], ca.vertcat(normal - scaled, normal + scaled)
 
-    def onset(self, force: ca.SX, p: ca.SX, slip: Mode) -> list[NodeCondition]:
-        """Return the conditions of the transition from stick to a slip mode, with the force in N."""
-        static, unused = self.robot.static_friction(p), ca.SX.ones(2)
-        contact = ContactQuantities(force / self.weight(p), ca.SX(0), static, unused)
-        return self.robot.contact_model.onset(slip).conditions(Mode.STICK, contact)
+    def contact(self, state: ca.SX, acceleration: ca.SX, force: ca.SX, p: ca.SX) -> ContactQuantities:
+        """Return the arguments of conditions on the stance contact, from the force in N and the rates of `moving`."""
+        speed = state[self.speed_entry] if self.slides else ca.SX(0)
+        slip_acceleration = acceleration[self.n_angles] if self.slides and acceleration.numel() else ca.SX(0)
+        inertia = self.robot.wellposed(self.full(state)[0], p) if self.mode.slips else ca.SX.ones(2)
+        return ContactQuantities(
+            force / self.weight(p), speed, self.robot.static_friction(p), inertia, slip_acceleration
+        )
 
     def friction(self, p: ca.SX) -> ca.SX:
         """Return the coefficient of kinetic friction."""
         return p[self.robot.index("friction")]
+
+
+def full_vector(slide: ca.SX, angles: ca.SX) -> ca.SX:
+    """Return q for the slide coordinate and the angles of a contact on the ground, or v for their rates, (n_q, 1)."""
+    return ca.vertcat(slide, ca.SX(1, 1), angles)
 
 
 def rk4(flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ...], step: ca.SX) -> ca.SX:

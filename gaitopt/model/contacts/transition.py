@@ -30,6 +30,11 @@ class Condition(Enum):
     BACKWARD_CONE = "backward friction cone"
     SLIP_ONSET = "slip onset on the cone"
     REST = "rest of the contact"
+    BREAKAWAY = "breakaway acceleration"
+    TOUCHDOWN = "touchdown"
+    TOUCHDOWN_DIRECTION = "touchdown direction"
+    TOUCHDOWN_AHEAD = "touchdown ahead of the stance foot"
+    SEPARATION = "separation of the trailing foot"
     CUSTOM = "custom transition"
 
 
@@ -42,11 +47,14 @@ class NodeCondition(NamedTuple):
     value : SX
     equality : bool
         Whether the value must be 0; otherwise it must be at least 0.
+    nonpositive : bool
+        Whether the value of an inequality must be at most 0 instead.
     """
 
     condition: Condition
     value: ca.SX
     equality: bool
+    nonpositive: bool = False
 
 
 class ContactQuantities(NamedTuple):
@@ -55,19 +63,22 @@ class ContactQuantities(NamedTuple):
     Attributes
     ----------
     force : SX, shape (2, 1)
-        (f_t, f_n) in the present mode [N].
+        (f_t, f_n) in the present mode [N].  In the conditions of an optimisation it is divided by the weight.
     speed : SX
         Slip velocity v_t [m/s].
     static_friction : SX
         Coefficient of static friction.
     sliding_inertia : SX, shape (2, 1)
         Effective fraction of the mass in slip+ and slip-, see :attr:`gaitopt.Robot.wellposed`.
+    acceleration : SX
+        Rate of the slip velocity in the present mode [m/s^2].
     """
 
     force: ca.SX
     speed: ca.SX
     static_friction: ca.SX
     sliding_inertia: ca.SX
+    acceleration: ca.SX
 
 
 class Transition(ABC):
@@ -104,7 +115,18 @@ class Transition(ABC):
 
     @abstractmethod
     def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
-        """Return the conditions at a node where an optimisation places the transition, forces per weight."""
+        """Return the conditions at a node where an optimisation places the transition, forces per weight.
+
+        They replace the conditions on the contact along the phase that ends at this node.
+        """
+
+    def joins(self, mode: Mode, following: Mode) -> bool:
+        """Return whether an optimisation can place the transition between phases in these modes."""
+        return self.leaves(mode) and self.following(mode) is following
+
+    def departure(self, following: Mode, contact: ContactQuantities) -> list[NodeCondition]:
+        """Return the conditions at the first node of the next phase, in its mode; none by default."""
+        return []
 
 
 class _Smooth(Transition):
@@ -190,8 +212,20 @@ class ComingToRest(Transition):
         return matrix
 
     def conditions(self, mode: Mode, contact: ContactQuantities) -> list[NodeCondition]:
-        """Return the condition that the slip velocity is zero."""
-        return [NodeCondition(Condition.REST, contact.speed, True)]
+        """Return the conditions that the slip velocity is zero, and the normal force nonnegative."""
+        normal = contact.force[1]
+        return [
+            NodeCondition(Condition.REST, contact.speed, True),
+            NodeCondition(Condition.NORMAL_FORCE, normal, False),
+        ]
+
+    def joins(self, mode: Mode, following: Mode) -> bool:
+        """Return whether the contact sticks next, or slips in the opposite direction."""
+        return mode.slips and following is not Mode.FREE and following is not mode
+
+    def departure(self, following: Mode, contact: ContactQuantities) -> list[NodeCondition]:
+        """Return the condition that a reversed slip accelerates in its direction."""
+        return [breakaway(following, contact)] if following.slips else []
 
 
 @dataclass(frozen=True)
@@ -249,6 +283,11 @@ TRANSITIONS: tuple[Transition, ...] = (
 
 Painleve's paradox comes first, because contact forces are undefined in it.
 """
+
+
+def breakaway(slip: Mode, contact: ContactQuantities) -> NodeCondition:
+    """Return the condition that a contact at rest accelerates in the direction of a slip."""
+    return NodeCondition(Condition.BREAKAWAY, slip.sign * contact.acceleration, False)
 
 
 def saltation(reset: np.ndarray, before: np.ndarray, after: np.ndarray, time_shift: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import full_coordinates
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector
 from gaitopt.ocp.nlp.keys import Kind, Unknown
@@ -89,18 +90,17 @@ def _fill_accelerations(transcription: Transcription, x: Array, data: Array) -> 
     """Set the accelerations of a scheme, if it has any, by forward dynamics of the guessed states and torques."""
     layout, inner = transcription.variables, np.array(transcription.structure.scheme.inner)
     robot = transcription.structure.robot
-    for phase in transcription.phases:
+    for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         if (Unknown.ACCELERATION, phase.number) not in layout:
             continue
         nodes = list(phase.nodes)
-        q, v = np.zeros((2, robot.n_q, len(nodes)))
-        q[2:], v[2:] = x[layout[Unknown.ANGLES][:, nodes]], x[layout[Unknown.RATES][:, nodes]]
-        if phase.mode.slips:
-            q[0], v[0] = x[layout[Unknown.SLIDE, phase.number]]
+        slide, speed = x[layout[Unknown.SLIDE, phase.number]] if phase.mode.slips else (0.0, 0.0)
+        q = full_coordinates(x[layout[Unknown.ANGLES][:, nodes]], slide)
+        v = full_coordinates(x[layout[Unknown.RATES][:, nodes]], speed)
         p = np.tile(data[: len(robot.parameters), None], len(nodes))
         forward = robot.acceleration[phase.mode].map(len(nodes))(q, v, x[layout[Unknown.TORQUE][:, nodes]], p)[0]
         rates = np.nan_to_num(np.asarray(forward))  # the solver reports a singular mass matrix
-        moving = np.vstack([rates[2:], rates[: phase.mode.slips]])
+        moving = rates[dynamics.moving_entries]
         x[layout[Unknown.ACCELERATION, phase.number]] = moving
         x[layout[Unknown.INNER_ACCELERATION, phase.number]] = _inside(moving, inner)
 
@@ -126,7 +126,7 @@ def _fill_powers(transcription: Transcription, x: Array, driven: Sample, data: A
     if not structure.objective.uses_power:
         return
     count = driven.torque.shape[1]
-    q, v = (np.vstack([np.zeros((2, count)), part]) for part in (driven.angles, driven.rates))
+    q, v = full_coordinates(driven.angles), full_coordinates(driven.rates)
     rates = np.asarray(robot.joint_rates.map(count)(q, v, np.tile(p[:, None], count)))
     power = (driven.torque * rates)[[robot.actuators.index(name) for name in structure.powered]]
     parts = np.vstack([np.maximum(power, 0), np.maximum(-power, 0)])

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from gaitopt.motion.motion import Array
-from gaitopt.motion.solution import Solution, Table
+from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.ocp.nlp.keys import Kind, TableKey, table_name
 from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.nlp.nlp_solver import NlpResult

@@ -9,7 +9,7 @@ from gaitopt.errors import SequenceError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.motion.solution import Solution
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.mode_search.homotopy import HomotopyPath
 from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting
 

@@ -7,7 +7,7 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.transcription.relaxation import ExactPenalty, Relaxation
 from gaitopt.ocp.transcription.transcription import Transcription

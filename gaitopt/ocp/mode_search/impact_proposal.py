@@ -5,7 +5,7 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.motion.solution import Solution
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import solution_of
@@ -97,13 +97,13 @@ def _make_guess(transcription: Transcription, problem: GaitProblem, x: Array, so
     ends = np.concatenate([[0.0], np.cumsum(durations)])
     slide, speed = np.zeros((2, transcription.n_nodes))
     time, place = np.zeros(transcription.n_nodes), 0.0
-    for phase in transcription.phases:
+    for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         nodes = list(phase.nodes)
         time[nodes] = np.linspace(ends[phase.number], ends[phase.number + 1], len(nodes))
         slide[nodes] = place
         if phase.slides:
             states = read_states(transcription, phase, x)[0]
-            slide[nodes], speed[nodes] = place + states[-2], states[-1]
+            slide[nodes], speed[nodes] = place + states[dynamics.slide_entry], states[dynamics.speed_entry]
         place = slide[nodes[-1]]
     motion = Sample(x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]], x[layout[Unknown.TORQUE]], slide, speed)
     return RelaxedSolution(durations, time, motion, solution, f"relaxed solution of '{problem.sequence}'")

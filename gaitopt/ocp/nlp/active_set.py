@@ -25,7 +25,7 @@ from attrs import field, frozen
 from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import ONE_AT_A_TIME, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult

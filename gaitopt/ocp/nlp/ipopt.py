@@ -14,7 +14,7 @@ from attrs import field, frozen
 from gaitopt.errors import InputError, suggest
 from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult

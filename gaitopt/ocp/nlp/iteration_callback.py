@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Iteration, Observer
 from gaitopt.reductions import worst

@@ -189,7 +189,7 @@ def equation(kind: Kind, of: str = "") -> Row:
     return Row(Key(kind, of), 0.0, 0.0)
 
 
-class Section(Enum):
+class StepPart(Enum):
     """Parts of a step; the value is the printed label except for a phase."""
 
     PHASE = "phase"
@@ -204,7 +204,7 @@ class Place:
 
     Attributes
     ----------
-    section : Section
+    part : StepPart
     phase : int or None
         Number of the phase, from 0.
     mode : Mode or None
@@ -216,11 +216,11 @@ class Place:
 
     Examples
     --------
-    >>> Place(Section.PHASE, 1, Mode.STICK, 3).label
+    >>> Place(StepPart.PHASE, 1, Mode.STICK, 3).label
     'phase 2 (stick), node 3'
     """
 
-    section: Section
+    part: StepPart
     phase: int | None = None
     mode: Mode | None = None
     node: int | None = None
@@ -230,11 +230,11 @@ class Place:
     def label(self) -> str:
         """Text printed by the diagnosis."""
         if self.phase is None or self.mode is None:
-            return self.section.value
+            return self.part.value
         text = f"phase {self.phase + 1} ({self.mode.value})"
         if self.node is None:
             return text
         return f"{text}, between nodes {self.node} and {self.node + 1}" if self.between else f"{text}, node {self.node}"
 
 
-TOUCHDOWN, STEP, GROUND = Place(Section.TOUCHDOWN), Place(Section.STEP), Place(Section.GROUND)
+TOUCHDOWN, STEP, GROUND = Place(StepPart.TOUCHDOWN), Place(StepPart.STEP), Place(StepPart.GROUND)

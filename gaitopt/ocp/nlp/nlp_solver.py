@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Observer
 from gaitopt.status import Status

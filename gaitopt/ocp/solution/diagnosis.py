@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.motion.gait import Violation
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Key, Place, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_of_height

@@ -10,18 +10,18 @@ import numpy as np
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.motion.solution import Solution
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, transfer_solution
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.diagnosis import warnings
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
-from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_motion, read_parameters
+from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_parameters, reconstruct_motion
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
@@ -71,7 +71,7 @@ class GridSolution:
     def motion(self) -> Motion:
         """The planned step."""
         with defer_interrupt():
-            return read_motion(self.transcription, self.values, self.x)
+            return reconstruct_motion(self.transcription, self.values, self.x)
 
     @functools.cached_property
     def between(self) -> BetweenNodes:

@@ -11,11 +11,11 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.trajectory import read_motion
+from gaitopt.ocp.solution.trajectory import reconstruct_motion
 from gaitopt.ocp.statement.criteria import TorqueSquared
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.limits import Limits
@@ -73,7 +73,7 @@ def passive_cycle(
             f"No passive cycle of robot {robot.name!r} was found at a slope of {math.degrees(slope):g} deg "
             f"({outcome.message}); try another slope."
         )
-    return read_motion(transcription, problem.values, outcome.x)
+    return reconstruct_motion(transcription, problem.values, outcome.x)
 
 
 def _without_torque(transcription: Transcription, limits: Bounds) -> Bounds:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bounds import Bounds
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Key, Kind
 from gaitopt.ocp.transcription.transcription import Transcription
 

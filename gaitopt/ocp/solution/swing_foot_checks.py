@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.interrupts import defer_interrupt
+from gaitopt.model.coordinate_entries import full_coordinates
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
@@ -85,8 +86,7 @@ def early_touchdown(transcription: Transcription, problem: GaitProblem, x: Array
 def _nodes(transcription: Transcription, x: Array) -> tuple[Array, Array, Array]:
     """Return q and v at all nodes, relative to the stance foot, and the lengths of the intervals [s]."""
     layout = transcription.variables
-    q, v = np.zeros((2, transcription.structure.robot.n_q, transcription.n_nodes))
-    q[2:], v[2:] = x[layout[Unknown.ANGLES]], x[layout[Unknown.RATES]]
+    q, v = (full_coordinates(x[layout[part]]) for part in (Unknown.ANGLES, Unknown.RATES))
     counts = transcription.structure.counts
     return q, v, np.repeat(x[layout[Unknown.DURATION][0]] / counts, counts)
 

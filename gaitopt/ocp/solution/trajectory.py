@@ -9,6 +9,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.coordinate_entries import SLIDE, full_coordinates
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, make_motion, make_segment
 from gaitopt.ocp.nlp.keys import Unknown
@@ -29,7 +30,7 @@ def read_parameters(transcription: Transcription, problem: GaitProblem, x: Array
 
 
 @np.errstate(invalid="ignore")  # a plan that is not finite between its nodes is reported by its status
-def read_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
+def reconstruct_motion(transcription: Transcription, values: dict[str, float], x: Array) -> Motion:
     """Return the planned step at the nodes and at mid-intervals, which are integrated from the node before.
 
     Parameters
@@ -46,7 +47,7 @@ def read_motion(transcription: Transcription, values: dict[str, float], x: Array
     for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         segment = _segment(transcription, phase, dynamics, x, p, time, place)
         segments.append(segment)
-        time, place = segment.time[-1], segment.q[0, -1]
+        time, place = segment.time[-1], segment.q[SLIDE, -1]
     jump = _jump(transcription, x, p, segments[-1])
     return make_motion(transcription.structure.robot, values, tuple(segments), (jump,))
 
@@ -68,15 +69,14 @@ def _segment(
     energy[:, 2::2] = total
     energy[:, 1::2] = total - end[n_x:] + middle[n_x:]
 
-    n = len(robot.angles)
-    slide, speed = (states[2 * n], states[2 * n + 1]) if phase.mode.slips else np.zeros((2, samples))
-    still = np.zeros(samples)
+    q, v = dynamics.full_samples(states)
+    q[SLIDE] += place
     sampled = SegmentSamples(
         mode=phase.mode,
         step=0,
         time=time + np.linspace(0, duration, samples),
-        q=np.vstack([place + slide, still, states[:n]]),
-        v=np.vstack([speed, still, states[n : 2 * n]]),
+        q=q,
+        v=v,
         torque=torques,
         work=energy[:n_u],
         friction_work=energy[n_u],
@@ -212,7 +212,7 @@ def read_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[A
 def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Jump:
     robot, layout, first = transcription.structure.robot, transcription.variables, transcription.phases[0]
     speed = x[layout[Unknown.SLIDE, first.number][1, 0]] if first.mode.slips else 0.0
-    v_next = np.concatenate([[speed, 0.0], x[layout[Unknown.RATES][:, 0]]])
+    v_next = full_coordinates(x[layout[Unknown.RATES][:, 0]], speed)
     q = last.q[:, -1]
     touchdown = TouchdownState(
         step=0,

@@ -9,10 +9,11 @@ from attrs import field, frozen
 from scipy.interpolate import PchipInterpolator
 
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.motion.solution import Solution
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
 from gaitopt.parameters import check_type, number_within, whole_number
 
@@ -205,5 +206,5 @@ def _poses(setting: Setting) -> tuple[Array, Array]:
     """Return the angles after one touchdown and at the next, a step apart."""
     robot, p = setting.robot, setting.robot.vector(setting.values)
     end = touchdown_pose(robot, setting.values, setting.step_length)
-    swapped = robot.swap(np.concatenate([[0.0, 0.0], end]), np.zeros(robot.n_q), p)[0]
-    return np.asarray(swapped).ravel()[2:], end
+    swapped = robot.swap(full_coordinates(end), np.zeros(robot.n_q), p)[0]
+    return np.asarray(swapped).ravel()[ANGLES], end

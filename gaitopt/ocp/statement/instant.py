@@ -8,6 +8,7 @@ import casadi as ca
 
 from gaitopt.lazy import LazyField
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import angle_entry, count_coordinates
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -69,11 +70,11 @@ class Instant:
 
     def angle(self, name: str) -> Any:
         """Return an angle [rad]."""
-        return self.q[2 + self.angles.index(name)]
+        return self.q[angle_entry(self.angles.index(name))]
 
     def rate(self, name: str) -> Any:
         """Return the rate of an angle [rad/s]."""
-        return self.v[2 + self.angles.index(name)]
+        return self.v[angle_entry(self.angles.index(name))]
 
     def torque_of(self, actuator: str) -> Any:
         """Return the torque of an actuator [N m]."""
@@ -148,7 +149,7 @@ def symbolic_instant(
     phase: int = 0,
 ) -> Instant:
     """Return an instant whose quantities are CasADi symbols."""
-    n_q, n_u = 2 + len(angles), len(actuators)
+    n_q, n_u = count_coordinates(len(angles)), len(actuators)
     columns = {
         **dict.fromkeys(("q", "v", "acceleration"), n_q),
         **dict.fromkeys(("torque", "torque_rate", "positive", "negative"), n_u),

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.ocp.statement.instant import Instant, StepBoundary, symbolic_instant
 
@@ -37,7 +38,7 @@ def value_of_term(objective: "Objective", motion: Motion) -> float:
         samples = _samples(segment, segments[0].time[0], duration)
         total += _integral(objective, motion, segment, number, samples)
         peaks += _peaks(objective, motion, segment, number, samples)
-    travel = float(jump.q_next[0] - segments[0].q[0, 0])
+    travel = float(jump.q_next[SLIDE] - segments[0].q[SLIDE, 0])
     total += float(ca.DM(objective.boundary(_boundary(motion, segments, jump, duration, travel))))
     if objective.per_weight_and_travel:
         total /= motion.total_mass * motion.parameters["gravity"] * travel
@@ -65,7 +66,7 @@ def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, 
     In the middle, torques, powers and forces are interpolated linearly, states by cubic Hermite polynomials.
     """
     gap, q, rates = np.diff(segment.time), segment.q.copy(), CubicSpline(segment.time, segment.v, axis=1)
-    q[0] -= q[0, 0]
+    q[SLIDE] -= q[SLIDE, 0]
     acceleration = rates(segment.time, 1)
 
     def middle(values: Array, slopes: Array) -> Array:
@@ -84,7 +85,7 @@ def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, 
             fields = {name: values[:, cut] for name, values in parts.items()}
         power = fields.pop("power")
         fields["positive"], fields["negative"] = np.maximum(power, 0), np.maximum(-power, 0)
-        fields["slip_speed"] = np.abs(fields["v"][:1]) if segment.mode.slips else np.zeros((1, gap.size))
+        fields["slip_speed"] = np.abs(fields["v"][[SLIDE]]) if segment.mode.slips else np.zeros((1, gap.size))
         fields["time"] = (fields["time"] - begin) / duration
         fields["torque_rate"] = np.diff(segment.torque, axis=1) / gap
         instants.append(fields)
@@ -139,7 +140,7 @@ def _peaks(
 
 def _boundary(motion: Motion, segments: list[Segment], jump: Jump, duration: float, travel: float) -> StepBoundary:
     first, q_last = segments[0].q[:, 0].copy(), jump.q.copy()
-    first[0] = q_last[0] = 0.0
+    first[SLIDE] = q_last[SLIDE] = 0.0
     return StepBoundary(
         q_first=ca.DM(first),
         v_first=ca.DM(segments[0].v[:, 0]),

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares, minimize
 
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -40,16 +41,16 @@ def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float]
         points = np.array(list(itertools.product(*zip(lower, (lower + upper) / 2, upper, strict=True))))
     else:
         points = np.random.default_rng(0).uniform(lower, upper, size=(3**MOST_ANGLES, len(box)))
-    q = np.hstack([np.zeros((len(points), 2)), points])
-    distances = robot.landing.map(len(q))(q.T, 0, p)[0].full()[0]
+    q = full_coordinates(points.T)
+    distances = robot.landing.map(len(points))(q, 0, p)[0].full()[0]
     if not np.any(np.isfinite(distances)):
         raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
     order = np.argsort(-np.where(np.isfinite(distances), distances, -np.inf))
     landing, still = FastCall(robot.landing, p), np.zeros(robot.n_q)
 
     def negative_reach(angles: Array) -> tuple[float, Array]:
-        place, _, jacobian = landing([0.0, 0.0, *angles], still)
-        return -place[0], -jacobian.reshape((2, -1), order="F")[0, 2:]
+        place, _, jacobian = landing(full_coordinates(angles), still)
+        return -place[0], -jacobian.reshape((2, -1), order="F")[0, ANGLES]
 
     starts = [points[k] for k in order[:REFINED]]
     minima = [minimize(negative_reach, x, jac=True, method="L-BFGS-B", bounds=box).fun for x in starts]
@@ -72,20 +73,17 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
-    still, units = np.zeros(robot.n_q), np.eye(robot.n_q)[2:]
-
-    def at(angles: Array) -> Array:
-        return np.concatenate([[0.0, 0.0], angles])
+    still, units = np.zeros(robot.n_q), np.eye(robot.n_q)[ANGLES]
 
     def gap(angles: Array) -> Array:
-        q = at(angles)
+        q = full_coordinates(angles)
         x, y = robot.landing(q, still, p)[0].elements()
         return np.array([x - step, y, float(robot.touchdown(q, still, p)[0])])
 
     def slopes(angles: Array) -> Array:
-        q = at(angles)
+        q = full_coordinates(angles)
         guard = [float(robot.touchdown(q, unit, p)[1]) for unit in units]  # its rate for each unit of an angle's rate
-        return np.vstack([robot.landing(q, still, p)[2].full()[:, 2:], guard])
+        return np.vstack([robot.landing(q, still, p)[2].full()[:, ANGLES], guard])
 
     start = np.full(len(units), 0.1)
     if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):

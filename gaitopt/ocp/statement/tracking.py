@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.statement.objective import Objective
@@ -57,7 +58,7 @@ class Tracking(Objective):
         if not isinstance(self.motion, Motion):
             raise InputError(f"Tracking needs a Motion such as gait.motion, got {type(self.motion).__name__}.")
         weight = Parameter("Tracking.rate_weight", 0.01, "s^2", "", lower=0.0).check(self.rate_weight)
-        spline = reference(self.motion)
+        spline = interpolate_reference(self.motion)
         object.__setattr__(self, "rate_weight", weight)
         object.__setattr__(self, "_spline", spline)
         object.__setattr__(self, "digest", hashlib.sha256(spline.c.tobytes()).hexdigest()[:12])
@@ -71,8 +72,8 @@ class Tracking(Objective):
         spline: CubicSpline = self._spline  # type: ignore[attr-defined]
         target = _evaluate(spline, point.time)
         n = len(point.angles)
-        rates = self.rate_weight * ca.sumsqr(point.v[2:] - target[n:])
-        return ca.sumsqr(point.q[2:] - target[:n]) + rates
+        rates = self.rate_weight * ca.sumsqr(point.v[ANGLES] - target[n:])
+        return ca.sumsqr(point.q[ANGLES] - target[:n]) + rates
 
     def evaluate(self, motion: Motion) -> float:
         """Return the integral along the first step of a motion, the reference interpolated by SciPy."""
@@ -84,13 +85,13 @@ class Tracking(Objective):
         total = 0.0
         for segment in segments:
             target = spline((segment.time - begin) / (end - begin)).T
-            angles, rates = np.split(np.vstack([segment.q[2:], segment.v[2:]]) - target, 2)
+            angles, rates = np.split(np.vstack([segment.q[ANGLES], segment.v[ANGLES]]) - target, 2)
             values = np.sum(angles**2, axis=0) + self.rate_weight * np.sum(rates**2, axis=0)
             total += float(CubicSpline(segment.time, values).integrate(*segment.time[[0, -1]]))
         return total
 
 
-def reference(motion: Motion) -> CubicSpline:
+def interpolate_reference(motion: Motion) -> CubicSpline:
     """Return the angles and rates of the first step of a motion over the fraction of the step, 2 n_angles columns."""
     segments, _ = first_step(motion)
     if not is_finite(segments):
@@ -101,7 +102,7 @@ def reference(motion: Motion) -> CubicSpline:
     owner = np.minimum(np.searchsorted(ends, begin + at * (end - begin)), len(segments) - 1)
     values = np.empty((KNOTS, 2 * len(motion.angles)))
     for k, segment in enumerate(segments[number] for number in owner):
-        values[k] = _state(segment.time, segment.q[2:], segment.v[2:], begin + at[k] * (end - begin))
+        values[k] = _state(segment.time, segment.q[ANGLES], segment.v[ANGLES], begin + at[k] * (end - begin))
     return CubicSpline(at, values)
 
 

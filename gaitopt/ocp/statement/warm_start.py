@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.motion.solution import Solution
+from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting, typical_durations
 
 
@@ -61,7 +62,7 @@ class FromMotion(Guess):
             return np.array([np.interp(at, clock, row) for row in values]).reshape(-1, time.size)
 
         q, v, torque = channel("q"), channel("v"), channel("torque")
-        return Sample(q[2:], v[2:], torque, q[0] - q[0, 0], v[0])
+        return Sample(q[ANGLES], v[ANGLES], torque, q[SLIDE] - q[SLIDE, 0], v[SLIDE])
 
     def describe(self) -> str:
         """Return the label."""

@@ -5,6 +5,7 @@ import math
 import casadi as ca
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.coordinate_entries import CONTACT
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Place, Row, Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
@@ -48,7 +49,7 @@ def clearance_rows(
     distance, heights = _touchdown_distance(builder, local), []
     for state in states:
         q, v = dynamics.full(state)
-        foot = builder.robot.landing(q, v, p)[0] - q[:2]
+        foot = builder.robot.landing(q, v, p)[0] - q[CONTACT]
         heights.append(foot[1] - builder.clearance() * bump(foot[0], distance))
     table = [Row(Key(Kind.CLEARANCE, inner=i), 0.0, math.inf) for i in range(len(states))]
     rows = builder.rows.add((Group.CLEARANCE, number), table, places)

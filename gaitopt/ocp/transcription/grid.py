@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
-from gaitopt.ocp.nlp.keys import Place, Section
+from gaitopt.ocp.nlp.keys import Place, StepPart
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -19,12 +19,12 @@ class Phase:
     mode : Mode
     first, count : int
         First node and number of intervals.
-    starts_at_rest, ends_at_rest : bool
-        Whether a sliding foot has zero speed at the phase's first and last node.
-    breaks_away : bool
-        Whether the foot starts to slide from rest without a sticking phase before.
-    onset : Mode or None
-        The slip mode that begins where this sticking phase ends.
+    previous : Mode
+        Mode of the phase before, or for the first phase the outcome of the impact.
+    following : Mode or None
+        Mode of the phase after; None for the last phase.
+    starts_at_rest : bool
+        Whether a sliding foot has zero speed at the phase's first node.
     starts_open : bool
         Whether an open impact precedes the phase, so that the speed of a sliding foot at its first node is free.
     """
@@ -33,10 +33,9 @@ class Phase:
     mode: Mode
     first: int
     count: int
+    previous: Mode
+    following: Mode | None
     starts_at_rest: bool
-    ends_at_rest: bool
-    breaks_away: bool
-    onset: Mode | None
     starts_open: bool = False
 
     @property
@@ -51,7 +50,7 @@ class Phase:
 
     def place(self, node: int | None = None, *, between: bool = False) -> Place:
         """Return the key of the phase, of one of its nodes counted from its start, or of the interval after a node."""
-        return Place(Section.PHASE, self.number, self.mode, node, between)
+        return Place(StepPart.PHASE, self.number, self.mode, node, between)
 
 
 def node_places(phases: Sequence[Phase]) -> list[Place]:
@@ -72,10 +71,9 @@ def divide_into_phases(sequence: ContactSequence, counts: Sequence[int]) -> tupl
                 mode=mode,
                 first=first,
                 count=count,
+                previous=before,
+                following=following,
                 starts_at_rest=mode.slips and (i > 0 or not before.slips) and not starts_open,
-                ends_at_rest=mode.slips and following is not None,
-                breaks_away=mode.slips and (before.slips if i > 0 else not before.slips) and not starts_open,
-                onset=following if mode is Mode.STICK and following is not None else None,
                 starts_open=starts_open,
             )
         )

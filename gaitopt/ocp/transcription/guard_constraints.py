@@ -13,6 +13,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from gaitopt.model.contacts.phase_dynamics import full_vector
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown
 from gaitopt.ocp.nlp.nlp import Block
@@ -72,7 +73,8 @@ def _block(builder: NlpBuilder, phases: tuple[Phase, ...], span: _Span) -> Block
     robot, nodes, local = builder.robot, list(span.nodes), BlockVariables(builder, len(span.nodes))
     p = local.parameters()
     q, v = (
-        ca.vertcat(0, 0, local.add(part, builder.variables[part][:, nodes])) for part in (Unknown.ANGLES, Unknown.RATES)
+        full_vector(ca.SX(0), local.add(part, builder.variables[part][:, nodes]))
+        for part in (Unknown.ANGLES, Unknown.RATES)
     )
     values = robot.touchdown.call({"q": q, "v": v, "p": p})
     places = node_places(phases)

@@ -6,12 +6,15 @@ import casadi as ca
 
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics, full_vector
+from gaitopt.model.contacts.touchdown import Touchdown
+from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import StepBoundary
+from gaitopt.ocp.transcription.condition_rows import condition_rows
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.impact_complementarity import open_impact
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
@@ -31,23 +34,20 @@ def touchdown_block(
     step, v_plus, foot_speed = _boundary(builder, phases, local, p)
     q, v_minus = step.q_last, step.v_last
     momentum, _ = robot.impact(q, v_minus, v_plus, step.impulse, p)
-    guard, guard_rate, armed = robot.touchdown(q, v_minus, p)
-    relabelled = robot.swap(q, v_minus, p)[0][2:]
+    relabelled = robot.swap(q, v_minus, p)[0][ANGLES]
     length = robot.landing(q, v_minus, p)[0][0] + sum(builder.slides(local))
     law, excess, penalty = _impact_law(builder, sequence, local, step.impulse, foot_speed, p)
+    transition_rows, transition = condition_rows(Touchdown(robot).conditions(q, v_minus, v_plus, p))
     constraints = ca.vertcat(
-        step.q_first[2:] - relabelled,
+        step.q_first[ANGLES] - relabelled,
         momentum,
         excess,
-        guard,
-        guard_rate,
-        armed,
-        v_plus[1],
+        transition,
         length - step.travel,
         step.travel / step.duration,
         step.duration,
     )
-    rows = builder.rows.add(Group.TOUCHDOWN, _table(robot, law), [TOUCHDOWN])
+    rows = builder.rows.add(Group.TOUCHDOWN, _table(robot, law + transition_rows), [TOUCHDOWN])
     cost = boundary_cost(builder, dynamics, step, p) + peak_cost(builder, local)
     return local.block("touchdown", constraints, rows, cost, penalty)
 
@@ -69,11 +69,11 @@ def _boundary(
 
     zero = ca.SX(1, 1)
     speed_before, speed_after = speed(final, final.nodes[-1]), speed(first, first.first)
-    q, v_minus = ca.vertcat(zero, zero, before), ca.vertcat(speed_before, zero, rates_before)
-    v_next = ca.vertcat(speed_after, zero, rates_after)
+    q, v_minus = full_vector(zero, before), full_vector(speed_before, rates_before)
+    v_next = full_vector(speed_after, rates_after)
     v_plus = robot.unswap(q, v_next, p)
     step = StepBoundary(
-        q_first=ca.vertcat(zero, zero, after),
+        q_first=full_vector(zero, after),
         v_first=v_next,
         q_last=q,
         v_last=v_minus,
@@ -106,16 +106,12 @@ def _cone(impact: Mode) -> list[Row]:
     return [Row(Key(kind), 0.0, math.inf) for kind in (Kind.FORWARD_IMPACT_CONE, Kind.BACKWARD_IMPACT_CONE)]
 
 
-def _table(robot: Robot, law: list[Row]) -> list[Row]:
+def _table(robot: Robot, transition: list[Row]) -> list[Row]:
     """Return name, lower and upper bound of each row of the touchdown, in order."""
     table = [equation(Kind.LEG_SWAP, angle) for angle in robot.angles]
     table += [equation(Kind.MOMENTUM, str(i + 1)) for i in range(robot.n_q)]
-    table += law
+    table += transition
     table += [
-        equation(Kind.TOUCHDOWN),
-        Row(Key(Kind.TOUCHDOWN_DIRECTION), -math.inf, 0.0),
-        Row(Key(Kind.TOUCHDOWN_AHEAD), 0.0, math.inf),
-        Row(Key(Kind.SEPARATION), 0.0, math.inf),
         equation(Kind.STEP_LENGTH),
         Row(Key(Kind.SPEED), 0.0, math.inf),
         Row(Key(Kind.STEP_DURATION), 0.0, math.inf),

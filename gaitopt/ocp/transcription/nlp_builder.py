@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
@@ -44,6 +44,8 @@ class NlpBuilder:
         Whether the clearance of the swing foot is constrained.
     relaxation : Relaxation or None
         Relaxation of the complementarity pairs of an open contact sequence.
+    resting : set of int
+        Unknown foot speeds that a transition requires to be zero; they are bounded instead of constrained.
     """
 
     robot: Robot
@@ -56,6 +58,7 @@ class NlpBuilder:
     data: ca.SX
     cleared: bool = False
     relaxation: Relaxation | None = None
+    resting: set[int] = field(default_factory=set)
 
     @functools.cached_property
     def terms(self) -> tuple[tuple[float, Objective], ...]:

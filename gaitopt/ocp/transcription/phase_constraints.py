@@ -7,27 +7,17 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred
-from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
-from gaitopt.model.contacts.transition import Condition
+from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant
+from gaitopt.ocp.transcription.condition_rows import KINDS, check_reset, condition_rows
 from gaitopt.ocp.transcription.foot_clearance import clearance_rows
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import InstantFactory, mean_integrand, peak_rows
 from gaitopt.ocp.transcription.scheme import Point
-
-KINDS = {
-    Condition.NORMAL_FORCE: Kind.NORMAL_FORCE,
-    Condition.FORWARD_CONE: Kind.FORWARD_CONE,
-    Condition.BACKWARD_CONE: Kind.BACKWARD_CONE,
-    Condition.SLIP_ONSET: Kind.SLIP_ONSET,
-    Condition.REST: Kind.SLIP_DIRECTION,
-    Condition.CUSTOM: Kind.CUSTOM,
-}
-"""Kinds of rows of the conditions on a contact."""
 
 
 class Equations:
@@ -158,15 +148,15 @@ class _Intervals:
 
 
 def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
-    """Return the block of the last node of a phase: its path constraints, or the onset of the following slip."""
+    """Return the block of the last node of a phase: its path constraints, or the transition to the next phase."""
     local, equations, node = BlockVariables(builder, 1), Equations(), phase.nodes[-1]
     p = local.parameters()
     last = point_at(builder, phase, dynamics, local, [node], p)
-    if phase.onset is None:
+    if phase.following is None:
         equations.add(*_path(builder, dynamics, last, p, sliding=False))
     else:
         equations.add(_balance(builder, dynamics), last.residual)
-        equations.add(*_onset(dynamics, last.force, p, phase.onset))
+        equations.add(*_end_rows(builder, phase, dynamics, last, p))
     if builder.peaks:
         power = (
             local.add("power", builder.variables[Unknown.POWER][:, [node]]) if builder.objective.uses_power else None
@@ -178,14 +168,23 @@ def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Blo
     return local.block(f"end_{phase.number}", equations.values, rows)
 
 
-def start_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
-    """Return the block of the start of a slip from rest: the slip acceleration has the sign of the slip."""
+def start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> list[Block]:
+    """Return the block of the first node of a slip if the transition or impact before it states conditions there."""
+    if not phase.mode.slips:
+        return []
     local = BlockVariables(builder, 1)
     p = local.parameters()
     first = point_at(builder, phase, dynamics, local, [phase.first], p)
-    table = [Row(Key(Kind.BREAKAWAY), 0.0, math.inf)]
+    contact, robot = dynamics.contact(first.state, first.acceleration, first.force, p), builder.robot
+    if phase.number == 0:
+        conditions = Touchdown(robot).departure(phase.previous, phase.mode, contact)
+    else:
+        conditions = robot.contact_model.between(phase.previous, phase.mode).departure(phase.mode, contact)
+    if not conditions:
+        return []
+    table, values = condition_rows(conditions)
     rows = builder.rows.add((Group.START, phase.number), table, [phase.place(0)])
-    return local.block(f"start_{phase.number}", phase.mode.sign * first.acceleration[-1], rows)
+    return [local.block(f"start_{phase.number}", values, rows)]
 
 
 def last_power_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
@@ -230,15 +229,25 @@ def _path(
     values = ca.vertcat(point.residual, values)
     if sliding and dynamics.mode.slips:
         table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
-        values = ca.vertcat(values, dynamics.mode.sign * point.state[-1])
+        values = ca.vertcat(values, dynamics.slip_speed(point.state))
     return table, values
 
 
-def _onset(dynamics: PhaseDynamics, force: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
-    """Return rows and values of the transition from stick to a slip mode."""
-    conditions = dynamics.onset(force, p, slip)
-    table = [Row(Key(KINDS[kind]), 0.0, 0.0 if equality else math.inf) for kind, _, equality in conditions]
-    return table, ca.vertcat(*(condition.value for condition in conditions))
+def _end_rows(
+    builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics, last: Point, p: ca.SX
+) -> tuple[list[Row], ca.SX]:
+    """Return rows and values of the transition at the end of a phase; a foot speed of zero is a bound, not a row."""
+    following = phase.following
+    if following is None:
+        raise ValueError("the last phase ends in a touchdown")
+    transition = builder.robot.contact_model.between(phase.mode, following)
+    check_reset(transition, phase.mode, following, builder.robot.state_entries)
+    contact = dynamics.contact(last.state, last.acceleration, last.force, p)
+    conditions = transition.conditions(phase.mode, contact)
+    rest = [one for one in conditions if dynamics.slides and one.equality and ca.is_equal(one.value, contact.speed)]
+    if rest:
+        builder.resting.add(int(builder.slide_columns(phase, [phase.nodes[-1]])[1, 0]))
+    return condition_rows([one for one in conditions if one not in rest], transition.event.label)
 
 
 def _power_split(

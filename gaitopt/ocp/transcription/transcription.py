@@ -28,7 +28,7 @@ from gaitopt.ocp.transcription.impact_constraints import touchdown_block
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import quotient_block
 from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
-from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_block
+from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_blocks
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
 
@@ -95,6 +95,8 @@ class Transcription:
         Layouts of the decision vector and of the constraint rows.
     row_bounds : (2, n_constraints) array
         Lower and upper bounds of the rows; the problem replaces some of them.
+    resting : frozenset of int
+        Unknown foot speeds that are zero because a transition ends the slip at rest.
     nlp : Nlp
     """
 
@@ -104,6 +106,7 @@ class Transcription:
     variables: Layout
     constraints: Layout
     row_bounds: np.ndarray
+    resting: frozenset[int]
     nlp: Nlp
 
     @property
@@ -145,6 +148,7 @@ def transcribe(structure: Structure) -> Transcription:
         variables=variables,
         constraints=rows.layout,
         row_bounds=rows.bounds(),
+        resting=frozenset(builder.resting),
         nlp=assemble_nlp(
             blocks, builder.data, variables.size, rows.layout.size, typical=objective.typical, smooth=smooth
         ),
@@ -160,8 +164,7 @@ def _blocks(
         blocks.append(interval_block(builder, phase, dynamics))
         if builder.scheme.nodal:
             blocks.append(end_block(builder, phase, dynamics))
-            if phase.breaks_away:
-                blocks.append(start_block(builder, phase, dynamics))
+            blocks += start_blocks(builder, phase, dynamics)
     if builder.scheme.nodal and builder.objective.uses_power:
         blocks.append(last_power_block(builder, phases[-1], dynamics_of_phases[-1]))
     blocks.append(touchdown_block(builder, structure.sequence, phases, dynamics_of_phases[0]))

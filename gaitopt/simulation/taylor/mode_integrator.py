@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
-from gaitopt.control.limits import split_at_limits
+from gaitopt.control.torque_saturation import split_at_limits
 from gaitopt.model.contacts.event import SINGULAR, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall

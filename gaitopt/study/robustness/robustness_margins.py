@@ -21,6 +21,7 @@ from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker, make_walker
+from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.recovery import PushTest, largest_recovery
 
@@ -128,7 +129,7 @@ def assess_robustness(
     ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
     engine = engine or default_engine(law, robot)
-    setting = _Setting(robot, law, cycle, engine, walking or WalkTest(), test or PushTest())
+    setting = _DisturbedGait(robot, law, cycle, engine, walking or WalkTest(), test or PushTest())
     kinds = ["push", "downhill slope", "uphill slope"]
     if math.isfinite(cycle.parameters["friction"]):
         kinds.append("friction patch")
@@ -146,7 +147,7 @@ def assess_robustness(
 
 
 @dataclass(frozen=True, eq=False)
-class _Setting:
+class _DisturbedGait:
     """A controlled gait and the tests of its disturbed walks."""
 
     robot: Robot
@@ -199,8 +200,8 @@ class _Setting:
         return True
 
     def with_delay(self, delay: float) -> bool:
-        p, limit = self.robot.vector(self.cycle.parameters), 3 * self.cycle.period
-        late = DelayedWalker(self.robot, self.law, p, self.engine, delay=delay, step_time_limit=limit)
+        p, limits = self.robot.vector(self.cycle.parameters), StepLimits(duration=3 * self.cycle.period)
+        late = DelayedWalker(self.robot, self.law, p, self.engine, delay=delay, step_limits=limits)
         return _walks(late, self.start, self.walking.steps) is not None
 
     @property
@@ -208,7 +209,7 @@ class _Setting:
         return self.cycle.section.embed(self.cycle.z)
 
 
-def _find_margin(setting: _Setting, kind: str) -> RobustnessMargins:
+def _find_margin(setting: _DisturbedGait, kind: str) -> RobustnessMargins:
     """Run a task: find the largest disturbance of a kind."""
     parameters, period = setting.cycle.parameters, setting.cycle.period
     trials: dict[str, tuple[Callable[[float], bool], float, str]] = {

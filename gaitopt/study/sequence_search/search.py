@@ -104,7 +104,7 @@ def search(
         )
         kept = GaitStore(directory, key)
     impossible = {sequence: reason for sequence in tried if (reason := explain_impossibility(sequence, problem))}
-    planned = tasks([sequence for sequence in tried if sequence not in impossible], starts)
+    planned = plan_search([sequence for sequence in tried if sequence not in impossible], starts)
     execution = execution or Execution()
     running = run_tasks(solve_sequence, planned, problem, known=kept, execution=execution)
     lost = collect_tasks(running, kept, planned, execution.observer)
@@ -130,7 +130,7 @@ def _require_one_grid(problem: GaitProblem) -> None:
         )
 
 
-def tasks(sequences: Sequence[ContactSequence], starts: int) -> list[Task]:
+def plan_search(sequences: Sequence[ContactSequence], starts: int) -> list[Task]:
     """Return the tasks of a search: a first pass over sequences after their shorter neighbours, then a second pass."""
     near = {sequence: [other for other in neighbours(sequence) if other in sequences] for sequence in sequences}
     shorter = {

@@ -23,7 +23,7 @@ from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFI
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.sweeps.sweep_file import SweepResults, read_partial_sweep, to_dataset, write_sweep
-from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, tasks
+from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, plan_sweep
 from gaitopt.study.sweeps.sweep_task import solve_task
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _solve_grid(
     kept: MutableMapping[str, Gait],
 ) -> SweepResults:
     """Solve the points that are not stored yet and store them; an interrupt ends this early."""
-    planned = tasks(grid)
+    planned = plan_sweep(grid)
     running = run_tasks(solve_task, planned, grid, known=kept, execution=execution)
     lost = collect_tasks(running, kept, planned, execution.observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}

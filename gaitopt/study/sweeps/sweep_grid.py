@@ -135,7 +135,7 @@ class SweepGrid:
         return reasons
 
 
-def tasks(grid: SweepGrid) -> list[Task]:
+def plan_sweep(grid: SweepGrid) -> list[Task]:
     """Return the tasks of a sweep in an order that keeps every worker busy; those of a sequence form a chain."""
     points = [point for point in grid.points() if point not in grid.impossible]
     possible = set(points)

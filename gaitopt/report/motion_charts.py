@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import ANGLES, SLIDE, angle_entry
 from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.report.chart import Chart, Curve
@@ -22,9 +23,9 @@ def time_charts(motion: Motion, torque_limits: Mapping[str, Any]) -> list[Chart]
     friction = motion.parameters["friction"]
     cone = (friction, -friction) if np.isfinite(friction) else ()
     limits = sorted({sign * float(limit) for limit in torque_limits.values() if np.isfinite(limit) for sign in (1, -1)})
-    slides = [1e3 * (part.q[:1] - _landing(motion, part.step)) for part in motion.segments]
+    slides = [1e3 * (part.q[[SLIDE]] - _landing(motion, part.step)) for part in motion.segments]
     ratios = [part.force[:1] / part.force[1:] for part in motion.segments]
-    angles = [np.rad2deg(part.q[2:]) for part in motion.segments]
+    angles = [np.rad2deg(part.q[ANGLES]) for part in motion.segments]
     charts = [_over_time(motion, "Angles", "angle", "deg", motion.angles, angles)]
     if motion.actuators:
         torques = [part.torque for part in motion.segments]
@@ -47,14 +48,14 @@ def portraits(motion: Motion) -> list[Chart]:
             lines=[
                 Curve(
                     label=name,
-                    x=tuple(np.rad2deg(part.q[row]) for part in motion.segments),
-                    y=tuple(np.rad2deg(part.v[row]) for part in motion.segments),
-                    joint=row - 2,
+                    x=tuple(np.rad2deg(part.q[angle_entry(joint)]) for part in motion.segments),
+                    y=tuple(np.rad2deg(part.v[angle_entry(joint)]) for part in motion.segments),
+                    joint=joint,
                 )
             ],
             closed=True,
         )
-        for row, name in enumerate(motion.angles, start=2)
+        for joint, name in enumerate(motion.angles)
     ]
 
 
@@ -86,4 +87,4 @@ def _over_time(
 
 def _landing(motion: Motion, step: int) -> float:
     """Return the landing position of the stance foot of a step [m]."""
-    return float(next(part.q[0, 0] for part in motion.segments if part.step == step))
+    return float(next(part.q[SLIDE, 0] for part in motion.segments if part.step == step))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitopt.cli.law import OPEN_LOOP, find_feedback
+from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
     BasinAxes,
     BasinOutput,
@@ -27,7 +27,7 @@ from gaitopt.cli.options import (
     Workers,
 )
 from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
-from gaitopt.cli.progress import show_progress
+from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.script import load_script, read_script, walk_problem
 from gaitopt.cli.settings import read_numbers
 from gaitopt.cli.workers import WorkerOptions, worker_options
