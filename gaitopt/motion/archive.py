@@ -13,6 +13,7 @@ import h5py
 
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import check_suffix
+from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation, check_gait
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
@@ -113,6 +114,8 @@ def write_gait(group: h5py.Group, gait: Gait, shared: SharedGroups | None = None
         _write_record(group.create_group("verification"), gait.verification)
     if gait.proposal is not None:
         _write_record(group.create_group("proposal"), gait.proposal)
+    if gait.certificate is not None:
+        _write_record(group.create_group("certificate"), gait.certificate)
     if gait.solution is not None:
         _write_solution(group.create_group("solution"), gait.solution)
     write_motion(group.create_group("motion"), gait.motion)
@@ -149,7 +152,7 @@ def load(path: str | Path) -> Gait:
         return read_gait(file)
 
 
-def _write_record(group: h5py.Group, record: SolverReport | Verification | Proposal) -> None:
+def _write_record(group: h5py.Group, record: SolverReport | Verification | Proposal | Certificate) -> None:
     """Write a flat record as attributes: numbers and text as they are, lists as JSON."""
     for name, value in dataclasses.asdict(record).items():
         group.attrs[name] = json.dumps(plain(value)) if isinstance(value, list | tuple) else value
@@ -186,6 +189,7 @@ def read_gait(file: h5py.Group) -> Gait:
         solution=_read_solution(file["solution"]) if "solution" in file else None,
         verification=verification,
         proposal=_read_proposal(file["proposal"]) if "proposal" in file else None,
+        certificate=_read_certificate(file["certificate"]) if "certificate" in file else None,
     )
 
 
@@ -196,6 +200,13 @@ def _read_proposal(group: h5py.Group) -> Proposal:
         row.update({name: float("nan") for name, value in row.items() if value is None})  # JSON has nan as null
     steps = tuple(HomotopyIteration(**row) for row in rows)
     return Proposal(**{**fields, "sequences": tuple(json.loads(fields["sequences"])), "steps": steps})
+
+
+def _read_certificate(group: h5py.Group) -> Certificate:
+    fields = _read_record(group)
+    nearest = tuple(NearConstraint(**constraint) for constraint in json.loads(fields["nearest"]))
+    sensitivities = tuple(Sensitivity(**one) for one in json.loads(fields["sensitivities"]))
+    return Certificate(**{**fields, "nearest": nearest, "sensitivities": sensitivities})
 
 
 def _write_solution(group: h5py.Group, solution: Solution) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.motion.certificate import Certificate
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
@@ -155,6 +156,8 @@ class Gait(LazyRecord):
         None until :func:`gaitopt.verify` has replayed it.
     proposal : Proposal or None
         Record of how the contact sequence was determined, for a problem with an open one.
+    certificate : Certificate or None
+        Second-order conditions and sensitivities of the optimum on its grid; None if the gait is not a solution.
 
     Examples
     --------
@@ -174,6 +177,7 @@ class Gait(LazyRecord):
     solution: Solution | None = field(default=None, repr=False)
     verification: Verification | None = None
     proposal: Proposal | None = None
+    certificate: LazyField[Certificate | None] = LazyField(None)
 
     def __repr__(self) -> str:
         replay = "not replayed"
@@ -241,6 +245,10 @@ class Gait(LazyRecord):
         if status in (Status.SOLVED, Status.NOT_VERIFIED):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
         return self._with(verification=verification, status=status)
+
+    def without_certificate(self) -> "Gait":
+        """Return the gait without its certificate, which is then not evaluated when the gait is saved."""
+        return self._with(certificate=None)
 
     def with_robot(self, robot: "Robot") -> "Gait":
         """Return the gait with a robot of the same physics instead of the present one.

@@ -9,6 +9,9 @@ Facts = list[tuple[str, str]]
 ROUNDING = 1e-9
 """Margins smaller than this are rounding errors and are printed as 0."""
 
+MOST_SENSITIVITIES = 6
+"""Number of sensitivities in the table."""
+
 RELAXATIONS = {"l1_penalty": "exact penalty", "scholtes": "Scholtes", "fischer_burmeister": "Fischer-Burmeister"}
 """Names of relaxations in tables."""
 
@@ -63,7 +66,21 @@ def _numbers(gait: Gait) -> Facts:
             f"balance error {energy.relative_residual:.1e}",
         ),
         ("replay", _replay(gait)),
+        *_certificate(gait),
     ]
+
+
+def _certificate(gait: Gait) -> Facts:
+    """Return the verdict on the optimum, and its largest relative sensitivities."""
+    certificate = gait.certificate
+    if certificate is None:
+        return []
+    facts = [("optimum", certificate.sentence)]
+    effects = [
+        f"{one.name} {100 * one.change(0.01) / abs(gait.solver.objective):+.2g} %"
+        for one in certificate.sensitivities[:MOST_SENSITIVITIES]
+    ]
+    return [*facts, ("1 % more of", ", ".join(effects) + " objective")] if effects else facts
 
 
 def _forces(energy: Ledger) -> str:

@@ -47,6 +47,7 @@ def summarise(gait: Gait) -> dict[str, Any]:
         "energy": ledger_facts(energy),
         "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
         "proposal": None if gait.proposal is None else dataclasses.asdict(gait.proposal),
+        "certificate": None if gait.certificate is None else dataclasses.asdict(gait.certificate),
         "solver": solver,
         "violations": violations,
         "warnings": list(warnings),

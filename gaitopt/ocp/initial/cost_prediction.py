@@ -7,6 +7,8 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.transcription import transcribe
 
@@ -34,12 +36,26 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
     transcription = transcribe(structure(problem, problem.transcription))
     limits, data = bounds(transcription, problem), data_vector(problem)
     x, (on_bounds, on_rows) = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))
-    nlp = transcription.nlp
+    return evaluate_lagrangian(transcription.nlp, x, (on_bounds, on_rows), data, limits)
+
+
+def evaluate_lagrangian(nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds) -> float:
+    """Return the Lagrangian: the objective plus multipliers times the excess of unknowns and rows over their bounds.
+
+    Parameters
+    ----------
+    nlp : Nlp
+    x : (n_variables,) array
+    multipliers : (n_variables,), (n_constraints,) arrays
+    data : (n_z,) array
+    bounds : Bounds
+    """
+    on_bounds, on_rows = multipliers
     cost, g = float(nlp.derivatives["grad_f"](x, data)[0]), np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
     return (
         cost
-        + _complementarity(on_bounds, x, limits.x_lower, limits.x_upper)
-        + _complementarity(on_rows, g, limits.g_lower, limits.g_upper)
+        + _complementarity(on_bounds, x, bounds.x_lower, bounds.x_upper)
+        + _complementarity(on_rows, g, bounds.g_lower, bounds.g_upper)
     )
 
 

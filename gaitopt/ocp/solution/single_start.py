@@ -10,6 +10,7 @@ from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.certification import certify
 from gaitopt.ocp.solution.diagnosis import violations
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh, repair_early_touchdown
@@ -48,4 +49,5 @@ def solve_from_start(problem: GaitProblem, guess: Guess, solver: NlpSolver, obse
         ),
         versions=versions(),
         solution=solution_of(transcription, outcome),
+        certificate=Deferred(lambda: certify(solution)),
     )

@@ -1,0 +1,61 @@
+"""Certificate of the optimum on one grid."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.motion.certificate import Certificate, NearConstraint
+from gaitopt.ocp.bounds import data_vector
+from gaitopt.ocp.nlp.keys import Key, Kind, Place
+from gaitopt.ocp.nlp.second_order import SecondOrder, check_second_order
+from gaitopt.ocp.solution.grid_solve import GridSolution
+from gaitopt.ocp.solution.sensitivity import cost_sensitivities
+
+NEAREST = 5
+"""Number of inactive constraints that are listed."""
+
+AUXILIARY = (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER, Kind.SLACK)
+"""Kinds of unknowns without a physical bound."""
+
+
+def certify(solution: GridSolution) -> Certificate | None:
+    """Return the certificate of a solution; None if it is not a solution.
+
+    Parameters
+    ----------
+    solution : GridSolution
+    """
+    transcription, outcome = solution.transcription, solution.outcome
+    if not outcome.status.ok:
+        return None
+    check = check_second_order(
+        transcription.nlp, outcome.x, outcome.multipliers, data_vector(solution.problem), solution.limits
+    )
+    return Certificate(
+        verdict=check.verdict.value,
+        active=check.active.size,
+        weak=check.weak.size,
+        dependent=check.dependent,
+        free_directions=check.free_directions,
+        curvature=check.curvature,
+        nearest=_nearest(solution, check),
+        sensitivities=cost_sensitivities(solution.problem, transcription, outcome.x, outcome.multipliers),
+    )
+
+
+def _nearest(solution: GridSolution, check: SecondOrder) -> tuple[NearConstraint, ...]:
+    """Return the inactive constraints nearest to their bounds, one for each name in each phase."""
+    layouts = (solution.transcription.variables, solution.transcription.constraints)
+    entries = [entry for layout in layouts for entry in layout.entries]
+    distances = check.slacks.copy()
+    nearest: dict[tuple[Place, Key], NearConstraint] = {}
+    distances[check.active] = np.inf
+    for index in np.argsort(distances):
+        place, key = entries[index]
+        if not np.isfinite(distances[index]) or len(nearest) == NEAREST:
+            break
+        if key.kind not in AUXILIARY:
+            section = replace(place, node=None, between=False)
+            constraint = NearConstraint(place.label, key.label, float(distances[index]))
+            nearest.setdefault((section, key.at(0)), constraint)
+    return tuple(nearest.values())

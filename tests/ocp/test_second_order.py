@@ -1,0 +1,86 @@
+"""Second-order conditions of small NLPs whose minima, saddles and vertices are known in closed form."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.nlp.second_order import Verdict, check_second_order
+from gaitopt.progress import silent
+
+X, Y = ca.SX.sym("x"), ca.SX.sym("y")
+FREE = (-np.inf, np.inf)
+
+
+def check(cost, *, start=(0.3, 0.4), rows=(), bounds=(FREE, FREE), row_bounds=(), smooth=False):
+    """Solve an NLP in (x, y) and return the point reached and its check."""
+    block = Block(
+        name="toy",
+        variables=ca.vertcat(X, Y),
+        cost=cost,
+        constraints=ca.vertcat(*rows) if rows else ca.SX(0, 1),
+        columns=np.array([[0], [1]]),
+        rows=np.arange(len(rows))[:, None],
+    )
+    nlp = assemble_nlp([block], ca.SX.sym("z", 1), 2, len(rows), smooth=smooth)
+    (x_lower, x_upper), (g_lower, g_upper) = np.array(bounds, dtype=float).T, np.reshape(row_bounds, (-1, 2)).T
+    limits, data = Bounds(x_lower, x_upper, g_lower, g_upper), np.array([0.0])
+    result = Ipopt().minimise(nlp, np.array(start), data, limits, silent)
+    assert result.status.ok
+    return result.x, check_second_order(nlp, result.x, result.multipliers, data, limits)
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_a_strictly_convex_minimum_is_strict(smooth):
+    x, result = check((X - 1) ** 2 + 3 * Y**2, smooth=smooth)
+    assert x == pytest.approx([1, 0], abs=1e-8)
+    assert (result.verdict, result.free_directions, result.dependent) == (Verdict.STRICT, 2, 0)
+    assert result.curvature == pytest.approx(2.0)
+    assert result.active.size == 0
+
+
+def test_a_constraint_makes_an_indefinite_hessian_definite():
+    """x y on the circle x^2 + y^2 = 2 has its minimum at x = -y; the Hessian of x y alone is indefinite.
+
+    With the multiplier 1/2 the Lagrangian's Hessian is [[1, 1], [1, 1]], which is 2 along the tangent (1, 1) / sqrt 2.
+    """
+    x, result = check(X * Y, start=(0.9, -1.3), rows=[X**2 + Y**2], row_bounds=[(2, 2)])
+    assert x == pytest.approx([1, -1], abs=1e-7)
+    assert (result.verdict, result.free_directions) == (Verdict.STRICT, 1)
+    assert result.curvature == pytest.approx(2.0, abs=1e-6)
+
+
+def test_a_vertex_of_a_linear_program_is_sharp():
+    x, result = check(-2 * X - Y, rows=[X + Y], row_bounds=[(-np.inf, 1)], bounds=((0, 0.75), (0, np.inf)))
+    assert x == pytest.approx([0.75, 0.25], abs=1e-6)
+    assert (result.verdict, result.free_directions, result.active.size, result.weak.size) == (Verdict.SHARP, 0, 2, 0)
+    assert result.slacks[1] == pytest.approx(0.25, abs=1e-6)  # of y from its lower bound
+
+
+def test_an_edge_of_minima_is_undecided():
+    """Every point of the edge x + y = 1 has the same cost."""
+    _, result = check(-X - Y, rows=[X + Y], row_bounds=[(-np.inf, 1)], bounds=((0, 2), (0, 2)))
+    assert (result.verdict, result.free_directions) == (Verdict.UNDECIDED, 1)
+
+
+def test_a_fourth_power_is_undecided():
+    _, result = check((X - 1) ** 2 + Y**4, start=(0.5, 0.0))
+    assert result.verdict is Verdict.UNDECIDED
+
+
+def test_a_saddle_is_no_minimum():
+    """Started on the ridge y = 0, Newton's method reaches the saddle of x^2 - y^2 + y^4."""
+    x, result = check(X**2 - Y**2 + Y**4, start=(0.3, 0.0))
+    assert x == pytest.approx([0, 0], abs=1e-7)
+    assert (result.verdict, result.curvature) == (Verdict.SADDLE, pytest.approx(-2.0))
+
+
+def test_dependent_constraints_are_counted():
+    """Three active constraints meet at the vertex (1, 1) of two unknowns."""
+    x, result = check(
+        -X - 2 * Y, rows=[X + Y], row_bounds=[(-np.inf, 2)], bounds=((-np.inf, 1), (-np.inf, 1)), start=(0, 0)
+    )
+    assert x == pytest.approx([1, 1], abs=1e-6)
+    assert (result.verdict, result.active.size, result.dependent) == (Verdict.SHARP, 3, 1)
