@@ -31,9 +31,14 @@ def dependent_coordinate(robot: Robot) -> int:
 
 def guard_after_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
     """Return the touchdown guard as a function of the angles after the swap."""
-    matrix, offset = _relabel_map(robot, p)
-    old = ca.solve(matrix, following - offset)
+    old = angles_before_swap(robot, following, p)
     return robot.touchdown(ca.vertcat(0, 0, old), ca.SX.zeros(robot.n_q), p)[0]
+
+
+def angles_before_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
+    """Return the angles before the swap as a function of those after it."""
+    matrix, offset = _relabel_map(robot, p)
+    return ca.solve(matrix, following - offset)
 
 
 def _relabel_map(robot: Robot, p: ca.SX) -> tuple[ca.DM, ca.SX]:
