@@ -1,15 +1,11 @@
 """Close returns of walks: points near which a walk is again some steps later, starts of gaits of that period."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.stability.random_starts import natural_scale
-from gaitopt.stability.section import Section
+from gaitopt.stability.section_walk import SectionWalk
 
 LARGEST_DISTANCE = 0.3
 """Largest distance of a return, relative to the natural size of the coordinates."""
@@ -17,35 +13,7 @@ RETURNS_PER_PERIOD = 4
 """Number of returns that are starts, for each period."""
 
 
-class Walk(NamedTuple):
-    """Points of a walk on the section.
-
-    Attributes
-    ----------
-    points : (K, n_z) array
-        One for each step.
-    scale : (n_z,) array
-        Natural size of each coordinate.
-    """
-
-    points: Array
-    scale: Array
-
-
-def take_walk(walker: Walker, section: Section, z: Array, steps: int) -> Walk:
-    """Return the walk from a point of the section, which ends early if a step does not reach its touchdown."""
-    state, points = section.embed(z), [z]
-    for _ in range(steps):
-        with defer_interrupt():
-            following = walker.stride(state).following
-        if following is None:
-            break
-        state = following
-        points.append(section.project(state))
-    return Walk(np.array(points), natural_scale(walker, section, points[-1]))
-
-
-def close_returns(walks: Iterable[Walk], period: int) -> list[Array]:
+def close_returns(walks: Iterable[SectionWalk], period: int) -> list[Array]:
     """Return the points with the closest returns after a number of steps, closest first, each of shape (n_z,).
 
     Each walk contributes one point.  A point is left out if the walk is at least half as close after a divisor of the
@@ -53,12 +21,12 @@ def close_returns(walks: Iterable[Walk], period: int) -> list[Array]:
 
     Parameters
     ----------
-    walks : iterable of Walk
+    walks : iterable of SectionWalk
     period : int
 
     Examples
     --------
-    >>> walk = Walk(np.array([[0.0], [1.0], [0.1], [0.9], [0.12]]), np.ones(1))
+    >>> walk = SectionWalk(np.array([[0.0], [1.0], [0.1], [0.9], [0.12]]), np.ones(1))
     >>> close_returns([walk], 2), close_returns([walk], 4)
     ([array([0.1])], [])
     """
@@ -75,6 +43,6 @@ def close_returns(walks: Iterable[Walk], period: int) -> list[Array]:
     return [z for _, z in sorted(closest, key=lambda pair: pair[0])[:RETURNS_PER_PERIOD]]
 
 
-def _distances(walk: Walk, steps: int) -> Array:
+def _distances(walk: SectionWalk, steps: int) -> Array:
     """Return the distance of each point of a walk to the point some steps later, shape (K - steps,)."""
     return np.asarray(np.max(np.abs((walk.points[steps:] - walk.points[:-steps]) / walk.scale), axis=1))

@@ -9,9 +9,9 @@ from gaitopt.stability.cycle import Cycle, make_cycle, slips_throughout
 from gaitopt.stability.deflation import Deflation
 from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
-from gaitopt.stability.random_starts import natural_rate
 from gaitopt.stability.return_map import Passage, ReturnMap
 from gaitopt.stability.section import Section
+from gaitopt.stability.section_walk import natural_rate
 
 STANDING = 1e-6
 """If all rates are below this fraction of the natural rate, the walker stands."""
@@ -49,16 +49,17 @@ def find_cycle(
     section = search_section(walker)
     z = z[: len(section.names)]
     return_map = ReturnMap(walker, section, steps, linearisation)
-    passage = return_map(z)
-    if passage.end is None:
+    passage: Passage | None = return_map(z)
+    if passage is None or passage.end is None:
         return None
     complete_slip = _slips_completely(passage)
     if complete_slip:
         # The foot speed drifts: search a gait that is periodic in all other coordinates.
         section, z = Section(walker.robot, walker.p, sliding=False, foot_speed=float(z[-1])), z[:-1]
-        return_map = ReturnMap(walker, section, steps, linearisation)
-    point = find_fixed_point(return_map, z, options, None if complete_slip else deflation)
-    if point is None or complete_slip and not _slips_completely(point.passage):
+        return_map, passage = ReturnMap(walker, section, steps, linearisation), None
+    deflation = None if complete_slip else deflation
+    point = find_fixed_point(return_map, z, options, deflation=deflation, passage=passage)
+    if point is None or (complete_slip and not _slips_completely(point.passage)):
         return None
     if _is_standing(walker, point.passage.states[0]):
         return None

@@ -18,22 +18,21 @@ from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.stability.close_returns import close_returns, take_walk
+from gaitopt.stability.close_returns import close_returns
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_iteration import find_cycle, own_period, same_gait, search_section
 from gaitopt.stability.deflation import Deflation, KnownPoint
 from gaitopt.stability.fixed_point import FixedPointOptions
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.period_doubling import doubled_starts
-from gaitopt.stability.random_starts import natural_rate, natural_scale, random_starts
+from gaitopt.stability.random_starts import random_walks
+from gaitopt.stability.section_walk import SectionWalk, natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
 STARTS = 40
 """Default number of random starts."""
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
-NEAR_REPULSION = 0.05
-"""The same for the gait near which a gait of twice the period is searched."""
 LARGEST_FACTOR = 1e4
 """Starts at which the factor of the deflation is larger are known gaits."""
 ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 27, reduction=3)
@@ -125,11 +124,11 @@ def search_cycles(
     law, limit = law or passive(robot), MAX_STEP_TIME / natural_rate(robot, p)[0]
     walker = Walker(robot, law, p, engine or default_engine(law, robot), step_time_limit=limit)
     search = _CycleSearch(walker, steps)
-    if isinstance(starts, Sequence):
-        yield from search.find(_read_starts(walker, starts), every_period=True)
+    if isinstance(starts, Sequence) and not isinstance(starts, str):
+        yield from search.find_from(_read_starts(walker, starts))
         return
     Parameter("starts", 1, "1", "", lower=1, whole=True).check(starts)
-    yield from search.find(random_starts(walker, search.section, starts, seed))
+    yield from search.find_from_random_starts(starts, seed)
 
 
 def _read_starts(walker: Walker, starts: Sequence[Mapping[str, float]]) -> list[Array]:
@@ -146,36 +145,42 @@ class _CycleSearch:
     walker : Walker
     steps : int
 
-    Attributes
-    ----------
-    section : Section
-        Section of the starts.
     """
 
     def __init__(self, walker: Walker, steps: int) -> None:
-        self.section, self._walker, self._steps = search_section(walker), walker, steps
+        self._walker, self._steps, self._section = walker, steps, search_section(walker)
         self._linearisation = Linearisation(walker)
-        self._known: list[Cycle] = []
+        self._known: dict[Cycle, tuple[KnownPoint, ...]] = {}
 
-    def find(self, starts: Iterable[Array], *, every_period: bool = False) -> Iterator[Cycle]:
-        """Yield gaits of one step from starts, then gaits of more steps from period doublings and close returns.
+    def find_from_random_starts(self, count: int, seed: int) -> Iterator[Cycle]:
+        """Yield gaits of one step from random starts, then gaits of more steps."""
+        walks = []
+        for walk in random_walks(self._walker, self._section, count, self._length, seed):
+            walks.append(walk)
+            for point in walk.points[:2]:
+                yield from self._converge(point, 1, self._known)
+        yield from self._find_longer(walks)
 
-        Parameters
-        ----------
-        starts : iterable of (n_z,) arrays
-        every_period : bool
-            Whether the starts are also starts of gaits of more steps.
-        """
-        walks, length = [], WALK_PERIODS * self._steps if self._steps > 1 else 1
+    def find_from(self, starts: Iterable[Array]) -> Iterator[Cycle]:
+        """Yield gaits of each period from given starts, then gaits of more steps."""
+        walks = []
         for z in starts:
-            walks.append(take_walk(self._walker, self.section, z, length))
-            for period in range(1, self._steps + 1 if every_period else 2):
-                for point in walks[-1].points[:2]:
-                    yield from self._converge(point, period, self._known)
+            with defer_interrupt():
+                walks.append(take_walk(self._walker, self._section, z[: len(self._section.names)], self._length))
+            for period in range(1, self._steps + 1):
+                yield from self._converge(walks[-1].points[0], period, self._known)
+        yield from self._find_longer(walks)
+
+    @property
+    def _length(self) -> int:
+        return WALK_PERIODS * self._steps if self._steps > 1 else 1
+
+    def _find_longer(self, walks: list[SectionWalk]) -> Iterator[Cycle]:
+        """Yield gaits of two and more steps, from period doublings and from close returns of walks."""
         for period in range(2, self._steps + 1):
             for cycle in [cycle for cycle in self._known if 2 * len(cycle.points) == period]:
-                for z in doubled_starts(cycle, natural_scale(self._walker, cycle.section, cycle.z)):
-                    yield from self._converge(self._lift(cycle, z), period, [cycle], NEAR_REPULSION)
+                for z, size in doubled_starts(cycle, natural_scale(self._walker, cycle.section, cycle.z)):
+                    yield from self._converge(self._lift(cycle, z), period, [cycle], size)
             for z in close_returns(walks, period):
                 yield from self._converge(z, period, self._known)
 
@@ -183,13 +188,9 @@ class _CycleSearch:
         self, z: Array, period: int, deflated: Iterable[Cycle], repulsion: float = REPULSION
     ) -> Iterator[Cycle]:
         """Yield the gait to which Newton's method, deflated by some gaits, converges from a start, if it is new."""
-        points = [
-            self._known_point(c, point, repulsion)
-            for c in deflated
-            if period % len(c.points) == 0
-            for point in c.points
-        ]
-        deflation = Deflation(points)
+        cycles = [cycle for cycle in deflated if period % len(cycle.points) == 0]
+        known = [point for cycle in cycles for point in self._known[cycle]]
+        deflation = Deflation([KnownPoint(point, repulsion * scale) for point, scale in known])
         if not deflation.factor(z) < LARGEST_FACTOR:
             return
         with defer_interrupt():
@@ -197,12 +198,10 @@ class _CycleSearch:
             if cycle is not None and (own := own_period(cycle)) < period:
                 cycle = self._iterate(self._lift(cycle, cycle.z), own)
         if cycle is not None and not any(same_gait(cycle, other) for other in self._known):
-            self._known.append(cycle)
+            points = [self._lift(cycle, point) for point in cycle.points]
+            scales = [natural_scale(self._walker, self._section, point) for point in points]
+            self._known[cycle] = tuple(map(KnownPoint, points, scales))
             yield cycle
-
-    def _known_point(self, cycle: Cycle, point: Array, repulsion: float) -> KnownPoint:
-        z = self._lift(cycle, point)
-        return KnownPoint(z, repulsion * natural_scale(self._walker, self.section, z))
 
     def _iterate(self, z: Array, period: int, deflation: Deflation | None = None) -> Cycle | None:
         shared = self._linearisation
@@ -210,4 +209,4 @@ class _CycleSearch:
 
     def _lift(self, cycle: Cycle, z: Array) -> Array:
         """Return a point of a gait's section as a point of the section of the search."""
-        return self.section.project(cycle.section.embed(z))
+        return self._section.project(cycle.section.embed(z))

@@ -1,6 +1,6 @@
 """Deflation of known fixed points, so that Newton's method converges to other ones.
 
-The residual F(z) = P(z) - z is multiplied by m(z), the product over the known points z_k of 1 + 1 / |(z - z_k) / s_k|^2.
+The residual F(z) = P(z) - z is multiplied by m(z), the product of 1 + 1 / |(z - z_k) / s_k|^2 over known points z_k.
 The product m F has no zero at a known point, and the zeros of F elsewhere (Farrell, Birkisson & Funke 2015).
 """
 

@@ -59,7 +59,12 @@ class FixedPoint:
 
 
 def find_fixed_point(
-    return_map: ReturnMap, z: Array, options: FixedPointOptions | None = None, deflation: Deflation | None = None
+    return_map: ReturnMap,
+    z: Array,
+    options: FixedPointOptions | None = None,
+    *,
+    deflation: Deflation | None = None,
+    passage: Passage | None = None,
 ) -> FixedPoint | None:
     """Return the fixed point to which Newton's method converges from a start, or None if it does not converge.
 
@@ -71,10 +76,12 @@ def find_fixed_point(
     options : FixedPointOptions, optional
     deflation : Deflation, optional
         Known fixed points, to which the iteration does not converge.
+    passage : Passage, optional
+        The steps from the start, if they were simulated before.
     """
     options, deflation = options or FixedPointOptions(), deflation or Deflation()
     z = np.array(z, dtype=float)
-    passage = return_map(z)
+    passage = passage or return_map(z)
     if passage.end is None:
         return None
     gap, identity = passage.end - z, np.eye(z.size)

@@ -1,4 +1,4 @@
-"""Random starts of walks: states after the touchdown of random motions, from which the walker completes a step."""
+"""Walks from random starts: states after the touchdown of random motions."""
 
 import functools
 import threading
@@ -15,34 +15,39 @@ from gaitopt.model.section_coordinate import angles_before_swap
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.section import Section
+from gaitopt.stability.section_walk import SectionWalk, natural_rate, take_walk
 
 DRAWS_PER_START = 40
 """Largest number of random states drawn for each start."""
 
 
-def random_starts(walker: Walker, section: Section, count: int, seed: int) -> Iterator[Array]:
-    """Yield random points of a section from which the walker completes at least one step, shape (n_z,).
+def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[SectionWalk]:
+    """Yield walks of at least one step from random starts.
 
     A start is the state after the touchdown of a random pose at random rates, so that its angles, rates and foot speed
-    agree with the impact, as those of every gait do.  The trailing foot moves before one touchdown of four.  At most `DRAWS_PER_START` states are drawn for each start.
+    agree with the impact, as those of every gait do.  The trailing foot moves before every other touchdown.
 
     Parameters
     ----------
     walker : Walker
     section : Section
     count : int
+        Number of walks; at most `DRAWS_PER_START` states are drawn for each.
+    steps : int
+        Largest number of steps.
     seed : int
     """
-    sampler, rng, completed = _TouchdownSampler(walker, section), np.random.default_rng(seed), 0
-    for i in range(DRAWS_PER_START * count):
+    sampler, rng = _TouchdownSampler(walker, section), np.random.default_rng(seed)
+    samples = (rng.uniform(-1, 1, sampler.size) for _ in range(DRAWS_PER_START * count))
+    states = (sampler.state_after(sample, at_rest=i % 2 == 0) for i, sample in enumerate(samples))
+    walks = (take_walk(walker, section, section.project(state), steps) for state in states if state is not None)
+    complete = (walk for walk in walks if len(walk.points) > 1)
+    for _ in range(count):
         with defer_interrupt():
-            following = sampler.state_after(rng.uniform(-1, 1, sampler.size), at_rest=i % 4 != 0)
-            if following is None or walker.stride(following).following is None:
-                continue
-        yield section.project(following)
-        completed += 1
-        if completed == count:
+            walk = next(complete, None)
+        if walk is None:
             return
+        yield walk
 
 
 class _TouchdownSampler:
@@ -104,19 +109,3 @@ def _inverse_exchange(robot: Robot, p: bytes, thread: int) -> FastCall:
     angles, parameters = ca.SX.sym("angles", len(robot.angles)), ca.SX.sym("p", len(robot.parameters))
     before = ca.densify(angles_before_swap(robot, angles, parameters))
     return FastCall(ca.Function("inverse_exchange", [angles, parameters], [before]), np.frombuffer(p))
-
-
-def natural_rate(robot: Robot, p: Array) -> tuple[float, float]:
-    """Return sqrt(g / l) [rad/s] and l [m], the height of the highest point drawn in the upright pose."""
-    values = dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))
-    height = float(np.max(np.asarray(robot.figure(np.zeros(robot.n_q), p))[1]))
-    return float(np.sqrt(values["gravity"] / height)), height
-
-
-def natural_scale(walker: Walker, section: Section, z: Array) -> Array:
-    """Return the size of each coordinate in a pendulum-like motion with the step size of a point, shape (n_z,)."""
-    n, state = walker.robot.n_q, section.embed(z)
-    natural, height = natural_rate(walker.robot, walker.p)
-    angle = abs(state[section.dependent_entry])
-    units = [1.0] * (n - 3) + [natural] * (n - 2) + [natural * height] * section.sliding
-    return angle * np.array(units)
