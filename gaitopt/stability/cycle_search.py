@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from gaitopt.control.law import Law, passive
+from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -55,6 +56,10 @@ def find_cycles(
     engine: Engine | None = None,
 ) -> tuple[Cycle, ...]:
     """Search for periodic gaits systematically and return every distinct one.
+
+    Newton's method on the return map starts from random states and is deflated by the gaits already found.  Gaits of
+    several steps are searched near gaits of half their period with a multiplier near or below -1, and where walks from
+    the random states return closely.
 
     Parameters
     ----------
@@ -132,9 +137,16 @@ def search_cycles(
 
 
 def _read_starts(walker: Walker, starts: Sequence[Mapping[str, float]]) -> list[Array]:
-    """Return states given by name as points of the section with foot speed."""
-    states = [choose_start(walker.robot, walker.p, start) for start in starts]
-    return [np.array([*state.values()], dtype=float) for state in states]
+    """Return states given by name as points of the section of the search."""
+    names, points = search_section(walker).names, []
+    for start in starts:
+        state = choose_start(walker.robot, walker.p, start)
+        if "foot_speed" not in names and state["foot_speed"]:
+            raise InputError(
+                f"A start with infinite friction must have foot_speed 0 m/s, got {state['foot_speed']:g} m/s."
+            )
+        points.append(np.array([state[name] for name in names], dtype=float))
+    return points
 
 
 class _CycleSearch:
@@ -144,7 +156,6 @@ class _CycleSearch:
     ----------
     walker : Walker
     steps : int
-
     """
 
     def __init__(self, walker: Walker, steps: int) -> None:
@@ -166,7 +177,7 @@ class _CycleSearch:
         walks = []
         for z in starts:
             with defer_interrupt():
-                walks.append(take_walk(self._walker, self._section, z[: len(self._section.names)], self._length))
+                walks.append(take_walk(self._walker, self._section, z, self._length))
             for period in range(1, self._steps + 1):
                 yield from self._converge(walks[-1].points[0], period, self._known)
         yield from self._find_longer(walks)

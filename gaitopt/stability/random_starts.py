@@ -67,17 +67,14 @@ class _TouchdownSampler:
     def __init__(self, walker: Walker, section: Section) -> None:
         robot, p, self._section = walker.robot, walker.p, section
         self._n, self.size = robot.n_q, 2 * robot.n_q - 4
-        self._before, self._collision = (
-            _inverse_exchange(robot, p.tobytes(), threading.get_ident()),
-            FastCall(robot.collision, p),
-        )
+        self._before = _inverse_exchange(robot, p.tobytes(), threading.get_ident())
+        self._collision, self._momentum = FastCall(robot.collision, p), FastCall(robot.momentum, p)
         self._touchdown, self._natural = TouchdownMap(robot, p), natural_rate(robot, p)
-        self._momentum = FastCall(robot.momentum, p)
 
     def state_after(self, sample: Array, *, at_rest: bool) -> Array | None:
         """Return the state (q, v) after the touchdown and leg exchange, shape (2 n_q,).
 
-        None if the impact is invalid, or if the centre of mass moves backward after it.
+        It is None if the impact is invalid, or if the centre of mass moves backward after the impact.
 
         Small steps are slow: rates are up to three times the angle determined by the touchdown condition over the
         natural time sqrt(l / g), so that pendulum-like motions of every size are sampled equally.
