@@ -27,7 +27,7 @@ from gaitopt.stability.fixed_point import FixedPointOptions
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.period_doubling import doubled_starts
 from gaitopt.stability.random_starts import random_walks
-from gaitopt.stability.section_walk import SectionWalk, natural_rate, natural_scale, take_walk
+from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
 STARTS = 40
@@ -168,7 +168,7 @@ class _CycleSearch:
         walks = []
         for walk in random_walks(self._walker, self._section, count, self._length, seed):
             walks.append(walk)
-            for point in walk.points[:2]:
+            for point in walk[:2]:
                 yield from self._converge(point, 1, self._known)
         yield from self._find_longer(walks)
 
@@ -179,21 +179,22 @@ class _CycleSearch:
             with defer_interrupt():
                 walks.append(take_walk(self._walker, self._section, z, self._length))
             for period in range(1, self._steps + 1):
-                yield from self._converge(walks[-1].points[0], period, self._known)
+                yield from self._converge(z, period, self._known)
         yield from self._find_longer(walks)
 
     @property
     def _length(self) -> int:
         return WALK_PERIODS * self._steps if self._steps > 1 else 1
 
-    def _find_longer(self, walks: list[SectionWalk]) -> Iterator[Cycle]:
+    def _find_longer(self, walks: list[Array]) -> Iterator[Cycle]:
         """Yield gaits of two and more steps, from period doublings and from close returns of walks."""
+        scaled = [walk / natural_scale(self._walker, self._section, walk[-1]) for walk in walks]
         for period in range(2, self._steps + 1):
             for cycle in [cycle for cycle in self._known if 2 * len(cycle.points) == period]:
                 for z, size in doubled_starts(cycle, natural_scale(self._walker, cycle.section, cycle.z)):
                     yield from self._converge(self._lift(cycle, z), period, [cycle], size)
-            for z in close_returns(walks, period):
-                yield from self._converge(z, period, self._known)
+            for number, at in close_returns(scaled, period):
+                yield from self._converge(walks[number][at], period, self._known)
 
     def _converge(
         self, z: Array, period: int, deflated: Iterable[Cycle], repulsion: float = REPULSION
@@ -206,8 +207,8 @@ class _CycleSearch:
             return
         with defer_interrupt():
             cycle = self._iterate(z, period, deflation)
-            if cycle is not None and (own := own_period(cycle)) < period:
-                cycle = self._iterate(self._lift(cycle, cycle.z), own)
+            if cycle is not None and (shortest := own_period(cycle)) < period:
+                cycle = self._iterate(self._lift(cycle, cycle.z), shortest)
         if cycle is not None and not any(same_gait(cycle, other) for other in self._known):
             points = [self._lift(cycle, point) for point in cycle.points]
             scales = [natural_scale(self._walker, self._section, point) for point in points]

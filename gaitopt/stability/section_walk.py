@@ -1,6 +1,6 @@
 """Points of walks on the section, and the natural size of a walker's motions."""
 
-from typing import NamedTuple
+import functools
 
 import numpy as np
 
@@ -10,23 +10,11 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.section import Section
 
 
-class SectionWalk(NamedTuple):
-    """Points of a walk on the section.
+def take_walk(walker: Walker, section: Section, z: Array, steps: int) -> Array:
+    """Return the points of a walk on the section, the start and the state after each step, shape (K, n_z).
 
-    Attributes
-    ----------
-    points : (K, n_z) array
-        The start and the state after each step.
-    scale : (n_z,) array
-        Natural size of each coordinate at the last point.
+    The walk ends early if a step does not reach its touchdown.
     """
-
-    points: Array
-    scale: Array
-
-
-def take_walk(walker: Walker, section: Section, z: Array, steps: int) -> SectionWalk:
-    """Return the walk from a point of the section, which ends early if a step does not reach its touchdown."""
     state, points = section.embed(z), [z]
     for _ in range(steps):
         following = walker.stride(state).following
@@ -34,11 +22,17 @@ def take_walk(walker: Walker, section: Section, z: Array, steps: int) -> Section
             break
         state = following
         points.append(section.project(state))
-    return SectionWalk(np.array(points), natural_scale(walker, section, points[-1]))
+    return np.array(points)
 
 
 def natural_rate(robot: Robot, p: Array) -> tuple[float, float]:
     """Return sqrt(g / l) [rad/s] and l [m], the height of the highest point drawn in the upright pose."""
+    return _natural_rate(robot, p.tobytes())
+
+
+@functools.lru_cache(maxsize=256)
+def _natural_rate(robot: Robot, vector: bytes) -> tuple[float, float]:
+    p = np.frombuffer(vector)
     values = dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))
     height = float(np.max(np.asarray(robot.figure(np.zeros(robot.n_q), p))[1]))
     return float(np.sqrt(values["gravity"] / height)), height

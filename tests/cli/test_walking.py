@@ -61,7 +61,8 @@ def test_a_search_for_gaits_shows_progress_unless_it_is_quiet(monkeypatch):
 
 
 def test_no_gait_is_exit_status_one():
-    result = run("stability", WHEEL, "--set", "slope=0", "--starts", 5)
+    # Friction is infinite: on level ground a wheel that slips throughout repeats its rates while its foot slows down.
+    result = run("stability", WHEEL, "--set", "slope=0", "--set", "friction=inf", "--starts", 5)
     assert result.exit_code == 1
     assert "no periodic gait found" in result.output
 
