@@ -30,7 +30,7 @@ from gaitopt.stability.random_starts import random_walks
 from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
-STARTS = 40
+STARTS = 32
 """Default number of random starts."""
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""

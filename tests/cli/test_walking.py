@@ -36,6 +36,17 @@ def test_stability_of_a_script():
     assert gait["step_length"] > 0
 
 
+def test_stability_reports_gaits_of_several_steps_with_their_own_period():
+    result = run("stability", PASSIVE, "--set", "friction=0.1445", "--steps", 2, "--json")
+    assert result.exit_code == 0, result.output
+    gaits = json.loads(result.stdout)["gaits"]
+    assert [gait["steps"] for gait in gaits if gait["stable"]] == [1]
+    (doubled,) = [gait for gait in gaits if gait["steps"] == 2]
+    single = next(gait for gait in gaits if gait["sequence"] == "slip+ stick | slip+")
+    assert doubled["sequence"] == "slip+ stick | slip+; slip+ stick | slip+"
+    assert doubled["period"] == pytest.approx(2 * single["period"], rel=1e-2)
+
+
 def test_stability_of_a_saved_gait():
     result = run("stability", SLIP, "--json", "--engine", "scipy")
     data = json.loads(result.stdout)
