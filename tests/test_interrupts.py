@@ -124,9 +124,9 @@ def test_a_search_for_gaits_is_interrupted_between_starts(wheel, monkeypatch):
     """CasADi would lose a Ctrl-C in the middle of a step."""
     walked, done = [], cycle_search.find_cycle
 
-    def find_cycle(*arguments):
+    def find_cycle(*arguments, **options):
         signal.raise_signal(signal.SIGINT)
-        walked.append(done(*arguments))
+        walked.append(done(*arguments, **options))
 
     monkeypatch.setattr(cycle_search, "find_cycle", find_cycle)
     with pytest.raises(KeyboardInterrupt):

@@ -96,8 +96,9 @@ def _basin_inputs(
 ) -> tuple["CommandInput", dict[str, "Array"], dict[str, float]]:
     """Return the walker of a basin, its axes in SI units, and the other coordinates of the starts."""
     from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
-    from gaitopt.cli.inputs import STARTS, read_input
+    from gaitopt.cli.inputs import read_input
     from gaitopt.simulation.engine_choice import faster_walks
+    from gaitopt.stability.cycle_search import STARTS
     from gaitopt.stability.start import choose_start
 
     axes, notes = grid(over, MOST_STARTS), list[str | None]()

@@ -16,9 +16,6 @@ from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import search_cycles, sort_cycles
 
-STARTS = 300
-"""Default number of random starts of the search for periodic gaits."""
-
 
 @dataclass(frozen=True, eq=False)
 class CommandInput:
@@ -66,7 +63,7 @@ class Request:
         return self.source.suffix == ".py"
 
 
-def read_input(request: Request, starts: int, *, first: bool = False) -> CommandInput:
+def read_input(request: Request, starts: int, *, steps: int = 1, first: bool = False) -> CommandInput:
     """Return the walker of a script or a saved gait, with its periodic gaits.
 
     Parameters
@@ -74,6 +71,8 @@ def read_input(request: Request, starts: int, *, first: bool = False) -> Command
     request : Request
     starts : int
         Random starts of the search for the gaits of a script; 0 for no search.
+    steps : int
+        Longest period of the gaits of a script.
     first : bool
         Whether the first gait is enough.
 
@@ -82,7 +81,7 @@ def read_input(request: Request, starts: int, *, first: bool = False) -> Command
     InputError
         If an option does not apply to the source, or the source is invalid.
     """
-    return _of_script(request, starts, first) if request.is_script else _of_gait(request)
+    return _of_script(request, starts, steps, first) if request.is_script else _of_gait(request)
 
 
 def _of_gait(request: Request) -> CommandInput:
@@ -96,7 +95,7 @@ def _of_gait(request: Request) -> CommandInput:
     return CommandInput(robot, gait.motion.parameters, law, engine, (cycle,))
 
 
-def _of_script(request: Request, starts: int, first: bool) -> CommandInput:
+def _of_script(request: Request, starts: int, steps: int, first: bool) -> CommandInput:
     if request.script is not None:
         raise InputError(
             "--problem specifies the robot of a saved gait; it is not accepted for a script, which defines its robot."
@@ -111,7 +110,7 @@ def _of_script(request: Request, starts: int, first: bool) -> CommandInput:
     cycles: Iterator[Cycle] = iter(())
     if starts:
         sequence = None if problem.sequence is None else str(problem.sequence)
-        cycles = search_cycles(problem.robot, problem.parameters, law=law, starts=starts, engine=engine)
+        cycles = search_cycles(problem.robot, problem.parameters, law=law, steps=steps, starts=starts, engine=engine)
         cycles = (
             cycle for cycle in cycles if sequence is None or {str(each) for each in cycle.sequences} == {sequence}
         )

@@ -193,6 +193,7 @@ Scheduler = Annotated[
 CycleStarts = Annotated[
     int, typer.Option("--starts", min=1, max=100000, help="Number of random starts in the search for periodic gaits.")
 ]
+CyclePeriod = Annotated[int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits, in steps.")]
 PushStarts = Annotated[
     int, typer.Option("--starts", min=1, max=100000, help="Number of random starts used for verification.")
 ]

@@ -8,6 +8,7 @@ import typer
 
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
+    CyclePeriod,
     CycleStarts,
     EngineName,
     GainValues,
@@ -35,7 +36,8 @@ def stability(
     source: Source,
     setting: Setting = None,
     problem: RobotScript = None,
-    starts: CycleStarts = 300,
+    starts: CycleStarts = 32,
+    steps: CyclePeriod = 1,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
@@ -51,7 +53,7 @@ def stability(
 
     Exit status 0 if a gait was found (stable or not), 1 if none was.
 
-    Example: gaitopt stability problems/compass_passive.py --set friction=0.14
+    Example: gaitopt stability problems/compass_passive.py --set friction=0.14 --steps 2
     """
     from gaitopt.cli.inputs import Request, read_input
     from gaitopt.cli.walk_output import print_cycles
@@ -60,7 +62,7 @@ def stability(
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("searching for periodic gaits", hidden=json):
-        subject = read_input(request, starts)
+        subject = read_input(request, starts, steps=steps)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
@@ -117,9 +119,10 @@ def simulate(
 
 def _walk(request: "Request", state: list[str] | None, steps: int) -> "Rollout":
     """Return the walk from the first periodic gait with some coordinates changed."""
-    from gaitopt.cli.inputs import STARTS, read_input
+    from gaitopt.cli.inputs import read_input
     from gaitopt.simulation.hybrid_automaton import Walker
     from gaitopt.simulation.simulator import record_walk
+    from gaitopt.stability.cycle_search import STARTS
     from gaitopt.stability.section import Section
     from gaitopt.stability.start import choose_start
 

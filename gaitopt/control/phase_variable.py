@@ -54,7 +54,7 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
     >>> robot, gait = compass_biped(), load("docs/examples/compass_slip.h5")
     >>> law = by_stance_angle(robot, gait.motion, joint_pd(robot, gait.motion, stiffness=20, damping=5, torque_limit=8))
     >>> law.name, assess_stability(gait, law).stable
-    ('pd by th1', True)
+    ('joint_pd by th1', True)
     """
     name = angle or robot.angles[0]
     if name not in robot.angles:

@@ -31,9 +31,21 @@ def dependent_coordinate(robot: Robot) -> int:
 
 def guard_after_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
     """Return the touchdown guard as a function of the angles after the leg exchange."""
-    matrix, offset = _relabel_map(robot, p)
-    old = ca.solve(matrix, following - offset)
+    old = angles_before_swap(robot, following, p)
     return robot.touchdown(ca.vertcat(0, 0, old), ca.SX.zeros(robot.n_q), p)[0]
+
+
+def angles_before_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
+    """Return the angles before the leg exchange as a function of those after it."""
+    matrix, offset = _relabel_map(robot, p)
+    return ca.solve(matrix, following - offset)
+
+
+@functools.lru_cache(maxsize=32)
+def undo_exchange(robot: Robot) -> ca.Function:
+    """Return the Function (angles after the leg exchange, p) -> angles before it."""
+    angles, p = ca.SX.sym("angles", len(robot.angles)), ca.SX.sym("p", len(robot.parameters))
+    return ca.Function("undo_exchange", [angles, p], [ca.densify(angles_before_swap(robot, angles, p))])
 
 
 def _relabel_map(robot: Robot, p: ca.SX) -> tuple[ca.DM, ca.SX]:

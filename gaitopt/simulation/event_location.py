@@ -4,6 +4,7 @@ import functools
 import itertools
 from collections.abc import Callable
 
+import casadi as ca
 import numpy as np
 from scipy.integrate import DenseOutput
 from scipy.optimize import brentq, minimize_scalar
@@ -15,6 +16,9 @@ from gaitopt.simulation.closed_loop import ModeEquations
 
 PROBE_FRACTION = 1e-4
 """Fraction of a span after which the sign of a guard that starts at zero is checked."""
+
+MAX_HALVINGS = 40
+"""Maximum number of times the interval is halved in which a guard rises and falls again."""
 
 GUARD_TOLERANCE = 1e-9
 """Guards that start below zero by less than this (N, m/s, rad) count as zero."""
@@ -39,6 +43,7 @@ class EventWatch:
         self, equations: ModeEquations, p: Array, data: Array, clock: float, y: Array, *, law_only: bool = False
     ) -> None:
         self._guards, self._size = FastCall(equations.guards, p, data), equations.size
+        self._equations, self._p, self._data = equations, p, data
         events = enumerate(equations.events)
         self._watched = [(i, event) for i, event in events if not law_only or event.kind is EventKind.LAW_SWITCH]
         self._previous = self._guards(clock, y[: equations.size])[0].copy()
@@ -47,7 +52,8 @@ class EventWatch:
         """Return the first event in the time span that follows the previous one, and its time.
 
         A guard that starts at zero (a slide from rest, a force exactly on the cone) is an event at the start only if it
-        falls immediately.  A guard that starts below zero is an event at the start.
+        falls immediately: if its rate is positive, it rises first, however soon it falls again.  A guard that starts
+        below zero is an event at the start.
         """
         previous, self._previous = self._previous, self._values(dense, span[1]).copy()
         values, middle = self._previous, self._values(dense, (span[0] + span[1]) / 2).copy()
@@ -61,10 +67,16 @@ class EventWatch:
                     # It starts at zero by definition (both feet on the ground) and is an event only while armed.
                     continue
                 begin += PROBE_FRACTION * (span[1] - span[0])
-                if previous[i] < -GUARD_TOLERANCE or (values[i] < 0 and guard(begin) <= 0):
+                end = span[1] if values[i] < 0 else None
+                if previous[i] < -GUARD_TOLERANCE:
                     located.append((span[0], i, event))
                     continue
-                end = span[1] if values[i] < 0 else None
+                if values[i] < 0 and guard(begin) <= 0:
+                    risen = _find_rise(guard, (span[0], begin)) if self._rate(dense, i, span[0]) > 0 else None
+                    if risen is None:
+                        located.append((span[0], i, event))
+                        continue
+                    begin, end = risen, begin
             if end is None:
                 continue
             at = _find_root(guard, (begin, end))
@@ -92,10 +104,34 @@ class EventWatch:
     def _value(self, dense: DenseOutput, i: int, t: float) -> float:
         return float(self._values(dense, t)[i])
 
+    def _rate(self, dense: DenseOutput, i: int, t: float) -> float:
+        """Return the rate of a guard along the motion."""
+        rates = _guard_rates(self._equations)(t, dense(t)[: self._size], self._p, self._data)
+        return float(np.asarray(rates).ravel()[i])
+
 
 def spans_of(dense: DenseOutput, count: int) -> list[tuple[float, float]]:
     """Return the spans of equal length into which a step of the integrator is divided."""
     return list(itertools.pairwise(np.linspace(dense.t_old, dense.t, count + 1).tolist()))
+
+
+@functools.lru_cache(maxsize=128)
+def _guard_rates(equations: ModeEquations) -> ca.Function:
+    """Return (t, y, p, data) -> rates of the guards of a mode along its flow."""
+    t, y, p, data = equations.flow.sx_in()
+    guards = equations.guards(t, y, p, data)[0]
+    rates = ca.jtimes(guards, y, equations.flow(t, y, p, data)) + ca.jacobian(guards, t)
+    return ca.Function("guard_rates", [t, y, p, data], [ca.densify(rates)])
+
+
+def _find_rise(guard: Callable[[float], float], span: tuple[float, float]) -> float | None:
+    """Return a time in a span at which a guard that rises from zero and falls again is positive, or None."""
+    begin, end = span
+    for _ in range(MAX_HALVINGS):
+        end = (begin + end) / 2
+        if guard(end) > 0:
+            return end
+    return None
 
 
 def _find_dip(

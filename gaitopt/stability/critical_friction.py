@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Arc
@@ -65,14 +66,14 @@ def critical_friction(walker: Walker, passage: Passage) -> CriticalFriction:
 
 def _find_peak(walker: Walker, arc: Arc) -> tuple[float, float, Array]:
     """Return the largest force ratio of an arc, its time [s] and the state there; it is infinite without contact."""
-    n, force = walker.robot.n_q, walker.robot.acceleration[Mode.STICK]
+    n, force = walker.robot.n_q, FastCall(walker.robot.acceleration[Mode.STICK], walker.p)
 
     def flow(clock: float, y: Array, until: float, record: bool = False) -> Arc:
         return walker.engine.flow(walker.loop, Mode.STICK, clock, y, until=until, record=record)
 
     def ratio(t: float, y: Array) -> float:
         torque = walker.torque(Mode.STICK, t, y)
-        tangential, normal = np.asarray(force(y[:n], y[n : 2 * n], torque, walker.p)[1]).ravel()
+        tangential, normal = force(y[:n], y[n : 2 * n], torque)[1]
         return float(abs(tangential) / normal) if normal > 0 else math.inf
 
     sampled = flow(arc.time.item(0), arc.states[:, 0], arc.time.item(-1), record=True)

@@ -141,7 +141,7 @@ def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycl
         raise InputError("Every step of a gait must end in a touchdown; the last of these steps has none.")
     section, z, derivative = return_map.section, point.z, point.derivative
     speed = walker.robot.state_entries.slip_velocity
-    if section.sliding and last.impact.mode is Mode.STICK:
+    if section.sliding and all(s.impact is not None and s.impact.mode is Mode.STICK for s in point.passage.strides):
         section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
     motion = record_walk(walker, point.passage.states[0], return_map.steps).motion
     sequences = tuple(sequence for step in range(return_map.steps) if (sequence := motion.sequence(step)) is not None)

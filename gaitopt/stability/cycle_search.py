@@ -1,27 +1,48 @@
-"""Multistart search for periodic gaits."""
+"""Systematic search for periodic gaits.
 
-from collections.abc import Iterable, Iterator, Mapping
+Gaits of one step are found by Newton's method on the return map from random starts, deflated by the gaits already
+known.  Gaits of more steps are found from starts near a gait of half the period, displaced along the eigenvector of a
+multiplier near or below -1, and from points of walks to which the walk returns closely after that number of steps.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from gaitopt.control.law import Law, passive
+from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
-from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.step_limits import StepLimits
-from gaitopt.stability.cycle import Cycle, make_cycle, slips_throughout
-from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
-from gaitopt.stability.return_map import ReturnMap
-from gaitopt.stability.section import Section
+from gaitopt.stability.close_returns import close_returns
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.cycle_iteration import find_cycle, own_period, same_gait, search_section
+from gaitopt.stability.deflation import Deflation, KnownPoint
+from gaitopt.stability.fixed_point import FixedPointOptions
+from gaitopt.stability.linearisation import Linearisation
+from gaitopt.stability.period_doubling import doubled_starts
+from gaitopt.stability.random_starts import random_walks
+from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
+from gaitopt.stability.start import choose_start
 
-STANDING = 1e-6
-"""If all rates are below this fraction of the natural rate, the walker stands."""
+STARTS = 32
+"""Default number of random starts."""
+REPULSION = 0.6
+"""Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
+LARGEST_FACTOR = 1e4
+"""Starts at which the factor of the deflation is larger are known gaits."""
+ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 27, reduction=3)
+"""Newton's method in the search: starts far from a gait are many, so each is given up early."""
+WALK_PERIODS = 4
+"""Length of the walks in which close returns are searched, relative to the longest period."""
+MAX_STEP_TIME = 20.0
+"""Longest step, relative to the natural time sqrt(l / g)."""
 
 
 def find_cycles(
@@ -31,11 +52,15 @@ def find_cycles(
     law: Law | None = None,
     sequence: ContactSequence | str | None = None,
     steps: int = 1,
-    starts: int = 200,
+    starts: int | Sequence[Mapping[str, float]] = STARTS,
     seed: int = 0,
     engine: Engine | None = None,
 ) -> tuple[Cycle, ...]:
-    """Find periodic gaits from many starts and return every distinct one.
+    """Search for periodic gaits systematically and return every distinct one.
+
+    Newton's method on the return map starts from random states and is deflated by the gaits already found.  Gaits of
+    several steps are searched near gaits of half their period with a multiplier near or below -1, and where walks from
+    the random states return closely.
 
     Parameters
     ----------
@@ -47,10 +72,12 @@ def find_cycles(
     sequence : ContactSequence or str, optional
         Keep only gaits all of whose steps have this contact sequence.
     steps : int
-        Period of the gaits in steps; gaits whose period divides it are included.
-    starts : int
-        Number of random starts on the section.
+        Longest period in steps.  Each gait is returned once, with its own period and the multipliers of this period.
+    starts : int or sequence of mappings of str to float
+        Number of random starts from which the walker completes a step, or given states such as ``cycle.state``:
+        coordinates of the section by name, without foot speed for a foot at rest.
     seed : int
+        Seed of the random starts.
     engine : Engine, optional
 
     Returns
@@ -61,7 +88,7 @@ def find_cycles(
     Raises
     ------
     InputError
-        If a parameter, a number or the contact sequence is invalid.
+        If a parameter, a number, a state or the contact sequence is invalid.
 
     Examples
     --------
@@ -93,104 +120,106 @@ def search_cycles(
     *,
     law: Law | None = None,
     steps: int = 1,
-    starts: int = 200,
+    starts: int | Sequence[Mapping[str, float]] = STARTS,
     seed: int = 0,
     engine: Engine | None = None,
 ) -> Iterator[Cycle]:
     """Yield each distinct periodic gait when it is found; see :func:`find_cycles`."""
-    for name, count in (("steps", steps), ("starts", starts)):
-        Parameter(name, 1, "1", "", lower=1, whole=True).check(count)
+    Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
     p = robot.vector(robot.resolve(parameters))
-    law = law or passive(robot)
-    walker = Walker(robot, law, p, engine or default_engine(law, robot), step_limits=_step_limits(robot, p))
-    known: list[Cycle] = []
-    for z in random_starts(walker, starts, seed):
-        with defer_interrupt():
-            cycle = find_cycle(walker, z, steps)
-        if cycle is not None and not any(same_gait(cycle, other) for other in known):
-            known.append(cycle)
-            yield cycle
+    law, limit = law or passive(robot), MAX_STEP_TIME / natural_rate(robot, p)[0]
+    walker = Walker(robot, law, p, engine or default_engine(law, robot), step_limits=StepLimits(duration=limit))
+    search = _CycleSearch(walker, steps)
+    if isinstance(starts, Sequence) and not isinstance(starts, str):
+        yield from search.find_from(_read_starts(walker, starts))
+        return
+    Parameter("starts", 1, "1", "", lower=1, whole=True).check(starts)
+    yield from search.find_from_random_starts(starts, seed)
 
 
-def find_cycle(walker: Walker, z: Array, steps: int = 1, options: FixedPointOptions | None = None) -> Cycle | None:
-    """Return the periodic gait to which Newton's method converges from a point of the section, or None.
+def _read_starts(walker: Walker, starts: Sequence[Mapping[str, float]]) -> list[Array]:
+    """Return states given by name as points of the section of the search."""
+    names, points = search_section(walker).names, []
+    for start in starts:
+        state = choose_start(walker.robot, walker.p, start)
+        if "foot_speed" not in names and state["foot_speed"]:
+            raise InputError(
+                f"A start with infinite friction must have foot_speed 0 m/s, got {state['foot_speed']:g} m/s."
+            )
+        points.append(np.array([state[name] for name in names], dtype=float))
+    return points
+
+
+class _CycleSearch:
+    """Search for the gaits of a walker with periods of up to a number of steps.
 
     Parameters
     ----------
     walker : Walker
-    z : (n_z,) array
-        Coordinates of ``Section(robot, p, sliding=True)``.
     steps : int
-        Period of the gait in steps.
-    options : FixedPointOptions, optional
     """
-    section = Section(walker.robot, walker.p, sliding=True)
-    return_map = ReturnMap(walker, section, steps)
-    passage = return_map(z)
-    if passage.end is None:
-        return None
-    if all(slips_throughout(s.modes, _outcome(s)) for s in passage.strides):
-        # The foot speed drifts: search a gait that is periodic in all other coordinates.
-        section, z = Section(walker.robot, walker.p, sliding=False, foot_speed=float(z[-1])), z[:-1]
-        return_map = ReturnMap(walker, section, steps)
-    point = find_fixed_point(return_map, z, options)
-    if point is None:
-        return None
-    if not section.sliding and not all(slips_throughout(s.modes, _outcome(s)) for s in point.passage.strides):
-        return None
-    if _is_standing(walker, point.passage.states[0]):
-        return None
-    return make_cycle(walker, return_map, point)
 
+    def __init__(self, walker: Walker, steps: int) -> None:
+        self._walker, self._steps, self._section = walker, steps, search_section(walker)
+        self._linearisation = Linearisation(walker)
+        self._known: dict[Cycle, tuple[KnownPoint, ...]] = {}
 
-def _is_standing(walker: Walker, state: Array) -> bool:
-    """Return whether a walker stands with its legs together, the limit of ever smaller steps on a slope."""
-    rates = state[list(walker.robot.state_entries.rates)]
-    return bool(np.max(np.abs(rates)) < STANDING * _natural_rate(walker.robot, walker.p)[0])
+    def find_from_random_starts(self, count: int, seed: int) -> Iterator[Cycle]:
+        """Yield gaits of one step from random starts, then gaits of more steps."""
+        walks = []
+        for walk in random_walks(self._walker, self._section, count, self._length, seed):
+            walks.append(walk)
+            for point in walk[:2]:
+                yield from self._converge(point, 1, self._known)
+        yield from self._find_longer(walks)
 
+    def find_from(self, starts: Iterable[Array]) -> Iterator[Cycle]:
+        """Yield gaits of each period from given starts, then gaits of more steps."""
+        walks = []
+        for z in starts:
+            with defer_interrupt():
+                walks.append(take_walk(self._walker, self._section, z, self._length))
+            for period in range(1, self._steps + 1):
+                yield from self._converge(z, period, self._known)
+        yield from self._find_longer(walks)
 
-def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:
-    """Return whether two cycles are the same gait, whichever of its steps comes first.
+    @property
+    def _length(self) -> int:
+        return WALK_PERIODS * self._steps if self._steps > 1 else 1
 
-    The foot speed of complete slip is not compared.
-    """
-    if len(one.sequences) != len(other.sequences) or one.z.shape != other.z.shape:
-        return False
-    return any(bool(np.allclose(one.z, point, atol=tolerance)) for point in other.points)
+    def _find_longer(self, walks: list[Array]) -> Iterator[Cycle]:
+        """Yield gaits of two and more steps, from period doublings and from close returns of walks."""
+        scaled = [walk / natural_scale(self._walker, self._section, walk[-1]) for walk in walks]
+        for period in range(2, self._steps + 1):
+            for cycle in [cycle for cycle in self._known if 2 * len(cycle.points) == period]:
+                for z, size in doubled_starts(cycle, natural_scale(self._walker, cycle.section, cycle.z)):
+                    yield from self._converge(self._lift(cycle, z), period, [cycle], size)
+            for number, at in close_returns(scaled, period):
+                yield from self._converge(walks[number][at], period, self._known)
 
-
-def random_starts(walker: Walker, count: int, seed: int) -> Iterator[Array]:
-    """Yield random points of the section with foot speed from which the walker completes at least one step.
-
-    Small steps are slow: rates are drawn up to three times the angle determined by the touchdown condition over the
-    natural time sqrt(l / g), so that pendulum-like motions of every size are sampled equally.  The foot of every other
-    start is at rest.
-    """
-    robot, rng = walker.robot, np.random.default_rng(seed)
-    section, n = Section(robot, walker.p, sliding=True), len(robot.angles)
-    natural, height = _natural_rate(robot, walker.p)
-    for i in range(count):
-        angles = -rng.uniform(0.02, 0.5, n - 1)
-        z = np.concatenate([angles, np.zeros(n + 1)])
-        size = 3 * natural * abs(section.embed(z)[section.dependent_entry])
-        z[n - 1 :] = rng.uniform(-1, 1, n + 1) * size
-        z[-1] = z[-1] * height if i % 2 and np.isfinite(walker.contact.friction) else 0.0
+    def _converge(
+        self, z: Array, period: int, deflated: Iterable[Cycle], repulsion: float = REPULSION
+    ) -> Iterator[Cycle]:
+        """Yield the gait to which Newton's method, deflated by some gaits, converges from a start, if it is new."""
+        cycles = [cycle for cycle in deflated if period % len(cycle.points) == 0]
+        known = [point for cycle in cycles for point in self._known[cycle]]
+        deflation = Deflation([KnownPoint(point, repulsion * scale) for point, scale in known])
+        if not deflation.factor(z) < LARGEST_FACTOR:
+            return
         with defer_interrupt():
-            completes_step = walker.stride(section.embed(z)).following is not None
-        if completes_step:
-            yield z
+            cycle = self._iterate(z, period, deflation)
+            if cycle is not None and (shortest := own_period(cycle)) < period:
+                cycle = self._iterate(self._lift(cycle, cycle.z), shortest)
+        if cycle is not None and not any(same_gait(cycle, other) for other in self._known):
+            points = [self._lift(cycle, point) for point in cycle.points]
+            scales = [natural_scale(self._walker, self._section, point) for point in points]
+            self._known[cycle] = tuple(map(KnownPoint, points, scales))
+            yield cycle
 
+    def _iterate(self, z: Array, period: int, deflation: Deflation | None = None) -> Cycle | None:
+        shared = self._linearisation
+        return find_cycle(self._walker, z, period, options=ITERATION, deflation=deflation, linearisation=shared)
 
-def _natural_rate(robot: Robot, p: Array) -> tuple[float, float]:
-    """Return sqrt(g / l) [rad/s] and l [m], the height of the highest point drawn in the upright pose."""
-    values = dict(zip([parameter.name for parameter in robot.parameters], p, strict=True))
-    height = float(np.max(np.asarray(robot.figure(np.zeros(robot.n_q), p))[1]))
-    return float(np.sqrt(values["gravity"] / height)), height
-
-
-def _step_limits(robot: Robot, p: Array) -> StepLimits:
-    return StepLimits(duration=20.0 / _natural_rate(robot, p)[0])
-
-
-def _outcome(stride: Stride) -> Mode | None:
-    return stride.impact.mode if stride.impact is not None else None
+    def _lift(self, cycle: Cycle, z: Array) -> Array:
+        """Return a point of a gait's section as a point of the section of the search."""
+        return self._section.project(cycle.section.embed(z))

@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
+from gaitopt.stability.deflation import Deflation
 from gaitopt.stability.return_map import Passage, ReturnMap
 
 RESIDUAL_FLOOR = 1e-15
@@ -24,11 +25,14 @@ class FixedPointOptions:
     max_iterations : int
     smallest_step : float
         Smallest damping s tried.
+    reduction : float
+        Ratio of a damping s to the next one tried.
     """
 
     tolerance: float = 1e-11
     max_iterations: int = 25
     smallest_step: float = 1 / 64
+    reduction: float = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +58,14 @@ class FixedPoint:
     iterations: int
 
 
-def find_fixed_point(return_map: ReturnMap, z: Array, options: FixedPointOptions | None = None) -> FixedPoint | None:
+def find_fixed_point(
+    return_map: ReturnMap,
+    z: Array,
+    options: FixedPointOptions | None = None,
+    *,
+    deflation: Deflation | None = None,
+    passage: Passage | None = None,
+) -> FixedPoint | None:
     """Return the fixed point to which Newton's method converges from a start, or None if it does not converge.
 
     Parameters
@@ -63,10 +74,14 @@ def find_fixed_point(return_map: ReturnMap, z: Array, options: FixedPointOptions
     z : (n_z,) array
         Start.
     options : FixedPointOptions, optional
+    deflation : Deflation, optional
+        Known fixed points, to which the iteration does not converge.
+    passage : Passage, optional
+        The steps from the start, if they were simulated before.
     """
-    options = options or FixedPointOptions()
+    options, deflation = options or FixedPointOptions(), deflation or Deflation()
     z = np.array(z, dtype=float)
-    passage = return_map(z)
+    passage = passage or return_map(z)
     if passage.end is None:
         return None
     gap, identity = passage.end - z, np.eye(z.size)
@@ -79,7 +94,8 @@ def find_fixed_point(return_map: ReturnMap, z: Array, options: FixedPointOptions
             direction: Array = np.asarray(np.linalg.solve(identity - matrix, gap), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        improved = None if last else _line_search(return_map, z, direction, error, options)
+        step = direction * deflation.step_ratio(z, direction)
+        improved = None if last else _line_search(return_map, z, step, error, options, deflation)
         if improved is None:
             converged = (
                 bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= options.tolerance
@@ -90,19 +106,24 @@ def find_fixed_point(return_map: ReturnMap, z: Array, options: FixedPointOptions
 
 
 def _line_search(
-    return_map: ReturnMap, z: Array, direction: Array, error: float, options: FixedPointOptions
+    return_map: ReturnMap,
+    z: Array,
+    direction: Array,
+    error: float,
+    options: FixedPointOptions,
+    deflation: Deflation,
 ) -> tuple[Array, Passage, Array] | None:
-    """Return the first damped step that reduces the residual, or None if no step does."""
-    step = 1.0
+    """Return the first damped step that reduces the deflated residual, or None if no step does."""
+    step, merit = 1.0, deflation.factor(z) * error
     while step >= options.smallest_step:
         trial = z + step * direction
         if np.all(np.isfinite(trial)) and np.max(np.abs(trial)) < 1e3:
             passage = return_map(trial)
             if passage.end is not None:
                 gap = passage.end - trial
-                if np.max(np.abs(gap)) < (1 - step / 4) * error:
+                if deflation.factor(trial) * np.max(np.abs(gap)) < (1 - step / 4) * merit:
                     return trial, passage, gap
         if error <= options.tolerance:
             return None
-        step /= 2
+        step /= options.reduction
     return None

@@ -14,6 +14,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.section import Section
+from gaitopt.stability.section_walk import natural_rate
 
 WalkObserver = Callable[[VerificationStep], None]
 
@@ -197,9 +198,7 @@ def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple
 def _draw_pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
     """Yield pushes of the unit ball as changes of the coordinates of the gait's section, shape (n_z,)."""
     robot, rng = walker.robot, np.random.default_rng(test.seed)
-    values = dict(zip([parameter.name for parameter in robot.parameters], walker.p, strict=True))
-    height = float(np.max(np.asarray(robot.figure(np.zeros(robot.n_q), walker.p))[1]))
-    natural, n_a = np.sqrt(values["gravity"] / height), len(robot.angles)
+    (natural, height), n_a = natural_rate(robot, walker.p), len(robot.angles)
     scale = np.array([1 / natural] * (n_a - 1) + [1.0] * n_a + ([height] if cycle.section.sliding else []))
     for _ in range(test.starts):
         direction = rng.normal(size=scale.size)

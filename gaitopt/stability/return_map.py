@@ -41,11 +41,15 @@ class ReturnMap:
     section : Section
     steps : int
         Steps per return: n for gaits of period n.
+    linearisation : Linearisation, optional
+        Derivatives of the walker's steps, if several maps share them.
     """
 
-    def __init__(self, walker: Walker, section: Section, steps: int = 1) -> None:
+    def __init__(
+        self, walker: Walker, section: Section, steps: int = 1, linearisation: Linearisation | None = None
+    ) -> None:
         self.walker, self.section, self.steps = walker, section, steps
-        self._linearisation = Linearisation(walker)
+        self._linearisation = linearisation or Linearisation(walker)
 
     def __call__(self, z: Array) -> Passage:
         """Simulate the steps from a point of the section, shape (n_z,)."""

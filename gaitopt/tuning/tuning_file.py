@@ -42,7 +42,7 @@ class TunedGains:
     >>> tuned = TunedGains(family="computed_torque", gains=gains, settings=settings, objective="", radius=0.1)
     >>> from gaitopt import compass_biped, load
     >>> tuned.law(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
-    'computed torque'
+    'computed_torque'
     """
 
     family: str

@@ -24,7 +24,7 @@ SIMPLEST = {
 UNIT = "rad/sqrt(l/g)"
 
 
-def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=60):  # leg mass / hip mass, a geometric series
+def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=40):  # leg mass / hip mass, a geometric series
     """Return the study."""
     wheel = find_cycles(rimless_wheel(), _wheel(), starts=10)[0]
     goswami = find_cycles(compass_biped(), _goswami(), starts=starts)[0]

@@ -14,7 +14,7 @@ from gaitopt import Mode
 from gaitopt.study import PublishedValue, Reproduction
 
 
-def study(friction=FRICTION, starts=100):
+def study(friction=FRICTION, starts=40):
     """Return the study; `friction` applies to Gaits B and C; Gait A never slips."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in SEQUENCES}
     need = cycles["A"].critical_friction

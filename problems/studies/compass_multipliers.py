@@ -12,7 +12,7 @@ from gaitopt import compass_biped, trace_branch
 from gaitopt.study import PublishedValue, Reproduction
 
 
-def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=100):  # points per part of a branch
+def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=40):  # points per part of a branch
     """Return the study; Gaits B and C are found at `friction` and followed from there."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in "ABC"}
     lines, remarks = _lines(cycles, np.linspace(friction, most, points), np.linspace(friction, least, points))

@@ -35,7 +35,7 @@ UNITS = {"th1": "rad", "th1_rate": "rad/s", "th2_rate": "rad/s", "foot_speed": "
 SWING = {"color": "0.6", "linewidth": 1.0, "label": "swing"}
 
 
-def study(friction=FRICTION, starts=100):
+def study(friction=FRICTION, starts=40):
     """Return the study; `friction` applies to Gaits B and C; Gait A never slips."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in SEQUENCES}
     with STYLE.figure(4.8) as figure:

@@ -25,7 +25,7 @@ def biped(friction=math.inf, slope=SLOPE):
 
 
 @functools.cache
-def gait(name, friction, starts=100):
+def gait(name, friction, starts=40):
     """Return Gait A, B or C at a friction coefficient; if two gaits share the contact sequence, the stable one.
 
     Raises

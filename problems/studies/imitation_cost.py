@@ -18,7 +18,7 @@ OPTIMAL = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
 """Cost of transport by contact sequence at friction 0.14."""
 
 
-def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.24), starts=100, torque_limit=6.0, intervals=40):  # [N m]
+def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.24), starts=40, torque_limit=6.0, intervals=40):  # [N m]
     """Return the study; 0.14 must be among the frictions."""
     imitations = {name: _imitations(name, frictions, starts) for name in SEQUENCES}
     optima = {

@@ -37,7 +37,7 @@ def wheel(friction=math.inf, slope=SLOPE, spokes=SPOKES, inertia_ratio=INERTIA_R
 
 
 @functools.cache
-def gait(kind, friction, starts=20):
+def gait(kind, friction, starts=40):
     """Return the gait of a type, A to D, at a friction coefficient.
 
     Raises

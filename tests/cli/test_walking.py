@@ -36,6 +36,17 @@ def test_stability_of_a_script():
     assert gait["step_length"] > 0
 
 
+def test_stability_reports_gaits_of_several_steps_with_their_own_period():
+    result = run("stability", PASSIVE, "--set", "friction=0.1445", "--steps", 2, "--json")
+    assert result.exit_code == 0, result.output
+    gaits = json.loads(result.stdout)["gaits"]
+    assert [gait["steps"] for gait in gaits if gait["stable"]] == [1]
+    (doubled,) = [gait for gait in gaits if gait["steps"] == 2]
+    single = next(gait for gait in gaits if gait["sequence"] == "slip+ stick | slip+")
+    assert doubled["sequence"] == "slip+ stick | slip+; slip+ stick | slip+"
+    assert doubled["period"] == pytest.approx(2 * single["period"], rel=1e-2)
+
+
 def test_stability_of_a_saved_gait():
     result = run("stability", SLIP, "--json", "--engine", "scipy")
     data = json.loads(result.stdout)
@@ -61,7 +72,8 @@ def test_a_search_for_gaits_shows_progress_unless_it_is_quiet(monkeypatch):
 
 
 def test_no_gait_is_exit_status_one():
-    result = run("stability", WHEEL, "--set", "slope=0", "--starts", 5)
+    # Friction is infinite: on level ground a wheel that slips throughout repeats its rates while its foot slows down.
+    result = run("stability", WHEEL, "--set", "slope=0", "--set", "friction=inf", "--starts", 5)
     assert result.exit_code == 1
     assert "no periodic gait found" in result.output
 

@@ -173,10 +173,21 @@ def as_pairs(multipliers):
     return [[value.real, value.imag] for value in multipliers.tolist()]
 
 
+FOOT_SPEED = 1.046566598128405
+"""Foot speed [m/s] of the gaits that slip throughout."""
+
+
 def find_passive_gaits(statement):
     """Return all periodic gaits of a passive walker that a seeded search finds, ordered by sequence and state."""
-    cycles = find_cycles(make_robot(statement["robot"]), statement["parameters"], starts=statement["starts"])
+    robot, parameters = make_robot(statement["robot"]), statement["parameters"]
+    cycles = find_cycles(robot, parameters, starts=statement["starts"])
+    cycles = [choose_foot_speed(robot, parameters, cycle) if cycle.drift else cycle for cycle in cycles]
     return sorted(map(describe_cycle, cycles), key=lambda gait: (gait["sequence"], gait["state"]))
+
+
+def choose_foot_speed(robot, parameters, cycle):
+    """Return a gait that slips throughout at the frozen foot speed, which its motion does not determine."""
+    return find_cycles(robot, parameters, starts=[cycle.state | {"foot_speed": FOOT_SPEED}])[0]
 
 
 def trace_gaits(statement):

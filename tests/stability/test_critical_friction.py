@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -73,10 +74,8 @@ def test_no_sample_of_the_step_needs_more(step):
 def test_a_force_that_is_nan_or_pulls_needs_infinite_friction(step, value):
     walker, passage = step
     force = walker.robot.acceleration[Mode.STICK]
-
-    def broken(*state):
-        return force(*state)[0], np.array([1.0, value])
-
+    inputs = force.sx_in()
+    broken = ca.Function("broken", inputs, [force(*inputs)[0], ca.vertcat(1, value)])
     robot = dataclasses.replace(walker.robot, acceleration={**walker.robot.acceleration, Mode.STICK: broken})
     walker.robot, walker.engine = robot, _Sampled(passage)
     assert critical_friction(walker, passage).friction == math.inf

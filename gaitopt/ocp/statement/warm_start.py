@@ -90,7 +90,7 @@ class WarmStart(Guess):
     --------
     >>> from gaitopt import load
     >>> WarmStart(load("docs/examples/compass_slip.h5")).describe()
-    'a gait solved before'
+    'a gait that was solved before'
     """
 
     gait: Gait = field(repr=False)
