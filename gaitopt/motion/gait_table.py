@@ -35,7 +35,7 @@ def tabulate_gait(gait: Gait) -> Facts:
         ("robot", f"{gait.robot_name}, friction {friction:g}, objective {_objective(gait)}"),
         *_script(gait),
     ]
-    if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED):
+    if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))

@@ -60,6 +60,7 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     g_upper[rows.find(Kind.TOUCHDOWN_DIRECTION)] = -margins.touchdown_rate
     g_lower[rows.find(Kind.TOUCHDOWN_AHEAD)] = margins.touchdown_armed
     g_lower[rows.find(Kind.NORMAL_FORCE)] = margins.normal_force
+    g_lower[rows.find(Kind.SLIDING_INERTIA)] = margins.sliding_inertia
     for actuator, rate in zip(actuators, limits.torque_rates(actuators), strict=True):
         places = rows.find(Kind.TORQUE_RATE, actuator)
         g_lower[places], g_upper[places] = -rate, rate

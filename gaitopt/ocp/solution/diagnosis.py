@@ -1,4 +1,4 @@
-"""Diagnosis of a solution: violated constraints by phase, node and name, and warnings."""
+"""Diagnosis of a solution: violated constraints by phase, node and name, inaccuracy of the plan, and warnings."""
 
 from dataclasses import replace
 
@@ -48,13 +48,13 @@ def violations(
     return tuple(worst.values())[:most]
 
 
-def warnings(
+def report_inaccuracies(
     transcription: Transcription, problem: GaitProblem, x: Array, error: float, outside: float
 ) -> tuple[str, ...]:
-    """Return the warnings of a solution, one sentence each.
+    """Return why the plan of a solution is inaccurate, one sentence each; empty if it is accurate.
 
-    They concern the error between nodes, contact modes violated there, a swing foot that is too low or touches down
-    before the end, and phases of minimum duration.
+    The sentences concern the error between nodes, contact modes violated there, and a swing foot that is too low or
+    touches down before the end.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def warnings(
     if not outside <= ROUNDING:
         sentences.append(
             f"the contact mode is violated by {outside:.1e} between nodes: use more intervals, or larger Margins "
-            f"(cone, normal_force, slip_speed)."
+            f"(cone, normal_force, slip_speed, sliding_inertia)."
         )
     low = lack_of_height(transcription, problem, x)
     if not low <= SCUFF:
@@ -87,10 +87,15 @@ def warnings(
             f"the plan touches down before its end, after {early.place}, and its replay ends the step there: try "
             f"another step_length or speed, or Limits.clearance for a walker with knees."
         )
-    shortest = problem.limits.shortest_phase
-    for phase in transcription.phases:
-        if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
-            sentences.append(
-                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without it may have a lower cost."
-            )
     return tuple(sentences)
+
+
+def report_short_phases(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:
+    """Return a sentence for each phase of minimum duration."""
+    shortest = problem.limits.shortest_phase
+    durations = x[transcription.variables[Unknown.DURATION][0]]
+    return tuple(
+        f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without it may have a lower cost."
+        for phase, duration in zip(transcription.phases, durations, strict=True)
+        if duration < 1.01 * shortest
+    )

@@ -1,6 +1,7 @@
 """Mesh refinement: from coarse grids to a plan that is accurate between its nodes and touches down at its end."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from gaitopt.errors import InputError
@@ -21,12 +22,18 @@ MAX_GUARD_REPAIRS = 3
 GAIN = 1e-4
 """Relative decrease of the objective that justifies another shift of the node at which the touchdown is armed."""
 
+Refinement = Callable[[SingleStart, GridSolution], GridSolution]
+"""Refinement of a solution after the solve on its grid."""
+
 STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
 """Statuses after which no further solve is started."""
 
 
 def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
-    """Return the solution on the grid of the problem, warm-started from coarser grids."""
+    """Return the solution on the grid of the problem, warm-started from coarser grids.
+
+    An early touchdown is excluded on the first grid whose plan has one.
+    """
     problem, guess = start.problem, start.guess
     grids, warm_start, barrier = problem.transcription.list_grids(problem.sequence), None, BARRIER_SAME_PROBLEM
     known = guess.solution_for(problem.sequence)
@@ -40,6 +47,8 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
         solution = start.solve_on_grid(method, warm_start, barrier)
         if solution.outcome.status in STOPPED and coarse is not None:
             return coarse.mark_stopped(solution.outcome)
+        if solution.outcome.status.ok:
+            solution = _exclude_early_touchdown(start, solution, coarse=method is not grids[-1])
         if solution.outcome.status in STOPPED_EARLY:
             return solution
         if not solution.outcome.status.ok:
@@ -78,6 +87,24 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
 
 def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return a nearby solution that does not touch down before its end, or the given one if none is found."""
+    repaired = _add_guard(start, solution, refine_mesh)
+    return _improve_arming_node(start, repaired, refine_mesh) if repaired.outcome.status.ok else repaired
+
+
+def _exclude_early_touchdown(start: SingleStart, solution: GridSolution, *, coarse: bool) -> GridSolution:
+    """Return a nearby solution on the same grid that does not touch down before its end, or the given one."""
+    repaired = _add_guard(start, solution, _keep_mesh)
+    if repaired is not solution and repaired.outcome.status.ok and coarse:
+        repaired = _improve_arming_node(start, repaired, _keep_mesh)
+    return repaired
+
+
+def _keep_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
+    return solution
+
+
+def _add_guard(start: SingleStart, solution: GridSolution, refine: Refinement) -> GridSolution:
+    """Return the solution with guard constraints if it touches down early, or the given one if that has no solution."""
     tries = MAX_GUARD_REPAIRS if math.isfinite(start.problem.transcription.tolerance) else 0
     for number in range(tries):
         early = None
@@ -85,28 +112,32 @@ def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSo
             early = early_touchdown(solution.transcription, start.problem, solution.x)
         if early is None:
             break
-        repaired = _solve_with_guard(start, solution, replace(early.schedule, least=early.schedule.least * 4**number))
+        schedule = replace(early.schedule, least=early.schedule.least * 4**number)
+        repaired = _solve_with_guard(start, solution, schedule, refine)
         if not repaired.outcome.status.ok:
+            start.schedule = solution.transcription.structure.schedule
             return repaired if repaired.outcome.status in STOPPED_EARLY else solution
         solution = repaired
-    return _improve_arming_node(start, solution)
+    return solution
 
 
-def _solve_with_guard(start: SingleStart, solution: GridSolution, schedule: GuardSchedule) -> GridSolution:
+def _solve_with_guard(
+    start: SingleStart, solution: GridSolution, schedule: GuardSchedule, refine: Refinement
+) -> GridSolution:
     """Solve again from a solution with guard constraints; if that is interrupted, return the given solution."""
     start.schedule = schedule
     warm_start = solution_of(solution.transcription, solution.outcome)
-    constrained = refine_mesh(start, start.solve_on_grid(solution.method, warm_start, BARRIER_NEARBY_PROBLEM))
+    constrained = refine(start, start.solve_on_grid(solution.method, warm_start, BARRIER_NEARBY_PROBLEM))
     if constrained.outcome.status in STOPPED_EARLY:
         return solution.mark_stopped(constrained.outcome)
     return constrained
 
 
-def _improve_arming_node(start: SingleStart, solution: GridSolution) -> GridSolution:
+def _improve_arming_node(start: SingleStart, solution: GridSolution, refine: Refinement) -> GridSolution:
     """Return the lowest-cost solution over shifts of the node at which the touchdown is armed."""
     for side in (-1, 1):
         while schedule := shift_arming(solution.transcription.phases, solution.transcription.structure.schedule, side):
-            shifted = _solve_with_guard(start, solution, schedule)
+            shifted = _solve_with_guard(start, solution, schedule, refine)
             if shifted.outcome.status in STOPPED_EARLY:
                 return shifted
             decrease = solution.outcome.objective - shifted.outcome.objective
@@ -115,4 +146,5 @@ def _improve_arming_node(start: SingleStart, solution: GridSolution) -> GridSolu
             if early_touchdown(shifted.transcription, start.problem, shifted.x) is not None:
                 break
             solution = shifted
+    start.schedule = solution.transcription.structure.schedule
     return solution

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.contacts.transition import PARADOX_MARGIN
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, make_motion, make_segment
 from gaitopt.ocp.nlp.keys import Unknown
@@ -93,8 +94,8 @@ class BetweenNodes:
     drift : float
         Largest deviation of the integrated state from a node (rad, rad/s, m, m/s).
     outside : float
-        Largest violation of a contact mode: relative excess of a force over the friction cone, a normal force that
-        pulls, or speed [m/s] of a slide in the wrong direction; constraints hold at nodes and inner points only.
+        Largest violation of a contact mode: relative excess of a force over the friction cone, or speed [m/s] of a
+        slide in the wrong direction; 1 if a normal force pulls or a slip is not well posed.
     """
 
     drift: float
@@ -116,17 +117,18 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
         reached = ends[:continuous, -1]  # the slide of the foot starts from zero in each phase
         static = float(dynamics.robot.static_friction(p))
-        outside = worst(outside, _violation_between(dynamics, ends[:, :-1], fine[:, 1:-1], p, static))
+        visited = np.hstack([initial[: dynamics.n_x, None], ends[:, :-1]])
+        outside = worst(outside, _violation_between(dynamics, visited, fine[:, :-1], p, static))
     return BetweenNodes(drift, outside)
 
 
 def _violation_between(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array, friction: float) -> float:
     """Return the largest violation of a contact mode over states, shape (n_x, K)."""
-    force = _build_forces(dynamics, states.shape[1])(states, torque, p)
-    tangential, normal = np.asarray(force)
+    force, inertia = map(np.asarray, _build_forces(dynamics, states.shape[1])(states, torque, p))
+    tangential, normal = force
     pulls = np.where(np.isfinite(normal), normal <= 0, np.inf)
     if dynamics.mode.slips:
-        return worst(-dynamics.mode.sign * states[-1], pulls)
+        return worst(-dynamics.mode.sign * states[-1], pulls, inertia <= PARADOX_MARGIN)
     with np.errstate(over="ignore"):  # a pulling force is outside any cone
         cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1
     return worst(cone if math.isfinite(friction) else 0.0, pulls)
@@ -134,10 +136,12 @@ def _violation_between(dynamics: PhaseDynamics, states: Array, torque: Array, p:
 
 @functools.lru_cache(maxsize=64)
 def _build_forces(dynamics: PhaseDynamics, count: int) -> ca.Function:
-    """Return (states, torques, p) -> contact forces (2, count)."""
+    """Return (states, torques, p) -> contact forces (2, count), share of the mass that resists the slip (1, count)."""
     state, torque = ca.SX.sym("state", dynamics.n_x), ca.SX.sym("torque", dynamics.robot.n_u)
     p = ca.SX.sym("p", len(dynamics.robot.parameters))
-    single = ca.Function("force", [state, torque, p], [dynamics.flow(state, torque, p)[1]])
+    shares = dynamics.robot.wellposed(dynamics.full(state)[0], p)
+    inertia = shares[0 if dynamics.mode.sign > 0 else 1] if dynamics.mode.slips else ca.SX(1)
+    single = ca.Function("force", [state, torque, p], [dynamics.flow(state, torque, p)[1], inertia])
     return single.map("forces", "serial", count, [2], [])
 
 

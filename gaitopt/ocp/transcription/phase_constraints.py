@@ -179,13 +179,14 @@ def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Blo
 
 
 def start_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
-    """Return the block of the start of a slip from rest: the slip acceleration has the sign of the slip."""
+    """Return the block of the start of a slip from rest: the sticking force is outside the cone."""
     local = BlockVariables(builder, 1)
     p = local.parameters()
     first = point_at(builder, phase, dynamics, local, [phase.first], p)
-    table = [Row(Key(Kind.BREAKAWAY), 0.0, math.inf)]
+    table = [Row(Key(Kind.SLIP_FROM_REST), 0.0, math.inf)]
     rows = builder.rows.add((Group.START, phase.number), table, [phase.place(0)])
-    return local.block(f"start_{phase.number}", phase.mode.sign * first.acceleration[-1], rows)
+    excess = dynamics.excess_at_rest(first.state, first.torque, p, _cone_margin(builder))
+    return local.block(f"start_{phase.number}", excess, rows)
 
 
 def last_power_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
@@ -224,14 +225,21 @@ def _balance(builder: NlpBuilder, dynamics: PhaseDynamics) -> list[Row]:
 def _path(
     builder: NlpBuilder, dynamics: PhaseDynamics, point: Point, p: ca.SX, *, sliding: bool
 ) -> tuple[list[Row], ca.SX]:
-    """Return rows and values of the constraints at a point: equations of the scheme, cone, direction of slip."""
-    conditions, values = dynamics.path(point.force, p, builder.data[len(builder.robot.parameters)])
+    """Return rows and values of the constraints at a point: equations of the scheme, cone, slip."""
+    conditions, values = dynamics.path(point.force, p, _cone_margin(builder))
     table = _balance(builder, dynamics) + [Row(Key(KINDS[condition]), 0.0, math.inf) for condition in conditions]
     values = ca.vertcat(point.residual, values)
+    if dynamics.mode.slips:
+        table.append(Row(Key(Kind.SLIDING_INERTIA), 0.0, math.inf))
+        values = ca.vertcat(values, dynamics.sliding_inertia(point.state, p))
     if sliding and dynamics.mode.slips:
         table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
         values = ca.vertcat(values, dynamics.mode.sign * point.state[-1])
     return table, values
+
+
+def _cone_margin(builder: NlpBuilder) -> ca.SX:
+    return builder.data[len(builder.robot.parameters)]
 
 
 def _onset(dynamics: PhaseDynamics, force: ca.SX, p: ca.SX, slip: Mode) -> tuple[list[Row], ca.SX]:
