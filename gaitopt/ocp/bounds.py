@@ -9,6 +9,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.statement.well_posedness import may_be_ill_posed
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.method import Method
@@ -36,9 +37,18 @@ def structure(
         free_slope=len(set(problem.slope_range)) > 1,
         rate_limited=not is_open and any(map(math.isfinite, limits.torque_rates(robot.actuators))),
         cleared=limits.clearance is not None,
+        inertia_limited=not is_open and _is_inertia_limited(problem),
         schedule=schedule,
         relaxation=relaxation,
     )
+
+
+def _is_inertia_limited(problem: GaitProblem) -> bool:
+    """Return whether the sliding inertia is constrained: whether some slip of the sequence may be ill posed."""
+    if not any(mode.slips for mode in problem.sequence.phases):
+        return False
+    angles = problem.limits.angles(problem.robot.angles)
+    return may_be_ill_posed(problem.robot, problem.values, angles, problem.margins.sliding_inertia)
 
 
 def data_vector(problem: GaitProblem) -> Array:

@@ -10,10 +10,14 @@ from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Key, Place, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
+from gaitopt.ocp.solution.trajectory import BetweenNodes
 from gaitopt.ocp.transcription.transcription import Transcription
 
 ROUNDING = 1e-7
 """Violation of a contact mode below which it is due to the tolerance of the solver."""
+
+LEAST_RESERVE = 1e-9
+"""Least distance to another contact mode inside a phase at which the simulator stays in the mode."""
 
 
 def violations(
@@ -49,7 +53,7 @@ def violations(
 
 
 def report_inaccuracies(
-    transcription: Transcription, problem: GaitProblem, x: Array, error: float, outside: float
+    transcription: Transcription, problem: GaitProblem, x: Array, error: float, between: BetweenNodes
 ) -> tuple[str, ...]:
     """Return why the plan of a solution is inaccurate, one sentence each; empty if it is accurate.
 
@@ -62,8 +66,8 @@ def report_inaccuracies(
         Decision vector.
     error : float
         Error between nodes, or of the energy balance, after the last refinement.
-    outside : float
-        Largest violation of a contact mode between nodes.
+    between : BetweenNodes
+        Contact modes between the nodes.
     """
     sentences = []
     if not error <= problem.transcription.tolerance:
@@ -71,10 +75,15 @@ def report_inaccuracies(
             f"the error between nodes is {error:.1e}, not within the tolerance "
             f"{problem.transcription.tolerance:.1e}: use more intervals."
         )
-    if not outside <= ROUNDING:
+    if not between.outside <= ROUNDING:
         sentences.append(
-            f"the contact mode is violated by {outside:.1e} between nodes: use more intervals, or larger Margins "
+            f"the contact mode is violated by {between.outside:.1e} between nodes: use more intervals, or larger Margins "
             f"(cone, normal_force, slip_speed, sliding_inertia)."
+        )
+    elif not between.reserve > LEAST_RESERVE:
+        sentences.append(
+            f"the foot changes its contact mode between nodes: {between.reserve:.1e} is the least of its share of the "
+            f"friction cone in stick and its speed in slip [m/s]; use larger Margins (cone, slip_speed)."
         )
     low = lack_of_height(transcription, problem, x)
     if not low <= SCUFF:

@@ -116,7 +116,7 @@ class GridSolution:
     def inaccuracies(self) -> tuple[str, ...]:
         """Sentences that state why the plan is not a motion of the robot between the nodes; empty if it is."""
         transcription, problem = self.transcription, self.problem
-        reasons = report_inaccuracies(transcription, problem, self.outcome.x, self.error, self.between.outside)
+        reasons = report_inaccuracies(transcription, problem, self.outcome.x, self.error, self.between)
         with defer_interrupt():
             transitions = report_inconsistent_transitions(problem.robot, transcription.phases, self.motion)
         return reasons + transitions

@@ -96,15 +96,19 @@ class BetweenNodes:
     outside : float
         Largest violation of a contact mode: relative excess of a force over the friction cone, or speed [m/s] of a
         slide in the wrong direction; 1 if a normal force pulls or a slip is not well posed.
+    reserve : float
+        Least distance to another contact mode inside the phases: share of the friction cone that a sticking force
+        leaves free, or speed of a sliding foot [m/s]; inf without a friction limit.
     """
 
     drift: float
     outside: float
+    reserve: float = math.inf
 
 
 def check_between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> BetweenNodes:
     """Integrate a plan between its nodes under the planned torques and compare."""
-    robot, drift, outside = transcription.structure.robot, 0.0, 0.0
+    robot, drift, outside, reserve = transcription.structure.robot, 0.0, 0.0, math.inf
     p, continuous, reached = robot.vector(values), 2 * len(robot.angles), np.empty(0)
     for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         states, torque = read_states(transcription, phase, x)
@@ -116,22 +120,24 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         ends = np.asarray(integrate(initial, fine[:, :-1], fine[:, 1:], step, p))[: dynamics.n_x]
         drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
         reached = ends[:continuous, -1]  # the slide of the foot starts from zero in each phase
-        static = float(dynamics.robot.static_friction(p))
         visited = np.hstack([initial[: dynamics.n_x, None], ends[:, :-1]])
-        outside = worst(outside, _violation_between(dynamics, visited, fine[:, :-1], p, static))
-    return BetweenNodes(drift, outside)
+        violation, distance = _compare_with_mode(dynamics, visited, fine[:, :-1], p)
+        outside, reserve = worst(outside, violation), -worst(-reserve, -distance)
+    return BetweenNodes(drift, outside, reserve)
 
 
-def _violation_between(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array, friction: float) -> float:
-    """Return the largest violation of a contact mode over states, shape (n_x, K)."""
+def _compare_with_mode(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array) -> tuple[float, float]:
+    """Return the largest violation of a contact mode over states, shape (n_x, K), and the reserve after the first."""
     force, inertia = map(np.asarray, _build_forces(dynamics, states.shape[1])(states, torque, p))
     tangential, normal = force
     pulls = np.where(np.isfinite(normal), normal <= 0, np.inf)
     if dynamics.mode.slips:
-        return worst(-dynamics.mode.sign * states[-1], pulls, inertia <= PARADOX_MARGIN)
+        speed = dynamics.mode.sign * states[-1]
+        return worst(-speed, pulls, inertia <= PARADOX_MARGIN), -worst(-speed[1:])
+    friction = float(dynamics.robot.static_friction(p))
     with np.errstate(over="ignore"):  # a pulling force is outside any cone
         cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1
-    return worst(cone if math.isfinite(friction) else 0.0, pulls)
+    return worst(cone if math.isfinite(friction) else 0.0, pulls), -worst(cone) if math.isfinite(friction) else math.inf
 
 
 @functools.lru_cache(maxsize=64)

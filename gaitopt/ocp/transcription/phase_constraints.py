@@ -229,7 +229,7 @@ def _path(
     conditions, values = dynamics.path(point.force, p, _cone_margin(builder))
     table = _balance(builder, dynamics) + [Row(Key(KINDS[condition]), 0.0, math.inf) for condition in conditions]
     values = ca.vertcat(point.residual, values)
-    if dynamics.mode.slips:
+    if dynamics.mode.slips and builder.inertia_limited:
         table.append(Row(Key(Kind.SLIDING_INERTIA), 0.0, math.inf))
         values = ca.vertcat(values, dynamics.sliding_inertia(point.state, p))
     if sliding and dynamics.mode.slips:
