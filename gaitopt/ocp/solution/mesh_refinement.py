@@ -48,7 +48,7 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
         if solution.outcome.status in STOPPED and coarse is not None:
             return coarse.mark_stopped(solution.outcome)
         if solution.outcome.status.ok:
-            solution = _exclude_early_touchdown(start, solution, coarse=method is not grids[-1])
+            solution = _exclude_early_touchdown(start, solution, _keep_mesh)
         if solution.outcome.status in STOPPED_EARLY:
             return solution
         if not solution.outcome.status.ok:
@@ -87,24 +87,15 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
 
 def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return a nearby solution that does not touch down before its end, or the given one if none is found."""
-    repaired = _add_guard(start, solution, refine_mesh)
-    return _improve_arming_node(start, repaired, refine_mesh) if repaired.outcome.status.ok else repaired
-
-
-def _exclude_early_touchdown(start: SingleStart, solution: GridSolution, *, coarse: bool) -> GridSolution:
-    """Return a nearby solution on the same grid that does not touch down before its end, or the given one."""
-    repaired = _add_guard(start, solution, _keep_mesh)
-    if repaired is not solution and repaired.outcome.status.ok and coarse:
-        repaired = _improve_arming_node(start, repaired, _keep_mesh)
-    return repaired
+    return _improve_arming_node(start, _exclude_early_touchdown(start, solution, refine_mesh))
 
 
 def _keep_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
     return solution
 
 
-def _add_guard(start: SingleStart, solution: GridSolution, refine: Refinement) -> GridSolution:
-    """Return the solution with guard constraints if it touches down early, or the given one if that has no solution."""
+def _exclude_early_touchdown(start: SingleStart, solution: GridSolution, refine: Refinement) -> GridSolution:
+    """Return a nearby solution with guard constraints if the given one touches down early and there is one."""
     tries = MAX_GUARD_REPAIRS if math.isfinite(start.problem.transcription.tolerance) else 0
     for number in range(tries):
         early = None
@@ -122,7 +113,7 @@ def _add_guard(start: SingleStart, solution: GridSolution, refine: Refinement) -
 
 
 def _solve_with_guard(
-    start: SingleStart, solution: GridSolution, schedule: GuardSchedule, refine: Refinement
+    start: SingleStart, solution: GridSolution, schedule: GuardSchedule, refine: Refinement = refine_mesh
 ) -> GridSolution:
     """Solve again from a solution with guard constraints; if that is interrupted, return the given solution."""
     start.schedule = schedule
@@ -133,11 +124,11 @@ def _solve_with_guard(
     return constrained
 
 
-def _improve_arming_node(start: SingleStart, solution: GridSolution, refine: Refinement) -> GridSolution:
+def _improve_arming_node(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return the lowest-cost solution over shifts of the node at which the touchdown is armed."""
     for side in (-1, 1):
         while schedule := shift_arming(solution.transcription.phases, solution.transcription.structure.schedule, side):
-            shifted = _solve_with_guard(start, solution, schedule, refine)
+            shifted = _solve_with_guard(start, solution, schedule)
             if shifted.outcome.status in STOPPED_EARLY:
                 return shifted
             decrease = solution.outcome.objective - shifted.outcome.objective
@@ -146,5 +137,4 @@ def _improve_arming_node(start: SingleStart, solution: GridSolution, refine: Ref
             if early_touchdown(shifted.transcription, start.problem, shifted.x) is not None:
                 break
             solution = shifted
-    start.schedule = solution.transcription.structure.schedule
     return solution
