@@ -10,6 +10,7 @@ from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Unknown
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, violations
 from gaitopt.ocp.solution.swing_foot_checks import lack_of_height
+from gaitopt.ocp.solution.trajectory import BetweenNodes
 from gaitopt.ocp.transcription.collocation import lobatto_points
 from gaitopt.ocp.transcription.relaxation import ExactPenalty
 from gaitopt.ocp.transcription.transcription import transcribe

@@ -91,7 +91,12 @@ def report_inaccuracies(
             f"the swing foot is {low:.1e} m lower than Limits.clearance between nodes: use more intervals."
         )
     early = early_touchdown(transcription, problem, x)
-    if early is not None:
+    if early is not None and early.grazes:
+        sentences.append(
+            f"the swing foot does not come from above after {early.place}: the touchdown at the end of the plan is not "
+            f"located by a replay; try a larger Margins.touchdown_rate, or another step_length or speed."
+        )
+    elif early is not None:
         sentences.append(
             f"the plan touches down before its end, after {early.place}, and its replay ends the step there: try "
             f"another step_length or speed, or Limits.clearance for a walker with knees."

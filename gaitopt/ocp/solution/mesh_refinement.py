@@ -87,7 +87,24 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
 
 def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return a nearby solution that does not touch down before its end, or the given one if none is found."""
+    if solution.transcription.structure.schedule is not None:
+        solution = _release_guard(start, solution)
     return _improve_arming_node(start, _exclude_early_touchdown(start, solution, refine_mesh))
+
+
+def _release_guard(start: SingleStart, solution: GridSolution) -> GridSolution:
+    """Return the solution without the guard constraints of a coarse grid if they are not needed and raise the cost."""
+    schedule = solution.transcription.structure.schedule
+    if not solution.outcome.status.ok:
+        return solution
+    released = _solve_with_guard(start, solution, None)
+    if released.outcome.status in STOPPED_EARLY:
+        return released
+    if released.outcome.status.ok and early_touchdown(released.transcription, start.problem, released.x) is None:
+        if released.outcome.objective <= solution.outcome.objective:
+            return released
+    start.schedule = schedule
+    return solution
 
 
 def _keep_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
@@ -113,9 +130,9 @@ def _exclude_early_touchdown(start: SingleStart, solution: GridSolution, refine:
 
 
 def _solve_with_guard(
-    start: SingleStart, solution: GridSolution, schedule: GuardSchedule, refine: Refinement = refine_mesh
+    start: SingleStart, solution: GridSolution, schedule: GuardSchedule | None, refine: Refinement = refine_mesh
 ) -> GridSolution:
-    """Solve again from a solution with guard constraints; if that is interrupted, return the given solution."""
+    """Solve again from a solution with guard constraints or without; if interrupted, return the given solution."""
     start.schedule = schedule
     warm_start = solution_of(solution.transcription, solution.outcome)
     constrained = refine(start, start.solve_on_grid(solution.method, warm_start, BARRIER_NEARBY_PROBLEM))

@@ -133,11 +133,19 @@ def _compare_with_mode(dynamics: PhaseDynamics, states: Array, torque: Array, p:
     pulls = np.where(np.isfinite(normal), normal <= 0, np.inf)
     if dynamics.mode.slips:
         speed = dynamics.mode.sign * states[-1]
-        return worst(-speed, pulls, inertia <= PARADOX_MARGIN), -worst(-speed[1:])
+        return worst(-speed, pulls, inertia <= PARADOX_MARGIN), _least(speed[1:])
     friction = float(dynamics.robot.static_friction(p))
     with np.errstate(over="ignore"):  # a pulling force is outside any cone
         cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1
     return worst(cone if math.isfinite(friction) else 0.0, pulls), -worst(cone) if math.isfinite(friction) else math.inf
+
+
+def _least(speed: Array) -> float:
+    """Return the least of equidistant samples of a speed, and of minima between them estimated by parabolas."""
+    rise, bend = (speed[2:] - speed[:-2]) / 2, speed[2:] - 2 * speed[1:-1] + speed[:-2]
+    lowest = np.flatnonzero(bend > np.abs(rise))
+    # The parabola lies rise^2 / (2 bend) below its middle sample; twice that covers the error of the parabola.
+    return -worst(-speed, rise[lowest] ** 2 / bend[lowest] - speed[1:-1][lowest])
 
 
 @functools.lru_cache(maxsize=64)
