@@ -35,6 +35,9 @@ from gaitopt.status import Status
 BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
 """Barrier parameters of a warm start from the same problem on another grid, and from another problem."""
 
+AT_TOUCHDOWN = 0.1
+"""Weight of the effect of the drift at touchdown, which is larger than the drift but for a usual touchdown not tenfold."""
+
 
 @dataclass(frozen=True, eq=False)
 class GridSolution:
@@ -82,8 +85,10 @@ class GridSolution:
 
     @functools.cached_property
     def error(self) -> float:
-        """Larger of the drift between the nodes and the relative error of the energy balance."""
-        return worst(self.between.drift, ledger(self.motion).relative_residual)
+        """Largest of the drift between the nodes, its effect at touchdown and the error of the energy balance."""
+        return worst(
+            self.between.drift, AT_TOUCHDOWN * self.between.touchdown, ledger(self.motion).relative_residual
+        )
 
     def refine_feasibility(self) -> "GridSolution":
         """Return the solution with its equality constraints satisfied to rounding."""

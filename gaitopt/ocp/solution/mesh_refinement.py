@@ -100,9 +100,9 @@ def _release_guard(start: SingleStart, solution: GridSolution) -> GridSolution:
     released = _solve_with_guard(start, solution, None)
     if released.outcome.status in STOPPED_EARLY:
         return released
-    if released.outcome.status.ok and early_touchdown(released.transcription, start.problem, released.x) is None:
-        if released.outcome.objective <= solution.outcome.objective:
-            return released
+    lower = released.outcome.status.ok and released.outcome.objective <= solution.outcome.objective
+    if lower and early_touchdown(released.transcription, start.problem, released.x) is None:
+        return released
     start.schedule = schedule
     return solution
 

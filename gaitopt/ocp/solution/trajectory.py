@@ -99,11 +99,15 @@ class BetweenNodes:
     reserve : float
         Least distance to another contact mode inside the phases: share of the friction cone that a sticking force
         leaves free, or speed of a sliding foot [m/s]; inf without a friction limit.
+    touchdown : float
+        Change of the state during the delay of the touchdown of the integrated motion (rad, rad/s, m, m/s): the drift
+        of the touchdown guard over its rate, which is small at a touchdown that grazes the ground.
     """
 
     drift: float
     outside: float
     reserve: float = math.inf
+    touchdown: float = 0.0
 
 
 def check_between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> BetweenNodes:
@@ -123,7 +127,17 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         visited = np.hstack([initial[: dynamics.n_x, None], ends[:, :-1]])
         violation, distance = _compare_with_mode(dynamics, visited, fine[:, :-1], p)
         outside, reserve = worst(outside, violation), -worst(-reserve, -distance)
-    return BetweenNodes(drift, outside, reserve)
+    return BetweenNodes(drift, outside, reserve, _change_during_delay(dynamics, ends[:, -1], fine[:, -1], p))
+
+
+def _change_during_delay(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array) -> float:
+    """Return the largest change of the last state of a step, shape (n_x,), until its touchdown guard is zero."""
+    n, robot = dynamics.n_angles, dynamics.robot
+    slide, speed = state[2 * n :] if dynamics.slides else (0.0, 0.0)
+    q, v = np.concatenate([[slide, 0.0], state[:n]]), np.concatenate([[speed, 0.0], state[n : 2 * n]])
+    guard, rate, _ = (float(output) for output in robot.touchdown(q, v, p))
+    acceleration = np.asarray(robot.acceleration[dynamics.mode](q, v, torque, p)[0]).ravel()
+    return worst(np.abs(v), np.abs(acceleration)) * abs(guard / rate) if rate else math.inf
 
 
 def _compare_with_mode(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array) -> tuple[float, float]:
