@@ -9,7 +9,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.statement.well_posedness import may_be_ill_posed
+from gaitopt.ocp.statement.well_posedness import allows_paradox
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.method import Method
@@ -48,7 +48,7 @@ def _is_inertia_limited(problem: GaitProblem) -> bool:
     if not any(mode.slips for mode in problem.sequence.phases):
         return False
     angles = problem.limits.angles(problem.robot.angles)
-    return may_be_ill_posed(problem.robot, problem.values, angles, problem.margins.sliding_inertia)
+    return allows_paradox(problem.robot, problem.values, angles, problem.margins.sliding_inertia)
 
 
 def data_vector(problem: GaitProblem) -> Array:

@@ -89,7 +89,7 @@ def test_where_no_other_plan_is_found_the_early_one_is_kept(problem, early, monk
     assert kept.status is Status.PLAN_INACCURATE
     assert kept.cost_of_transport == pytest.approx(early.cost_of_transport, rel=1e-6)
     assert kept.problem["landing"] is None
-    with pytest.raises(InputError, match="plan_inaccurate.* touches down before its end, after phase 1"):
+    with pytest.raises(InputError, match=r"plan_inaccurate.* touches down before its end, after phase 1"):
         kept.require()
     assert kept.solver.iterations > early.solver.iterations
 

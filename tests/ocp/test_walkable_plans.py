@@ -29,9 +29,8 @@ from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids
 from gaitopt.ocp.solution.swing_foot_checks import early_touchdown
 from gaitopt.ocp.solution.trajectory import check_between_nodes
 from gaitopt.ocp.solution.transition_checks import report_inconsistent_transitions
-from gaitopt.ocp.statement.well_posedness import may_be_ill_posed
+from gaitopt.ocp.statement.well_posedness import allows_paradox
 from gaitopt.ocp.transcription.collocation import Lobatto
-from gaitopt.ocp.transcription.transcription import transcribe
 from gaitopt.progress import silent
 from gaitopt.study.storage.failure_reason import explain_failure
 from tests.ocp.nlp_examples import SCHEMES, example_nlp, unknowns
@@ -131,7 +130,7 @@ def test_the_sliding_inertia_is_constrained_at_every_point_of_a_slip(reference_p
     assert not example_nlp(SLIP, (3, 2), TorqueSquared(), scheme).constraints.find(Kind.SLIDING_INERTIA).size
 
 
-def test_the_sliding_inertia_is_constrained_only_where_slip_may_be_ill_posed(reference_problem):
+def test_the_sliding_inertia_is_constrained_only_where_slip_allows_paradox(reference_problem):
     def is_limited(**changes):
         problem = reference_problem(**changes)
         return structure(problem, problem.transcription).inertia_limited
@@ -140,7 +139,7 @@ def test_the_sliding_inertia_is_constrained_only_where_slip_may_be_ill_posed(ref
     assert is_limited(sequence=SLIP, friction=0.8)
     assert not is_limited(sequence="stick | stick", friction=0.8)
     values = reference_problem().values
-    assert may_be_ill_posed(ROBOT, values | {"leg_mass": math.nan}, [(-1.0, 1.0)] * 2, 0.0)
+    assert allows_paradox(ROBOT, values | {"leg_mass": math.nan}, [(-1.0, 1.0)] * 2, 0.0)
 
 
 def test_a_gait_keeps_the_margin_of_the_sliding_inertia(reference_problem):
@@ -190,9 +189,7 @@ def test_transitions_are_those_of_the_simulator(planned):
     gait, _, transcription, _ = planned
     phases, motion, (jump,) = transcription.phases, gait.motion, gait.motion.jumps
     assert report_inconsistent_transitions(ROBOT, phases, motion) == ()
-    (reason,) = report_inconsistent_transitions(
-        ROBOT, phases, replace(motion, jumps=(replace(jump, mode=Mode.STICK),))
-    )
+    (reason,) = report_inconsistent_transitions(ROBOT, phases, replace(motion, jumps=(replace(jump, mode=Mode.STICK),)))
     assert reason.startswith("the impact has the outcome slip+ instead of stick")
     inside = replace(phases[1], mode=Mode.SLIP_FORWARD, breaks_away=True)
     (reason,) = report_inconsistent_transitions(ROBOT, (phases[0], inside), motion)

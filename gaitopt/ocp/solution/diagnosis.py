@@ -77,8 +77,8 @@ def report_inaccuracies(
         )
     if not between.outside <= ROUNDING:
         sentences.append(
-            f"the contact mode is violated by {between.outside:.1e} between nodes: use more intervals, or larger Margins "
-            f"(cone, normal_force, slip_speed, sliding_inertia)."
+            f"the contact mode is violated by {between.outside:.1e} between nodes: use more intervals, or larger "
+            f"Margins (cone, normal_force, slip_speed, sliding_inertia)."
         )
     elif not between.reserve > LEAST_RESERVE:
         sentences.append(

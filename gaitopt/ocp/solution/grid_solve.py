@@ -36,7 +36,7 @@ BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
 """Barrier parameters of a warm start from the same problem on another grid, and from another problem."""
 
 AT_TOUCHDOWN = 0.1
-"""Weight of the effect of the drift at touchdown, which is larger than the drift but for a usual touchdown not tenfold."""
+"""Weight of the effect of the drift at touchdown, which for a usual touchdown is less than ten times the drift."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +86,7 @@ class GridSolution:
     @functools.cached_property
     def error(self) -> float:
         """Largest of the drift between the nodes, its effect at touchdown and the error of the energy balance."""
-        return worst(
-            self.between.drift, AT_TOUCHDOWN * self.between.touchdown, ledger(self.motion).relative_residual
-        )
+        return worst(self.between.drift, AT_TOUCHDOWN * self.between.touchdown, ledger(self.motion).relative_residual)
 
     def refine_feasibility(self) -> "GridSolution":
         """Return the solution with its equality constraints satisfied to rounding."""

@@ -1,4 +1,4 @@
-"""Checks of the transitions of a plan against the choices of the simulator: starts of slip from rest, and the impact."""
+"""Checks of a plan against the choices of the simulator: starts of slip from rest, and the outcome of the impact."""
 
 import numpy as np
 

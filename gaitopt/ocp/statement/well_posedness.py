@@ -10,14 +10,14 @@ from gaitopt.motion.motion import Array
 POSES = 1024
 """Number of poses at which the sliding inertia is computed."""
 
-REACHED = 0.2
+SAMPLING_MARGIN = 0.2
 """Sliding inertia above the margin below which it is constrained; it covers the minima between the sampled poses."""
 
 
-def may_be_ill_posed(robot: Robot, values: dict[str, float], angles: list[tuple[float, float]], margin: float) -> bool:
+def allows_paradox(robot: Robot, values: dict[str, float], angles: list[tuple[float, float]], margin: float) -> bool:
     """Return whether slip comes near Painleve's paradox at some pose within the limits of the angles.
 
-    Otherwise the constraint on the sliding inertia cannot be active, and the NLP does not contain it.
+    Otherwise the constraint on the sliding inertia is never active, and the NLP does not contain it.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def may_be_ill_posed(robot: Robot, values: dict[str, float], angles: list[tuple[
     margin : float
         Least sliding inertia, :attr:`gaitopt.Margins.sliding_inertia`.
     """
-    return _least_sliding_inertia(robot, robot.vector(values).tobytes(), tuple(angles)) <= margin + REACHED
+    return _least_sliding_inertia(robot, robot.vector(values).tobytes(), tuple(angles)) <= margin + SAMPLING_MARGIN
 
 
 @functools.lru_cache(maxsize=256)
