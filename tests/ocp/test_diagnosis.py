@@ -89,9 +89,16 @@ def test_only_a_duration_on_its_bound_is_warned_about(transcription, reference_p
     assert report_short_phases(transcription, problem, x) == ()
 
 
+def with_a_touchdown(transcription):
+    """Return unknowns of 1 whose swing foot is above the ground before the last node."""
+    x = np.ones(transcription.variables.size)
+    x[transcription.variables["angles"][1, -2]] = 1.1
+    return x
+
+
 def test_a_plan_too_coarse_is_inaccurate(transcription, reference_problem):
     problem = reference_problem(sequence="slip+ stick | slip+")
-    x, between = np.ones(transcription.variables.size), BetweenNodes(0.0, 0.0)
+    x, between = with_a_touchdown(transcription), BetweenNodes(0.0, 0.0)
     assert report_inaccuracies(transcription, problem, x, problem.transcription.tolerance, between) == ()
     (reason,) = report_inaccuracies(transcription, problem, x, 2 * problem.transcription.tolerance, between)
     assert "use more intervals" in reason
@@ -106,6 +113,5 @@ def test_a_plan_too_coarse_is_inaccurate(transcription, reference_problem):
 )
 def test_a_mode_left_between_nodes_is_an_inaccuracy(transcription, reference_problem, between, text):
     problem = reference_problem(sequence="slip+ stick | slip+")
-    x = np.ones(transcription.variables.size)
-    (reason,) = report_inaccuracies(transcription, problem, x, 0.0, between)
+    (reason,) = report_inaccuracies(transcription, problem, with_a_touchdown(transcription), 0.0, between)
     assert text in reason

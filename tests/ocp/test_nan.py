@@ -63,6 +63,7 @@ def test_a_swing_foot_that_is_nan_is_too_low(planned):
 
 def test_a_guard_that_is_nan_is_an_early_touchdown(planned):
     problem, transcription, x = planned
+    x[transcription.variables["angles"][1, -2]] += 0.1  # above the ground before the last node
     assert early_touchdown(transcription, problem, x) is None
     x[transcription.variables["angles"][0, 3]] = np.nan
     assert early_touchdown(transcription, problem, x).place.endswith("node 3")
