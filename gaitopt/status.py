@@ -22,6 +22,10 @@ class Status(Enum):
         "The optimiser converged, but its torques, replayed in the event-driven simulator, do not give the planned "
         "gait; use more intervals or larger cone margins, or another contact sequence."
     )
+    PLAN_INACCURATE = (
+        "The optimiser converged, but its plan is not a motion of the robot between the nodes (see the warnings): use "
+        "more intervals or larger margins, or another contact sequence."
+    )
     UNCONFIRMED = (
         "The sequence proposed for an open one was solved, but at a different cost than the open problem: use another "
         "relaxation or more starts, or solve the proposed contact sequence separately."

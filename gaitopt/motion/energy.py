@@ -4,16 +4,19 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.reductions import worst
+
+CONTINUOUS = 1e-9
+"""Relative difference of the kinetic energies before and after a transition that is due to its location."""
 
 
 @dataclass(frozen=True)
 class Ledger:
     """Sources and losses of the energy of a motion [J].
 
-    actuator + gravity = impact_loss + friction_loss + damping_loss + kinetic_change + elastic_change, up to
-    `residual`.
+    actuator + gravity = impact_loss + friction_loss + damping_loss + transition_loss + kinetic_change
+    + elastic_change, up to `residual`.
 
     Attributes
     ----------
@@ -28,6 +31,8 @@ class Ledger:
     elastic_change : float
         Energy stored in springs and potentials from the first state to the last: zero for a periodic gait, and for a
         robot without them.
+    transition_loss : float
+        Kinetic energy that the resets of transitions within a step remove, zero with Coulomb friction.
 
     Examples
     --------
@@ -42,16 +47,17 @@ class Ledger:
     kinetic_change: float
     damping_loss: float = 0.0
     elastic_change: float = 0.0
+    transition_loss: float = 0.0
 
     @property
     def losses(self) -> float:
-        """Energy dissipated at touchdowns, by sliding and by dampers [J]."""
-        return self.impact_loss + self.friction_loss + self.damping_loss
+        """Energy dissipated at touchdowns, by sliding, by dampers and at transitions [J]."""
+        return self.impact_loss + self.friction_loss + self.damping_loss + self.transition_loss
 
     @property
     def residual(self) -> float:
         """Closing error of the ledger [J]."""
-        changes = self.kinetic_change, self.damping_loss, self.elastic_change
+        changes = self.kinetic_change, self.damping_loss, self.elastic_change, self.transition_loss
         return self.actuator + self.gravity - self.impact_loss - self.friction_loss - sum(changes)
 
     @property
@@ -94,6 +100,7 @@ def ledger(motion: Motion) -> Ledger:
         kinetic_change=float(end - segments[0].kinetic[0]),
         damping_loss=float(sum(segment.damping_work[-1] for segment in segments)),
         elastic_change=float(sum(_rise(segment.elastic) for segment in segments)),
+        transition_loss=float(sum(map(_transition_loss, segments[:-1], segments[1:]))),
     )
 
 
@@ -154,6 +161,14 @@ def cost_of_transport(motion: Motion) -> float:
     walked = replace(motion, segments=tuple(s for s in motion.segments if s.step <= motion.jumps[-1].step))
     weighed = motion.total_mass * motion.parameters["gravity"] * motion.travel
     return absolute_work(walked) / weighed if weighed else float("nan")
+
+
+def _transition_loss(before: Segment, after: Segment) -> float:
+    """Return the kinetic energy lost between two segments of a step, 0 if it is rounding."""
+    if before.step != after.step:
+        return 0.0
+    loss = float(before.kinetic[-1] - after.kinetic[0])
+    return 0.0 if abs(loss) <= CONTINUOUS * abs(before.kinetic[-1]) else loss
 
 
 def _rise(values: Array) -> float:

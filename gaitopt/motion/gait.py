@@ -69,7 +69,7 @@ class SolverReport(LazyRecord):
     violations : tuple of Violation
         The worst constraints, largest first; empty for a solution.
     warnings : tuple of str
-        Remarks on a solution that need attention, such as a duration at its bound.
+        Remarks on a solution that need attention, such as a duration at its bound; if the plan is inaccurate, why.
 
     Examples
     --------
@@ -235,7 +235,8 @@ class Gait(LazyRecord):
             If it is not; the message states why.
         """
         if not self.status.ok:
-            worst = "; ".join(str(v) for v in self.solver.violations[:3])
+            reasons = self.solver.warnings if self.status is Status.PLAN_INACCURATE else self.solver.violations
+            worst = "; ".join(str(reason) for reason in reasons[:3])
             raise InputError(f"This gait is not a solution ({self.status.key}): {self.status.hint} {worst}".strip())
         return self
 

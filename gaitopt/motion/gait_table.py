@@ -38,7 +38,7 @@ def tabulate_gait(gait: Gait) -> Facts:
         ("robot", f"{gait.robot_name}, friction {friction:g}, objective {_objective(gait)}"),
         *_script(gait),
     ]
-    if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED):
+    if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
@@ -84,8 +84,9 @@ def _certificate(gait: Gait) -> Facts:
 
 
 def _forces(energy: Ledger) -> str:
-    """Return the entries of dampers and springs, where they are not zero."""
+    """Return the entries of dampers, transitions and springs, where they are not zero."""
     dampers = f" + dampers {energy.damping_loss:.6f} J" if energy.damping_loss else ""
+    dampers += f" + transitions {energy.transition_loss:.6f} J" if energy.transition_loss else ""
     return dampers + (f" + elastic change {energy.elastic_change:.6f} J" if energy.elastic_change else "")
 
 

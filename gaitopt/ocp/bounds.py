@@ -9,6 +9,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.statement.well_posedness import allows_paradox
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.method import Method
@@ -36,9 +37,18 @@ def structure(
         free_slope=len(set(problem.slope_range)) > 1,
         rate_limited=not is_open and any(map(math.isfinite, limits.torque_rates(robot.actuators))),
         cleared=limits.clearance is not None,
+        inertia_limited=not is_open and _is_inertia_limited(problem),
         schedule=schedule,
         relaxation=relaxation,
     )
+
+
+def _is_inertia_limited(problem: GaitProblem) -> bool:
+    """Return whether the sliding inertia is constrained: whether some slip of the sequence may be ill posed."""
+    if not any(mode.slips for mode in problem.sequence.phases):
+        return False
+    angles = problem.limits.angles(problem.robot.angles)
+    return allows_paradox(problem.robot, problem.values, angles, problem.margins.sliding_inertia)
 
 
 def data_vector(problem: GaitProblem) -> Array:
@@ -60,6 +70,7 @@ def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
     g_upper[rows.find(Kind.TOUCHDOWN_DIRECTION)] = -margins.touchdown_rate
     g_lower[rows.find(Kind.TOUCHDOWN_AHEAD)] = margins.touchdown_armed
     g_lower[rows.find(Kind.NORMAL_FORCE)] = margins.normal_force
+    g_lower[rows.find(Kind.SLIDING_INERTIA)] = margins.sliding_inertia
     for actuator, rate in zip(actuators, limits.torque_rates(actuators), strict=True):
         places = rows.find(Kind.TORQUE_RATE, actuator)
         g_lower[places], g_upper[places] = -rate, rate

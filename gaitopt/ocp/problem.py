@@ -168,6 +168,7 @@ class GaitProblem:
             "cone_margin": margins.cone,
             "impact_cone_margin": margins.impact_cone,
             "slip_speed_margin": margins.slip_speed,
+            "sliding_inertia_margin": margins.sliding_inertia,
             "separation_margin": margins.separation,
             "normal_force_margin": margins.normal_force,
             "touchdown_rate_margin": margins.touchdown_rate,

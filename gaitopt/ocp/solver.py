@@ -27,6 +27,7 @@ _RETRY = (
     Status.ACCEPTABLE,
     Status.DIVERGING,
     Status.UNCONFIRMED,
+    Status.PLAN_INACCURATE,
 )
 """Statuses after which another start may converge."""
 

@@ -22,6 +22,7 @@ TERMS = (
     ("impact_loss", "impact", "#0072B2", ""),
     ("friction_loss", "friction", "#E69F00", "///"),
     ("damping_loss", "dampers", "#009E73", "xxx"),
+    ("transition_loss", "transitions", "#56B4E9", "++"),
     ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
     ("gravity", "\N{MINUS SIGN}gravity", "0.8", "\\\\\\"),
 )

@@ -16,7 +16,7 @@ SIDE, LARGEST = 170, 3.0
 def draw_ledger(energy: Ledger) -> Element:
     """Return the entries of an energy ledger as bars: energy supplied above, energy lost below.
 
-    The entries of dampers and springs are drawn where they are not zero.
+    The entries of dampers, transitions and springs are drawn where they are not zero.
 
     Examples
     --------
@@ -30,6 +30,7 @@ def draw_ledger(energy: Ledger) -> Element:
         ("impact", energy.impact_loss, "out"),
         ("friction", energy.friction_loss, "out"),
         *([("dampers", energy.damping_loss, "out")] if energy.damping_loss else []),
+        *([("transitions", energy.transition_loss, "out")] if energy.transition_loss else []),
         ("kinetic change", energy.kinetic_change, "out"),
         *([("elastic change", energy.elastic_change, "out")] if energy.elastic_change else []),
     ]

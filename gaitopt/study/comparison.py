@@ -72,7 +72,7 @@ class Comparison:
 def energy_per_distance(gait: Gait) -> dict[str, float]:
     """Return the absolute work of a gait per distance and the terms that add up to it [J/m].
 
-    The term ``damping_loss`` is there if it is not zero.
+    The terms ``damping_loss`` and ``transition_loss`` are there if they are not zero.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def energy_per_distance(gait: Gait) -> dict[str, float]:
         "absolute_work": absolute_work(gait.motion),
         "impact_loss": energy.impact_loss,
         "friction_loss": energy.friction_loss,
-        **({"damping_loss": energy.damping_loss} if energy.damping_loss else {}),
+        **{name: value for name in ("damping_loss", "transition_loss") if (value := getattr(energy, name))},
         "gravity": -energy.gravity,
         "twice_braking": 2 * braking_work(gait),
     }

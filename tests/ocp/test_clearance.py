@@ -8,8 +8,9 @@ from scipy.interpolate import CubicSpline
 from gaitopt import ContactSequence, CostOfTransport, Limits, TorqueSquared
 from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Unknown
-from gaitopt.ocp.solution.diagnosis import violations, warnings
+from gaitopt.ocp.solution.diagnosis import report_inaccuracies, violations
 from gaitopt.ocp.solution.swing_foot_checks import lack_of_height
+from gaitopt.ocp.solution.trajectory import BetweenNodes
 from gaitopt.ocp.transcription.collocation import lobatto_points
 from gaitopt.ocp.transcription.relaxation import ExactPenalty
 from gaitopt.ocp.transcription.transcription import transcribe
@@ -129,12 +130,13 @@ def _dense(segment):
     return CubicSpline(segment.time, segment.q[2:], axis=1)(np.linspace(*segment.time[[0, -1]], 2000))
 
 
-def test_a_foot_too_low_between_nodes_is_warned_about(scuffing):
+def test_a_foot_too_low_between_nodes_is_an_inaccuracy(scuffing):
     _, problem, transcription, x = scuffing
-    (warning,) = warnings(transcription, problem, x, 0.0, 0.0)
-    assert "m below Limits.clearance between nodes: use more intervals" in warning
+    between = BetweenNodes(0.0, 0.0)
+    (reason,) = report_inaccuracies(transcription, problem, x, 0.0, between)
+    assert "m below Limits.clearance between nodes: use more intervals" in reason
     free = problem.replace(limits=evolve(problem.limits, clearance=None))
-    assert warnings(transcription, free, x, 0.0, 0.0) == ()
+    assert report_inaccuracies(transcription, free, x, 0.0, between) == ()
 
 
 def test_every_mode_of_every_scheme_has_it():

@@ -4,7 +4,8 @@ import pytest
 from gaitopt import ContactSequence, TorqueSquared
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Group
-from gaitopt.ocp.solution.diagnosis import violations, warnings
+from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, violations
+from gaitopt.ocp.solution.trajectory import BetweenNodes
 from tests.ocp.nlp_examples import example_nlp
 
 
@@ -82,22 +83,35 @@ def test_only_a_duration_on_its_bound_is_warned_about(transcription, reference_p
     x = np.zeros(transcription.variables.size)
     shortest = problem.limits.shortest_phase
     x[transcription.variables["duration"][0]] = [2 * shortest, shortest * (1 + 1e-6)]
-    (warning,) = warnings(transcription, problem, x, 0.0, 0.0)
+    (warning,) = report_short_phases(transcription, problem, x)
     assert warning.startswith("phase 2 (stick) lasts 0.005 s")
     x[transcription.variables["duration"][0]] = [2 * shortest, 100 * shortest]
-    assert warnings(transcription, problem, x, 0.0, 0.0) == ()
+    assert report_short_phases(transcription, problem, x) == ()
 
 
-def test_a_plan_too_coarse_is_warned_about(transcription, reference_problem):
-    problem = reference_problem(sequence="slip+ stick | slip+")
+def with_a_touchdown(transcription):
+    """Return unknowns of 1 whose swing foot is above the ground before the last node."""
     x = np.ones(transcription.variables.size)
-    assert warnings(transcription, problem, x, problem.transcription.tolerance, 0.0) == ()
-    (warning,) = warnings(transcription, problem, x, 2 * problem.transcription.tolerance, 0.0)
-    assert "use more intervals" in warning
+    x[transcription.variables["angles"][1, -2]] = 1.1
+    return x
 
 
-def test_a_mode_left_between_nodes_is_warned_about(transcription, reference_problem):
+def test_a_plan_too_coarse_is_inaccurate(transcription, reference_problem):
     problem = reference_problem(sequence="slip+ stick | slip+")
-    x = np.ones(transcription.variables.size)
-    (warning,) = warnings(transcription, problem, x, 0.0, 2e-3)
-    assert "the contact mode is violated by 2.0e-03 between nodes" in warning
+    x, between = with_a_touchdown(transcription), BetweenNodes(0.0, 0.0)
+    assert report_inaccuracies(transcription, problem, x, problem.transcription.tolerance, between) == ()
+    (reason,) = report_inaccuracies(transcription, problem, x, 2 * problem.transcription.tolerance, between)
+    assert "use more intervals" in reason
+
+
+@pytest.mark.parametrize(
+    ("between", "text"),
+    [
+        (BetweenNodes(0.0, 2e-3), "the contact mode is violated by 2.0e-03 between nodes"),
+        (BetweenNodes(0.0, 0.0, -2e-8), "the foot changes its contact mode between nodes: -2.0e-08 is the least"),
+    ],
+)
+def test_a_mode_left_between_nodes_is_an_inaccuracy(transcription, reference_problem, between, text):
+    problem = reference_problem(sequence="slip+ stick | slip+")
+    (reason,) = report_inaccuracies(transcription, problem, with_a_touchdown(transcription), 0.0, between)
+    assert text in reason

@@ -38,9 +38,9 @@ SLIDES = [
     # sequence, phase; whether the slide starts at rest, whether it ends at rest, the kinds of rows at its start
     ("slip+ stick | slip+", 0, False, True, []),
     ("stick slip- | stick", 1, True, False, []),
-    ("slip+ | stick", 0, True, False, [Kind.BREAKAWAY]),
+    ("slip+ | stick", 0, True, False, [Kind.SLIP_FROM_REST]),
     ("slip+ slip- stick | slip+", 0, False, True, []),
-    ("slip+ slip- stick | slip+", 1, True, True, [Kind.BREAKAWAY]),
+    ("slip+ slip- stick | slip+", 1, True, True, [Kind.SLIP_FROM_REST]),
     ("slip+ | slip+", 0, False, False, []),
 ]
 

@@ -9,9 +9,11 @@ from gaitopt import (
     Collocation,
     ContactSequence,
     GaitProblem,
+    InputError,
     Ipopt,
     Limits,
     LinearGuess,
+    Newton,
     Status,
     TorqueSquared,
     compass_biped,
@@ -53,10 +55,10 @@ def gait(problem):
 
 @pytest.fixture(scope="module")
 def early(problem):
-    """Return the plan that is kept where no other is found."""
+    """Return the plan without guard constraints."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(mesh_refinement, "MAX_GUARD_REPAIRS", 0)
-        return solve(problem)
+        return solve_from_start(problem, LinearGuess(), Newton(), silent)
 
 
 def test_an_early_touchdown_is_where_the_simulator_finds_it(problem, early):
@@ -65,7 +67,8 @@ def test_an_early_touchdown_is_where_the_simulator_finds_it(problem, early):
     assert ended < 0.5 * early.period
     node = int(20 * ended / early.period)
     assert f"touches down before its end, after phase 1 (stick), node {node}, and its replay" in warning
-    assert verify(early).status is Status.NOT_VERIFIED
+    assert early.status is Status.PLAN_INACCURATE
+    assert not verify(early).verification.passed
 
 
 def test_it_is_solved_again_without(gait, early):
@@ -83,17 +86,20 @@ def test_where_no_other_plan_is_found_the_early_one_is_kept(problem, early, monk
     )  # hardly armed at touchdown
     monkeypatch.setattr(mesh_refinement, "early_touchdown", lambda *_: impossible)
     kept = solve_from_start(problem, LinearGuess(), Ipopt(max_iterations=100), silent)
-    assert kept.status is Status.SOLVED
+    assert kept.status is Status.PLAN_INACCURATE
     assert kept.cost_of_transport == pytest.approx(early.cost_of_transport, rel=1e-6)
     assert kept.problem["landing"] is None
-    assert "touches down before its end" in kept.solver.warnings[0]
+    with pytest.raises(InputError, match=r"plan_inaccurate.* touches down before its end, after phase 1"):
+        kept.require()
     assert kept.solver.iterations > early.solver.iterations
 
 
 def test_a_remedy_that_runs_out_of_iterations_on_a_finer_grid_is_none(problem, early, monkeypatch):
     """Nor is its status that of the plan there was before, which is solved."""
     start = SingleStart(problem, LinearGuess(), Ipopt(), silent)
-    solution = mesh_refinement.refine_mesh(start, mesh_refinement.approach_through_coarse_grids(start))
+    with monkeypatch.context() as patch:
+        patch.setattr(mesh_refinement, "MAX_GUARD_REPAIRS", 0)
+        solution = mesh_refinement.refine_mesh(start, mesh_refinement.approach_through_coarse_grids(start))
     ran_out = replace(solution, outcome=replace(solution.outcome, status=Status.ITERATION_LIMIT), kept=True)
     monkeypatch.setattr(mesh_refinement, "refine_mesh", lambda start, solution: ran_out)
     kept = mesh_refinement.repair_early_touchdown(start, solution)

@@ -16,7 +16,7 @@ from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.ocp.solution import grid_solve, trajectory
-from gaitopt.ocp.solution.diagnosis import violations, warnings
+from gaitopt.ocp.solution.diagnosis import report_inaccuracies, violations
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
 from gaitopt.ocp.solution.swing_foot_checks import early_touchdown, lack_of_height
@@ -70,16 +70,21 @@ def test_a_swing_foot_that_is_nan_is_too_low(planned):
 
 def test_a_guard_that_is_nan_is_an_early_touchdown(planned):
     problem, transcription, x = planned
+    x[transcription.variables["angles"][1, -2]] += 0.1  # above the ground before the last node
     assert early_touchdown(transcription, problem, x) is None
     x[transcription.variables["angles"][0, 3]] = np.nan
     assert early_touchdown(transcription, problem, x).place.endswith("node 3")
 
 
-def test_errors_that_are_nan_are_warned_of(planned):
+def test_errors_that_are_nan_are_inaccuracies(planned):
     problem, transcription, x = planned
-    said = " ".join(warnings(transcription, problem, x, math.nan, math.nan))
+    between = BetweenNodes(math.nan, math.nan, math.nan)
+    said = " ".join(report_inaccuracies(transcription, problem, x, math.nan, between))
     assert "the error between nodes is nan" in said
     assert "contact mode is violated by nan" in said
+    assert "is nan" not in " ".join(report_inaccuracies(transcription, problem, x, 0.0, BetweenNodes(0.0, 0.0)))
+    between = BetweenNodes(0.0, 0.0, math.nan)
+    assert "between nodes: nan is the least" in " ".join(report_inaccuracies(transcription, problem, x, 0.0, between))
 
 
 def test_violations_that_are_nan_come_first(planned):

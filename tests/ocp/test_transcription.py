@@ -150,7 +150,8 @@ def test_a_slide_counts_from_its_own_start(slipping):
         assert limits.x_lower[start] == limits.x_upper[start] == 0
 
 
-def test_a_breakaway_row_is_the_slip_acceleration():
+def test_a_slip_from_rest_needs_a_sticking_force_outside_the_cone():
+    """The slip acceleration times the effective mass is the excess of the sticking force over the cone."""
     transcription = sized("slip+ | stick", (2,), TorqueSquared())
     p = ROBOT.vector(ROBOT.resolve({"friction": 0.1}))
     x = np.zeros(transcription.variables.size)
@@ -158,10 +159,15 @@ def test_a_breakaway_row_is_the_slip_acceleration():
     x[transcription.variables["rates"][:, 0]] = [0.8, -0.3]
     x[transcription.variables["duration"]] = x[transcription.variables["travel"]] = 0.5
     row = transcription.constraints[Group.START, 0][0, 0]
-    found = np.asarray(transcription.nlp.derivatives["jac_g"](x, [*p, 0, 0])[0]).ravel()[row]
-    acceleration = ROBOT.acceleration[Mode.SLIP_FORWARD]([0, 0, -0.2, -0.2], [0, 0, 0.8, -0.3], [0, 0], p)[0]
-    assert found == pytest.approx(float(acceleration[0]))
-    assert transcription.constraints.label(row) == ("phase 1 (slip+), node 0", "breakaway acceleration")
+    values = transcription.nlp.derivatives["jac_g"]
+    found, beyond = (np.asarray(values(x, [*p, margin, 0])[0]).ravel()[row] for margin in (0, 0.05))
+    state = [0, 0, -0.2, -0.2], [0, 0, 0.8, -0.3], [0, 0]
+    acceleration = ROBOT.acceleration[Mode.SLIP_FORWARD](*state, p)[0]
+    effective_mass = float(ROBOT.wellposed(state[0], p)[0]) * 10.0  # of a total of 10 kg
+    assert found * float(ROBOT.weight(p)) * 0.1 == pytest.approx(float(acceleration[0]) * effective_mass)
+    normal = float(ROBOT.acceleration[Mode.STICK](*state, p)[1][1] / ROBOT.weight(p))
+    assert beyond == pytest.approx(found - 0.05 * normal)
+    assert transcription.constraints.label(row) == ("phase 1 (slip+), node 0", "sticking force outside the cone")
 
 
 def test_the_planned_touchdown_is_the_exact_impact(solved):

@@ -152,6 +152,25 @@ class PhaseDynamics:
         """Return the absolute speed of the foot [m/s]."""
         return self.mode.sign * state[self.speed_entry] if self.mode.slips else ca.SX(0)
 
+    def sliding_inertia(self, state: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the effective mass of the sliding foot over that without friction, positive in well-posed slip.
+
+        It is 1 + s mu S_tn / S_tt with the sign s of the slip and the inverse S of the foot's mobility W M^-1 W^T.
+        """
+        forward, backward = ca.vertsplit(self.robot.wellposed(self.full(state)[0], p))
+        return (forward if self.mode.sign > 0 else backward) / ((forward + backward) / 2)
+
+    def excess_at_rest(self, state: ca.SX, torque: ca.SX, p: ca.SX, margin: ca.SX) -> ca.SX:
+        """Return by how much the sticking force is outside the static cone in the direction that starts this slip.
+
+        The foot is at rest in `state`.  With the sticking force f and the sign s of the slip, the value is
+        - s f_t / mu_s - (1 + margin) f_n per weight.  A well-posed slip starts from rest if and only if it is positive
+        without the margin, since the slip acceleration times the effective mass is - s f_t - mu f_n.
+        """
+        force = self.robot.acceleration[Mode.STICK](*self.full(state), torque, p)[1]
+        tangential, normal = ca.vertsplit(force / self.weight(p))
+        return -self.mode.sign * tangential / self.robot.static_friction(p) - (1 + margin) * normal
+
     @property
     def contact_state(self) -> ContactState:
         """Mode of each contact."""

@@ -7,7 +7,7 @@ import casadi as ca
 
 from gaitopt.model.contacts.event import TOUCHDOWN, HybridEvent
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.transition import Condition, ContactQuantities, NodeCondition, breakaway
+from gaitopt.model.contacts.transition import Condition, ContactQuantities, NodeCondition, slip_from_rest
 from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
 
@@ -57,4 +57,4 @@ class Touchdown:
 
     def departure(self, outcome: Mode, following: Mode, contact: ContactQuantities) -> list[NodeCondition]:
         """Return the conditions at the start of the first phase after an impact with a known outcome."""
-        return [breakaway(following, contact)] if outcome is Mode.STICK and following.slips else []
+        return [slip_from_rest(contact)] if outcome is Mode.STICK and following.slips else []

@@ -30,7 +30,7 @@ class Condition(Enum):
     BACKWARD_CONE = "backward friction cone"
     SLIP_ONSET = "slip onset on the cone"
     REST = "rest of the contact"
-    BREAKAWAY = "breakaway acceleration"
+    SLIP_FROM_REST = "sticking force outside the cone"
     TOUCHDOWN = "touchdown"
     TOUCHDOWN_DIRECTION = "touchdown direction"
     TOUCHDOWN_AHEAD = "touchdown ahead of the stance foot"
@@ -72,6 +72,9 @@ class ContactQuantities(NamedTuple):
         Effective fraction of the mass in slip+ and slip-, see :attr:`gaitopt.Robot.wellposed`.
     acceleration : SX
         Rate of the slip velocity in the present mode [m/s^2].
+    excess : SX
+        By how much the force at rest is outside the static friction cone, per weight, in the direction of the present
+        slip; defined at the first node of a slip in an optimisation.
     """
 
     force: ca.SX
@@ -79,6 +82,7 @@ class ContactQuantities(NamedTuple):
     static_friction: ca.SX
     sliding_inertia: ca.SX
     acceleration: ca.SX
+    excess: ca.SX = ca.SX(0)
 
 
 class Transition(ABC):
@@ -224,8 +228,8 @@ class ComingToRest(Transition):
         return mode.slips and following is not Mode.FREE and following is not mode
 
     def departure(self, following: Mode, contact: ContactQuantities) -> list[NodeCondition]:
-        """Return the condition that a reversed slip accelerates in its direction."""
-        return [breakaway(following, contact)] if following.slips else []
+        """Return the condition that a reversed slip starts from rest."""
+        return [slip_from_rest(contact)] if following.slips else []
 
 
 @dataclass(frozen=True)
@@ -285,9 +289,9 @@ Painleve's paradox comes first, because contact forces are undefined in it.
 """
 
 
-def breakaway(slip: Mode, contact: ContactQuantities) -> NodeCondition:
-    """Return the condition that a contact at rest accelerates in the direction of a slip."""
-    return NodeCondition(Condition.BREAKAWAY, slip.sign * contact.acceleration, False)
+def slip_from_rest(contact: ContactQuantities) -> NodeCondition:
+    """Return the condition that the force at rest is outside the friction cone, so that a slip starts from rest."""
+    return NodeCondition(Condition.SLIP_FROM_REST, contact.excess, False)
 
 
 def saltation(reset: np.ndarray, before: np.ndarray, after: np.ndarray, time_shift: np.ndarray) -> np.ndarray:

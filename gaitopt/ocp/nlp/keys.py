@@ -107,7 +107,8 @@ class Kind(Enum):
     BACKWARD_CONE = "backward friction cone"
     SLIP_DIRECTION = "foot speed"
     SLIP_ONSET = "slip onset on the cone"
-    BREAKAWAY = "breakaway acceleration"
+    SLIDING_INERTIA = "well-posedness of slip"
+    SLIP_FROM_REST = "sticking force outside the cone"
     CLEARANCE = "foot clearance"
     PEAK_BOUND = "bound of the peak, {of}"
 

@@ -1,4 +1,4 @@
-"""Diagnosis of a solution: violated constraints by phase, node and name, and warnings."""
+"""Diagnosis of a solution: violated constraints by phase, node and name, inaccuracy of the plan, and warnings."""
 
 from dataclasses import replace
 
@@ -10,10 +10,14 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Key, Place, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
+from gaitopt.ocp.solution.trajectory import BetweenNodes
 from gaitopt.ocp.transcription.transcription import Transcription
 
 ROUNDING = 1e-7
 """Violation of a contact mode below which it is due to the tolerance of the solver."""
+
+LEAST_RESERVE = 1e-9
+"""Least distance to another contact mode inside a phase at which the simulator stays in the mode."""
 
 
 def violations(
@@ -48,13 +52,13 @@ def violations(
     return tuple(worst.values())[:most]
 
 
-def warnings(
-    transcription: Transcription, problem: GaitProblem, x: Array, error: float, outside: float
+def report_inaccuracies(
+    transcription: Transcription, problem: GaitProblem, x: Array, error: float, between: BetweenNodes
 ) -> tuple[str, ...]:
-    """Return the warnings of a solution, one sentence each.
+    """Return why the plan of a solution is inaccurate, one sentence each; empty if it is accurate.
 
-    They concern the error between nodes, contact modes violated there, a swing foot that is too low or touches down
-    before the end, and phases of minimum duration.
+    The sentences concern the error between nodes, contact modes violated there, and a swing foot that is too low or
+    touches down before the end.
 
     Parameters
     ----------
@@ -62,8 +66,8 @@ def warnings(
         Decision vector.
     error : float
         Error between nodes, or of the energy balance, after the last refinement.
-    outside : float
-        Largest violation of a contact mode between nodes.
+    between : BetweenNodes
+        Contact modes between the nodes.
     """
     sentences = []
     if not error <= problem.transcription.tolerance:
@@ -71,25 +75,39 @@ def warnings(
             f"the error between nodes is {error:.1e}, but the tolerance is "
             f"{problem.transcription.tolerance:.1e}: use more intervals."
         )
-    if not outside <= ROUNDING:
+    if not between.outside <= ROUNDING:
         sentences.append(
-            f"the contact mode is violated by {outside:.1e} between nodes: use more intervals, or larger Margins "
-            f"(cone, normal_force, slip_speed)."
+            f"the contact mode is violated by {between.outside:.1e} between nodes: use more intervals, or larger "
+            f"Margins (cone, normal_force, slip_speed, sliding_inertia)."
+        )
+    elif not between.reserve > LEAST_RESERVE:
+        sentences.append(
+            f"the foot changes its contact mode between nodes: {between.reserve:.1e} is the least of its share of the "
+            f"friction cone in stick and its speed in slip [m/s]; use larger Margins (cone, slip_speed)."
         )
     low = lack_of_height(transcription, problem, x)
     if not low <= SCUFF:
         sentences.append(f"the swing foot is {low:.1e} m below Limits.clearance between nodes: use more intervals.")
     early = early_touchdown(transcription, problem, x)
-    if early is not None:
+    if early is not None and early.grazes:
+        sentences.append(
+            f"the swing foot does not come from above after {early.place}: the touchdown at the end of the plan is not "
+            f"located by a replay; try a larger Margins.touchdown_rate, or another step_length or speed."
+        )
+    elif early is not None:
         sentences.append(
             f"the plan touches down before its end, after {early.place}, and its replay ends the step there: try "
             f"another step_length or speed, or Limits.clearance for a walker with knees."
         )
-    shortest = problem.limits.shortest_phase
-    for phase in transcription.phases:
-        if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
-            sentences.append(
-                f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without this phase may have a "
-                "lower cost."
-            )
     return tuple(sentences)
+
+
+def report_short_phases(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:
+    """Return a sentence for each phase of minimum duration."""
+    shortest = problem.limits.shortest_phase
+    durations = x[transcription.variables[Unknown.DURATION][0]]
+    return tuple(
+        f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without this phase may have a lower cost."
+        for phase, duration in zip(transcription.phases, durations, strict=True)
+        if duration < 1.01 * shortest
+    )

@@ -18,10 +18,11 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.diagnosis import warnings
+from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
 from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_parameters, reconstruct_motion
+from gaitopt.ocp.solution.transition_checks import report_inconsistent_transitions
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
@@ -33,6 +34,9 @@ from gaitopt.status import Status
 
 BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
 """Barrier parameters of a warm start from the same problem on another grid, and from another problem."""
+
+AT_TOUCHDOWN = 0.1
+"""Weight of the effect of the drift at touchdown, which for a usual touchdown is less than ten times the drift."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +85,8 @@ class GridSolution:
 
     @functools.cached_property
     def error(self) -> float:
-        """Larger of the drift between the nodes and the relative error of the energy balance."""
-        return worst(self.between.drift, ledger(self.motion).relative_residual)
+        """Largest of the drift between the nodes, its effect at touchdown and the error of the energy balance."""
+        return worst(self.between.drift, AT_TOUCHDOWN * self.between.touchdown, ledger(self.motion).relative_residual)
 
     def refine_feasibility(self) -> "GridSolution":
         """Return the solution with its equality constraints satisfied to rounding."""
@@ -104,17 +108,33 @@ class GridSolution:
     @property
     def drift(self) -> float:
         """Error of the states between nodes; infinite without a solution."""
-        return self.between.drift if self.outcome.status.ok or self.kept else math.inf
+        known = self.kept or self.outcome.status in (Status.SOLVED, Status.PLAN_INACCURATE)
+        return self.between.drift if known else math.inf
 
     def scuffs(self) -> bool:
         """Return whether the swing foot is too low between the nodes."""
         return lack_of_height(self.transcription, self.problem, self.x) > SCUFF
 
+    @functools.cached_property
+    def inaccuracies(self) -> tuple[str, ...]:
+        """Sentences that state why the plan is not a motion of the robot between the nodes; empty if it is."""
+        transcription, problem = self.transcription, self.problem
+        reasons = report_inaccuracies(transcription, problem, self.outcome.x, self.error, self.between)
+        with defer_interrupt():
+            transitions = report_inconsistent_transitions(problem.robot, transcription.phases, self.motion)
+        return reasons + transitions
+
+    def check_plan(self) -> "GridSolution":
+        """Return the solution, with the status of an inaccurate plan if there is a reason for it."""
+        if not self.outcome.status.ok or not self.inaccuracies:
+            return self
+        return replace(self, outcome=replace(self.outcome, status=Status.PLAN_INACCURATE))
+
     def warnings(self) -> tuple[str, ...]:
-        """Return the warnings of a solution."""
-        if not self.outcome.status.ok:
+        """Return the warnings of a solution, the inaccuracies of its plan first."""
+        if self.outcome.status not in (Status.SOLVED, Status.PLAN_INACCURATE):
             return ()
-        return warnings(self.transcription, self.problem, self.outcome.x, self.error, self.between.outside)
+        return self.inaccuracies + report_short_phases(self.transcription, self.problem, self.outcome.x)
 
 
 class SingleStart:

@@ -1,6 +1,7 @@
 """Mesh refinement: from coarse grids to a plan that is accurate between its nodes and touches down at its end."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from gaitopt.errors import InputError
@@ -21,12 +22,18 @@ MAX_GUARD_REPAIRS = 3
 GAIN = 1e-4
 """Relative decrease of the objective that justifies another shift of the node at which the touchdown is armed."""
 
+Refinement = Callable[[SingleStart, GridSolution], GridSolution]
+"""Refinement of a solution after the solve on its grid."""
+
 STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
 """Statuses after which no further solve is started."""
 
 
 def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
-    """Return the solution on the grid of the problem, warm-started from coarser grids."""
+    """Return the solution on the grid of the problem, warm-started from coarser grids.
+
+    An early touchdown is excluded on the first grid whose plan has one.
+    """
     problem, guess = start.problem, start.guess
     grids, warm_start, barrier = problem.transcription.list_grids(problem.sequence), None, BARRIER_SAME_PROBLEM
     known = guess.solution_for(problem.sequence)
@@ -40,6 +47,8 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
         solution = start.solve_on_grid(method, warm_start, barrier)
         if solution.outcome.status in STOPPED and coarse is not None:
             return coarse.mark_stopped(solution.outcome)
+        if solution.outcome.status.ok:
+            solution = _exclude_early_touchdown(start, solution, _keep_mesh)
         if solution.outcome.status in STOPPED_EARLY:
             return solution
         if not solution.outcome.status.ok:
@@ -78,6 +87,32 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
 
 def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return a nearby solution that does not touch down before its end, or the given one if none is found."""
+    if solution.transcription.structure.schedule is not None:
+        solution = _release_guard(start, solution)
+    return _improve_arming_node(start, _exclude_early_touchdown(start, solution, refine_mesh))
+
+
+def _release_guard(start: SingleStart, solution: GridSolution) -> GridSolution:
+    """Return the solution without the guard constraints of a coarse grid if they are not needed and raise the cost."""
+    schedule = solution.transcription.structure.schedule
+    if not solution.outcome.status.ok:
+        return solution
+    released = _solve_with_guard(start, solution, None)
+    if released.outcome.status in STOPPED_EARLY:
+        return released
+    lower = released.outcome.status.ok and released.outcome.objective <= solution.outcome.objective
+    if lower and early_touchdown(released.transcription, start.problem, released.x) is None:
+        return released
+    start.schedule = schedule
+    return solution
+
+
+def _keep_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
+    return solution
+
+
+def _exclude_early_touchdown(start: SingleStart, solution: GridSolution, refine: Refinement) -> GridSolution:
+    """Return a nearby solution with guard constraints if the given one touches down early and there is one."""
     tries = MAX_GUARD_REPAIRS if math.isfinite(start.problem.transcription.tolerance) else 0
     for number in range(tries):
         early = None
@@ -85,18 +120,22 @@ def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSo
             early = early_touchdown(solution.transcription, start.problem, solution.x)
         if early is None:
             break
-        repaired = _solve_with_guard(start, solution, replace(early.schedule, least=early.schedule.least * 4**number))
+        schedule = replace(early.schedule, least=early.schedule.least * 4**number)
+        repaired = _solve_with_guard(start, solution, schedule, refine)
         if not repaired.outcome.status.ok:
+            start.schedule = solution.transcription.structure.schedule
             return repaired if repaired.outcome.status in STOPPED_EARLY else solution
         solution = repaired
-    return _improve_arming_node(start, solution)
+    return solution
 
 
-def _solve_with_guard(start: SingleStart, solution: GridSolution, schedule: GuardSchedule) -> GridSolution:
-    """Solve again from a solution with guard constraints; if that is interrupted, return the given solution."""
+def _solve_with_guard(
+    start: SingleStart, solution: GridSolution, schedule: GuardSchedule | None, refine: Refinement = refine_mesh
+) -> GridSolution:
+    """Solve again from a solution with guard constraints or without; if interrupted, return the given solution."""
     start.schedule = schedule
     warm_start = solution_of(solution.transcription, solution.outcome)
-    constrained = refine_mesh(start, start.solve_on_grid(solution.method, warm_start, BARRIER_NEARBY_PROBLEM))
+    constrained = refine(start, start.solve_on_grid(solution.method, warm_start, BARRIER_NEARBY_PROBLEM))
     if constrained.outcome.status in STOPPED_EARLY:
         return solution.mark_stopped(constrained.outcome)
     return constrained

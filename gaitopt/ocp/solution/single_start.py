@@ -1,5 +1,6 @@
 """Solution from a single start."""
 
+import math
 import time
 
 from gaitopt.lazy import Deferred
@@ -23,6 +24,8 @@ def solve_from_start(problem: GaitProblem, guess: Guess, solver: NlpSolver, obse
     """Solve a problem with a closed contact sequence from one start."""
     started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer)
     solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start)))
+    if math.isfinite(problem.transcription.tolerance):
+        solution = solution.check_plan()
     transcription, outcome, remarks = solution.transcription, solution.outcome, start.check_guess()
     if not outcome.status.ok:
         remarks += report_poor_scaling(

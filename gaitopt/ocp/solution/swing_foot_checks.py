@@ -31,7 +31,7 @@ SCUFF = 1e-4
 
 @dataclass(frozen=True)
 class EarlyTouchdown:
-    """A touchdown before the end of a plan.
+    """A touchdown before the end of a plan, or one at its end that the simulator does not locate.
 
     Attributes
     ----------
@@ -39,10 +39,13 @@ class EarlyTouchdown:
         Node after which the touchdown happens.
     schedule : GuardSchedule
         Constraints under which a nearby plan has none.
+    grazes : bool
+        Whether the touchdown is at the end of the plan, but the guard is not above zero before it.
     """
 
     place: str
     schedule: GuardSchedule
+    grazes: bool = False
 
 
 @defer_interrupt()
@@ -62,7 +65,10 @@ def lack_of_height(transcription: Transcription, problem: GaitProblem, x: Array)
 
 @defer_interrupt()
 def early_touchdown(transcription: Transcription, problem: GaitProblem, x: Array) -> EarlyTouchdown | None:
-    """Return the first touchdown before the end of a plan, located as by the simulator; None if there is none."""
+    """Return the first touchdown before the end of a plan, located as by the simulator; None if there is none.
+
+    At the end of the plan the guard falls to zero, so it must be above zero somewhere in the last interval.
+    """
     robot, (q, v, lengths) = problem.robot, _nodes(transcription, x)
     p = robot.vector(read_parameters(transcription, problem, x))
     at_nodes, rate, armed_at_nodes = (np.asarray(output)[0] for output in robot.touchdown.map(q.shape[1])(q, v, p))
@@ -77,10 +83,12 @@ def early_touchdown(transcription: Transcription, problem: GaitProblem, x: Array
     before, after = nonzero[crossings], nonzero[crossings + 1]
     falls = (before + (after - before) * guard[before] / (guard[before] - guard[after])) / PARTS
     early = falls[np.interp(falls, nodes, armed_at_nodes) > 0]
-    if not early.size:
+    grazes = not early.size and not np.any(guard[-PARTS:] > EDGE)
+    if not early.size and not grazes:
         return None
     schedule = propose_schedule(transcription.phases, at_nodes[:-1], armed_at_nodes[:-1])
-    return EarlyTouchdown(node_places(transcription.phases)[int(early[0])].label, schedule)
+    node = nodes[-2] if grazes else int(early[0])
+    return EarlyTouchdown(node_places(transcription.phases)[node].label, schedule, grazes)
 
 
 def _nodes(transcription: Transcription, x: Array) -> tuple[Array, Array, Array]:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.contacts.transition import PARADOX_MARGIN
 from gaitopt.model.coordinate_entries import SLIDE, full_coordinates
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, make_motion, make_segment
@@ -94,17 +95,25 @@ class BetweenNodes:
     drift : float
         Largest deviation of the integrated state from a node (rad, rad/s, m, m/s).
     outside : float
-        Largest violation of a contact mode: relative excess of a force over the friction cone, a normal force that
-        pulls, or speed [m/s] of a slide in the wrong direction; constraints hold at nodes and inner points only.
+        Largest violation of a contact mode: relative excess of a force over the friction cone, or speed [m/s] of a
+        slide in the wrong direction; 1 if a normal force pulls or a slip is not well posed.
+    reserve : float
+        Least distance to another contact mode inside the phases: share of the friction cone that a sticking force
+        leaves free, or speed of a sliding foot [m/s]; inf without a friction limit.
+    touchdown : float
+        Change of the state during the delay of the touchdown of the integrated motion (rad, rad/s, m, m/s): the drift
+        of the touchdown guard over its rate, which is small at a touchdown that grazes the ground.
     """
 
     drift: float
     outside: float
+    reserve: float = math.inf
+    touchdown: float = 0.0
 
 
 def check_between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> BetweenNodes:
     """Integrate a plan between its nodes under the planned torques and compare."""
-    robot, drift, outside = transcription.structure.robot, 0.0, 0.0
+    robot, drift, outside, reserve = transcription.structure.robot, 0.0, 0.0, math.inf
     p, continuous, reached = robot.vector(values), 2 * len(robot.angles), np.empty(0)
     for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         states, torque = read_states(transcription, phase, x)
@@ -116,29 +125,50 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         ends = np.asarray(integrate(initial, fine[:, :-1], fine[:, 1:], step, p))[: dynamics.n_x]
         drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
         reached = ends[:continuous, -1]  # the slide of the foot starts from zero in each phase
-        static = float(dynamics.robot.static_friction(p))
-        outside = worst(outside, _violation_between(dynamics, ends[:, :-1], fine[:, 1:-1], p, static))
-    return BetweenNodes(drift, outside)
+        visited = np.hstack([initial[: dynamics.n_x, None], ends[:, :-1]])
+        violation, distance = _compare_with_mode(dynamics, visited, fine[:, :-1], p)
+        outside, reserve = worst(outside, violation), -worst(-reserve, -distance)
+    return BetweenNodes(drift, outside, reserve, _change_during_delay(dynamics, ends[:, -1], fine[:, -1], p))
 
 
-def _violation_between(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array, friction: float) -> float:
-    """Return the largest violation of a contact mode over states, shape (n_x, K)."""
-    force = _build_forces(dynamics, states.shape[1])(states, torque, p)
-    tangential, normal = np.asarray(force)
+def _change_during_delay(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array) -> float:
+    """Return the largest change of the last state of a step, shape (n_x,), until its touchdown guard is zero."""
+    robot, (q, v) = dynamics.robot, (part.ravel() for part in dynamics.full_samples(state[:, None]))
+    guard, rate, _ = (float(output) for output in robot.touchdown(q, v, p))
+    acceleration = np.asarray(robot.acceleration[dynamics.mode](q, v, torque, p)[0]).ravel()
+    return worst(np.abs(v), np.abs(acceleration)) * abs(guard / rate) if rate else math.inf
+
+
+def _compare_with_mode(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array) -> tuple[float, float]:
+    """Return the largest violation of a contact mode over states, shape (n_x, K), and the reserve after the first."""
+    force, inertia = map(np.asarray, _build_forces(dynamics, states.shape[1])(states, torque, p))
+    tangential, normal = force
     pulls = np.where(np.isfinite(normal), normal <= 0, np.inf)
     if dynamics.mode.slips:
-        return worst(-dynamics.mode.sign * states[-1], pulls)
+        speed = dynamics.mode.sign * states[dynamics.speed_entry]
+        return worst(-speed, pulls, inertia <= PARADOX_MARGIN), _least(speed[1:])
+    friction = float(dynamics.robot.static_friction(p))
     with np.errstate(over="ignore"):  # a pulling force is outside any cone
         cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1
-    return worst(cone if math.isfinite(friction) else 0.0, pulls)
+    return worst(cone if math.isfinite(friction) else 0.0, pulls), -worst(cone) if math.isfinite(friction) else math.inf
+
+
+def _least(speed: Array) -> float:
+    """Return the least of equidistant samples of a speed, and of minima between them estimated by parabolas."""
+    rise, bend = (speed[2:] - speed[:-2]) / 2, speed[2:] - 2 * speed[1:-1] + speed[:-2]
+    lowest = np.flatnonzero(bend > np.abs(rise))
+    # The parabola lies rise^2 / (2 bend) below its middle sample; twice that covers the error of the parabola.
+    return -worst(-speed, rise[lowest] ** 2 / bend[lowest] - speed[1:-1][lowest])
 
 
 @functools.lru_cache(maxsize=64)
 def _build_forces(dynamics: PhaseDynamics, count: int) -> ca.Function:
-    """Return (states, torques, p) -> contact forces (2, count)."""
+    """Return (states, torques, p) -> contact forces (2, count), share of the mass that resists the slip (1, count)."""
     state, torque = ca.SX.sym("state", dynamics.n_x), ca.SX.sym("torque", dynamics.robot.n_u)
     p = ca.SX.sym("p", len(dynamics.robot.parameters))
-    single = ca.Function("force", [state, torque, p], [dynamics.flow(state, torque, p)[1]])
+    shares = dynamics.robot.wellposed(dynamics.full(state)[0], p)
+    inertia = shares[0 if dynamics.mode.sign > 0 else 1] if dynamics.mode.slips else ca.SX(1)
+    single = ca.Function("force", [state, torque, p], [dynamics.flow(state, torque, p)[1], inertia])
     return single.map("forces", "serial", count, [2], [])
 
 

@@ -123,11 +123,16 @@ class Margins:
     Attributes
     ----------
     cone : float
-        For a sticking foot abs(f_t) <= (1 - cone) mu f_n.
+        For a sticking foot abs(f_t) <= (1 - cone) mu f_n.  Where a slip starts from rest without a sticking phase
+        before it, after a sticking impact or at a direct reversal, the sticking force is outside the cone:
+        abs(f_t) >= (1 + cone) mu f_n.
     impact_cone : float
         For a sticking impact abs(L_t) <= (1 - impact_cone) mu L_n.
     slip_speed : float [m/s]
         Least speed of a sliding foot in mid-slide; towards a start or an end at rest the bound decreases to zero.
+    sliding_inertia : float
+        Least effective mass of a sliding foot relative to that without friction.  Slip is well posed while it is
+        positive; at zero contact forces are unbounded, and beyond it Painleve's paradox occurs.
     separation : float [m/s]
         Least upward speed of the trailing foot after the impact.
     normal_force : float
@@ -147,6 +152,7 @@ class Margins:
     cone: float = field(default=1e-3, converter=as_float, validator=number_within(lower=0.0, upper=0.99))
     impact_cone: float = field(default=1e-3, converter=as_float, validator=number_within(lower=0.0, upper=0.99))
     slip_speed: float = field(default=1e-2, converter=as_float, validator=number_within("m/s", lower=0.0))
+    sliding_inertia: float = field(default=1e-2, converter=as_float, validator=number_within(lower=0.0, upper=0.99))
     separation: float = field(default=1e-3, converter=as_float, validator=number_within("m/s", lower=0.0))
     normal_force: float = field(default=1e-2, converter=as_float, validator=number_within(lower=0.0, upper=0.99))
     touchdown_rate: float = field(default=1e-3, converter=as_float, validator=number_within(lower=0.0))

@@ -42,6 +42,8 @@ class NlpBuilder:
         Robot parameters, margins, the clearance if it is constrained, and the relaxation parameter if there is one.
     cleared : bool
         Whether the clearance of the swing foot is constrained.
+    inertia_limited : bool
+        Whether the sliding inertia is constrained, so that slip stays well posed.
     relaxation : Relaxation or None
         Relaxation of the complementarity pairs of an open contact sequence.
     resting : set of int
@@ -57,6 +59,7 @@ class NlpBuilder:
     rows: Rows
     data: ca.SX
     cleared: bool = False
+    inertia_limited: bool = False
     relaxation: Relaxation | None = None
     resting: set[int] = field(default_factory=set)
 

@@ -157,6 +157,7 @@ def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Blo
     else:
         equations.add(_balance(builder, dynamics), last.residual)
         equations.add(*_end_rows(builder, phase, dynamics, last, p))
+        equations.add(*_sliding_inertia(builder, dynamics, last, p))
     if builder.peaks:
         power = (
             local.add("power", builder.variables[Unknown.POWER][:, [node]]) if builder.objective.uses_power else None
@@ -176,6 +177,7 @@ def start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> 
     p = local.parameters()
     first = point_at(builder, phase, dynamics, local, [phase.first], p)
     contact, robot = dynamics.contact(first.state, first.acceleration, first.force, p), builder.robot
+    contact = contact._replace(excess=dynamics.excess_at_rest(first.state, first.torque, p, _cone_margin(builder)))
     if phase.number == 0:
         conditions = Touchdown(robot).departure(phase.previous, phase.mode, contact)
     else:
@@ -223,10 +225,12 @@ def _balance(builder: NlpBuilder, dynamics: PhaseDynamics) -> list[Row]:
 def _path(
     builder: NlpBuilder, dynamics: PhaseDynamics, point: Point, p: ca.SX, *, sliding: bool
 ) -> tuple[list[Row], ca.SX]:
-    """Return rows and values of the constraints at a point: equations of the scheme, cone, direction of slip."""
-    conditions, values = dynamics.path(point.force, p, builder.data[len(builder.robot.parameters)])
+    """Return rows and values of the constraints at a point: equations of the scheme, cone, slip."""
+    conditions, values = dynamics.path(point.force, p, _cone_margin(builder))
     table = _balance(builder, dynamics) + [Row(Key(KINDS[condition]), 0.0, math.inf) for condition in conditions]
     values = ca.vertcat(point.residual, values)
+    well_posed = _sliding_inertia(builder, dynamics, point, p)
+    table, values = table + well_posed[0], ca.vertcat(values, well_posed[1])
     if sliding and dynamics.mode.slips:
         table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
         values = ca.vertcat(values, dynamics.slip_speed(point.state))
@@ -248,6 +252,17 @@ def _end_rows(
     if rest:
         builder.resting.add(int(builder.slide_columns(phase, [phase.nodes[-1]])[1, 0]))
     return condition_rows([one for one in conditions if one not in rest], transition.event.label)
+
+
+def _sliding_inertia(builder: NlpBuilder, dynamics: PhaseDynamics, point: Point, p: ca.SX) -> tuple[list[Row], ca.SX]:
+    """Return row and value of the condition that slip is well posed; none if it is not constrained."""
+    if not (dynamics.mode.slips and builder.inertia_limited):
+        return [], ca.SX(0, 1)
+    return [Row(Key(Kind.SLIDING_INERTIA), 0.0, math.inf)], dynamics.sliding_inertia(point.state, p)
+
+
+def _cone_margin(builder: NlpBuilder) -> ca.SX:
+    return builder.data[len(builder.robot.parameters)]
 
 
 def _power_split(

@@ -57,6 +57,8 @@ class Structure:
         Whether torque rates are constrained.
     cleared : bool
         Whether the clearance of the swing foot is constrained.
+    inertia_limited : bool
+        Whether the sliding inertia is constrained.
     schedule : GuardSchedule or None
         Schedule of the touchdown guard during the step.
     relaxation : Relaxation or None
@@ -72,6 +74,7 @@ class Structure:
     free_slope: bool = False
     rate_limited: bool = False
     cleared: bool = False
+    inertia_limited: bool = False
     schedule: GuardSchedule | None = None
     relaxation: Relaxation | None = None
 
@@ -137,6 +140,7 @@ def transcribe(structure: Structure) -> Transcription:
         rows=rows,
         data=structure.data(),
         cleared=structure.cleared,
+        inertia_limited=structure.inertia_limited,
         relaxation=structure.relaxation,
     )
     smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)

@@ -1,6 +1,7 @@
 """Status of a grid point or contact sequence of a study, and reasons of failure."""
 
 from gaitopt.motion.gait import Gait
+from gaitopt.status import Status
 
 IMPOSSIBLE, LOST, PENDING, MERGED = "impossible", "lost", "pending", "merged"
 """Status of a problem without solution, of one whose process died, of one not computed yet, and of one whose gait
@@ -25,4 +26,6 @@ def explain_failure(gait: Gait) -> str:
     if gait.solver.violations:
         worst = gait.solver.violations[0]
         return f'no gait found; the best attempt violates "{worst.name}" ({worst.place}) by {worst.size:.2g}'
+    if gait.status is Status.PLAN_INACCURATE:
+        return "the plan is inaccurate: " + " ".join(gait.solver.warnings)
     return f"{gait.status.hint} ({gait.solver.message})"
