@@ -5,7 +5,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, structure
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.transcription import transcribe
@@ -32,9 +32,9 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
     if gait.solution is None:
         raise InputError("The gait has no unknowns and multipliers to predict another problem from: solve it again.")
     transcription = transcribe(structure(problem, problem.transcription))
-    limits, data = bounds(transcription, problem), data_vector(problem)
+    limits = bounds(transcription, problem)
     x, (on_bounds, on_rows) = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))
-    nlp = transcription.nlp
+    nlp, data = transcription.nlp, nlp_data(transcription, problem, x)
     cost, g = float(nlp.derivatives["grad_f"](x, data)[0]), np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
     return (
         cost

@@ -46,7 +46,7 @@ class CandidateCheck:
     @property
     def rank(self) -> tuple[bool, float]:
         """Sorting key: solutions first, in the order of their cost."""
-        return (not self.solution.outcome.status.ok, rank_of(self.solution.outcome.objective))
+        return (not self.solution.outcome.status.ok, rank_of(self.solution.cost))
 
 
 def solve_open_sequence(

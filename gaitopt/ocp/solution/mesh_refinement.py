@@ -21,6 +21,15 @@ MAX_GUARD_REPAIRS = 3
 GAIN = 1e-4
 """Relative decrease of the objective that justifies another shift of the node at which the touchdown is armed."""
 
+MAX_WORK_RESOLVES = 4
+"""Largest number of solves with located sign changes of the joint powers."""
+
+WORK_TOLERANCE = 2e-5
+"""Relative difference of the minimised value from the cost of the plan above which sign changes are located again."""
+
+NEGLIGIBLE = 1e-6
+"""Share of a typical objective below which costs are zero."""
+
 STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
 """Statuses after which no further solve is started."""
 
@@ -55,7 +64,7 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
 
 def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return the solution refined to the tolerance, or to the end of the refinement."""
-    problem, doublings = start.problem, MOST_DOUBLINGS
+    problem, doublings, resolves = start.problem, MOST_DOUBLINGS, MAX_WORK_RESOLVES
     tolerance = problem.transcription.tolerance
     while solution.outcome.status.ok and math.isfinite(tolerance):
         if not solution.error <= tolerance:
@@ -67,13 +76,32 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
         if method is None and doublings and violated:
             method, doublings = solution.method.double_intervals(problem.sequence), doublings - 1
         if method is None:
-            break
+            exact = _minimise_exact_work(start, solution) if resolves else None
+            if exact is None:
+                break
+            solution, resolves = exact, resolves - 1
+            continue
         coarse = solution
         warm_start = solution_of(coarse.transcription, coarse.outcome)
         solution = start.solve_on_grid(method, warm_start, BARRIER_SAME_PROBLEM)
         if solution.outcome.status in STOPPED:
             return coarse.mark_stopped(solution.outcome)
     return solution.check_finite() if math.isfinite(tolerance) else solution
+
+
+def _minimise_exact_work(start: SingleStart, solution: GridSolution) -> GridSolution | None:
+    """Return the solution with the sign changes of the joint powers as data, or None if it is not needed or not better.
+
+    If no sign has changed since they were located, the minimised value is the cost of the plan.
+    """
+    scale = max(abs(solution.cost), NEGLIGIBLE * start.problem.objective.typical)
+    if abs(solution.outcome.objective - solution.cost) <= WORK_TOLERANCE * scale:
+        return None
+    warm_start = solution_of(solution.transcription, solution.outcome)
+    exact = start.solve_on_grid(solution.method, warm_start, BARRIER_SAME_PROBLEM)
+    if exact.outcome.status in STOPPED_EARLY:
+        return solution.mark_stopped(exact.outcome)
+    return exact if exact.outcome.status.ok and exact.cost <= solution.cost + WORK_TOLERANCE * scale else None
 
 
 def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSolution:
@@ -109,8 +137,8 @@ def _improve_arming_node(start: SingleStart, solution: GridSolution) -> GridSolu
             shifted = _solve_with_guard(start, solution, schedule)
             if shifted.outcome.status in STOPPED_EARLY:
                 return shifted
-            decrease = solution.outcome.objective - shifted.outcome.objective
-            if not shifted.outcome.status.ok or not decrease > GAIN * abs(solution.outcome.objective):
+            decrease = solution.cost - shifted.cost
+            if not shifted.outcome.status.ok or not decrease > GAIN * abs(solution.cost):
                 break
             if early_touchdown(shifted.transcription, start.problem, shifted.x) is not None:
                 break

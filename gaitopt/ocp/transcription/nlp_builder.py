@@ -16,6 +16,7 @@ from gaitopt.ocp.statement.objective import Objective, overrides
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.relaxation import Pair, Relaxation, relax
 from gaitopt.ocp.transcription.scheme import Scheme
+from gaitopt.ocp.transcription.sign_changes import SignChangeLayout
 
 MARGINS = ("cone", "impact_cone")
 """Margins that enter the constraints as data, after the robot's parameters."""
@@ -44,6 +45,8 @@ class NlpBuilder:
         Whether the clearance of the swing foot is constrained.
     relaxation : Relaxation or None
         Relaxation of the complementarity pairs of an open contact sequence.
+    sign_changes : SignChangeLayout or None
+        Places of the data on sign changes of the joint powers, if there are any.
     """
 
     robot: Robot
@@ -56,6 +59,7 @@ class NlpBuilder:
     data: ca.SX
     cleared: bool = False
     relaxation: Relaxation | None = None
+    sign_changes: SignChangeLayout | None = None
 
     @functools.cached_property
     def terms(self) -> tuple[tuple[float, Objective], ...]:
@@ -157,6 +161,8 @@ class BlockVariables:
         self._columns: list[Index] = []
         self._constants: list[ca.SX] = []
         self._values: list[Array] = []
+        self._numbers: list[ca.SX] = []
+        self._places: list[Index] = []
         self._shared: dict[TableKey, ca.SX] = {}
 
     def add(self, name: str, columns: Index) -> ca.SX:
@@ -171,6 +177,12 @@ class BlockVariables:
         self._constants.append(ca.SX.sym(name))
         self._values.append(values)
         return self._constants[-1]
+
+    def add_data(self, name: str, places: Index) -> ca.SX:
+        """Return a symbol for data that differ between the instances, with indices in the data of shape (n, count)."""
+        self._numbers.append(ca.SX.sym(name, places.shape[0]))
+        self._places.append(places)
+        return self._numbers[-1]
 
     def add_shared(self, key: TableKey) -> ca.SX:
         """Return a symbol for a whole table, common to all instances; added once, at its first use."""
@@ -213,6 +225,8 @@ class BlockVariables:
             rows=rows,
             symbols=ca.vertcat(*self._constants) if self._constants else ca.SX(0, 1),
             constants=np.array(self._values).reshape(-1, self.count),
+            numbers=ca.vertcat(*self._numbers) if self._numbers else ca.SX(0, 1),
+            places=np.vstack(self._places) if self._places else np.empty((0, self.count), dtype=np.intp),
         )
 
 

@@ -13,11 +13,13 @@ from gaitopt.model.contacts.transition import Condition
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant
+from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation
 from gaitopt.ocp.transcription.foot_clearance import clearance_rows
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.objective_blocks import InstantFactory, mean_integrand, peak_rows
+from gaitopt.ocp.transcription.objective_blocks import InstantFactory, IntervalInstants, mean_integrand, peak_rows
 from gaitopt.ocp.transcription.scheme import Point
+from gaitopt.ocp.transcription.sign_changes import mean_parts
 
 KINDS = {
     Condition.NORMAL_FORCE: Kind.NORMAL_FORCE,
@@ -63,9 +65,12 @@ class _Intervals:
     constrained : list of (int, Point)
         Numbers and points of the path constraints; 0 is the node.
     powers : list of SX
-        Parts of the joint powers at the points; empty if the objective does not use them.
-    instants : list of Instant or None
-        Instants of the points, the arguments of objectives; None at a node without a known force.
+        Parts of the joint powers, one entry for each point; empty if the objective does not use them.  They are the
+        Bernstein coefficients of the parts, of which the first and the last are the parts at the nodes.
+    coefficients : list of SX
+        Bernstein coefficients of the joint powers as functions of the motion, one entry for each point.
+    instants : IntervalInstants
+        Arguments of objectives.
     """
 
     def __init__(self, builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> None:
@@ -83,6 +88,7 @@ class _Intervals:
         self.points = [start, *inner, end]
         self.constrained = list(enumerate(self.points))[0 if builder.scheme.nodal else 1 : -1]
         self.powers = self._split_powers() if builder.objective.uses_power else []
+        self.coefficients = self._power_coefficients() if self.powers else []
         self.instants = self._instants()
 
     def block(self) -> Block:
@@ -121,18 +127,42 @@ class _Intervals:
             self.local.add("power after", table[:, self.right]),
         ]
 
-    def _instants(self) -> list[Instant | None]:
-        builder, nodes = self.builder, np.arange(self.phase.count)
+    def _power_coefficients(self) -> list[ca.SX]:
+        powered = list(self.builder.powered)
+        powers = [self.dynamics.power(point.state, point.torque, self.p)[powered] for point in self.points]
+        if not self.builder.scheme.nodal:
+            return powers
+        matrix = bernstein_transformation(tuple(self.builder.scheme.fractions))
+        return ca.horzsplit(ca.horzcat(*powers) @ ca.DM(matrix).T)
+
+    def _instants(self) -> IntervalInstants:
+        builder, nodes, fractions = self.builder, np.arange(self.phase.count), self.builder.scheme.fractions
         factory = InstantFactory(builder, self.local, self.phase, self.dynamics, self.p, nodes)
-        fractions = (0.0, *builder.scheme.inner, 1.0)
         rate = (self.points[-1].torque - self.points[0].torque) / self.length
-        instants: list[Instant | None] = []
-        for i, point in enumerate(self.points):
-            at_node = i in (0, len(self.points) - 1)
-            power = self.powers[i] if self.powers else None
-            known = builder.scheme.nodal or not at_node
-            instants.append(factory.make(point, power, rate, fractions[i]) if known else None)
-        return instants
+
+        def make(parts: Sequence[ca.SX | None]) -> list[Instant | None]:
+            """Return the instants of the points with these parts of the powers, None where the force is unknown."""
+            inner = range(len(self.points)) if builder.scheme.nodal else range(1, len(self.points) - 1)
+            return [
+                factory.make(point, parts[i], rate, float(fractions[i])) if i in inner else None
+                for i, point in enumerate(self.points)
+            ]
+
+        idle = make([None] * len(self.points))
+        if not self.powers:
+            return IntervalInstants(idle, idle, None)
+        mean = None
+        if builder.sign_changes is not None:
+            data = self.local.add_data("sign changes", builder.sign_changes.tables[self.phase.number])
+            mean = factory.make(self.points[0], mean_parts(self.powers, self.coefficients, data), rate)
+        return IntervalInstants(make(self._parts_at_points()), idle, mean)
+
+    def _parts_at_points(self) -> list[ca.SX]:
+        """Return the parts of the joint powers at the points, polynomials that are nowhere negative."""
+        if not self.builder.scheme.nodal:
+            return self.powers
+        basis = [bernstein_basis(at, len(self.points) - 1) for at in self.builder.scheme.fractions]
+        return ca.horzsplit(ca.horzcat(*self.powers) @ ca.DM(basis).T)
 
     def _add_dynamics(self) -> None:
         builder = self.builder
@@ -151,8 +181,8 @@ class _Intervals:
             equations.add(rows, values)
             self.penalty += penalty
         if self.powers:
-            equations.add(*_power_split(builder, self.dynamics, point, self.powers[inner], self.p), inner)
-        instant = self.instants[inner]
+            equations.add(*_power_split(builder, self.coefficients[inner], self.powers[inner]), inner)
+        instant = self.instants.points[inner]
         if builder.peaks and instant is not None:
             equations.add(*peak_rows(builder, self.local, instant), inner)
 
@@ -193,9 +223,8 @@ def last_power_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics)
     local, node = BlockVariables(builder, 1), phase.nodes[-1]
     p = local.parameters()
     last = point_at(builder, phase, dynamics, local, [node], p)
-    table, value = _power_split(
-        builder, dynamics, last, local.add("split", builder.variables[Unknown.POWER][:, [node]]), p
-    )
+    power = dynamics.power(last.state, last.torque, p)[list(builder.powered)]
+    table, value = _power_split(builder, power, local.add("split", builder.variables[Unknown.POWER][:, [node]]))
     rows = builder.rows.add(Group.LAST_POWER, table, [phase.place(phase.count)])
     return local.block("last_power", value, rows)
 
@@ -241,10 +270,7 @@ def _onset(dynamics: PhaseDynamics, force: ca.SX, p: ca.SX, slip: Mode) -> tuple
     return table, ca.vertcat(*(condition.value for condition in conditions))
 
 
-def _power_split(
-    builder: NlpBuilder, dynamics: PhaseDynamics, point: Point, split: ca.SX, p: ca.SX
-) -> tuple[list[Row], ca.SX]:
-    """Return rows and values of P = positive part - negative part for every actuator that is not idle."""
+def _power_split(builder: NlpBuilder, power: ca.SX, split: ca.SX) -> tuple[list[Row], ca.SX]:
+    """Return rows and values of power = positive part - negative part for every actuator that is not idle."""
     names = [builder.robot.actuators[i] for i in builder.powered]
-    power = dynamics.power(point.state, point.torque, p)[list(builder.powered)]
     return [equation(Kind.POWER_SPLIT, name) for name in names], split[: len(names)] - split[len(names) :] - power

@@ -97,6 +97,11 @@ class Scheme(ABC):
             Length of the interval.
         """
 
+    @property
+    def fractions(self) -> Array:
+        """Fractions of start, inner points and end, shape (len(inner) + 2,)."""
+        return np.array([0.0, *self.inner, 1.0])
+
     def smooth_weights(self) -> Array:
         """Return weights of start, inner points and end for a smooth integrand, shape (len(inner) + 2,).
 

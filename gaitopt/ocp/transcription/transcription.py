@@ -17,6 +17,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Block, Nlp, assemble_nlp
@@ -31,6 +32,7 @@ from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
 from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_block
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
+from gaitopt.ocp.transcription.sign_changes import SignChangeLayout, lay_out_sign_changes, locate_sign_changes
 
 SLIDE = (Key(Kind.FOOT_SLIDE), Key(Kind.SPEED_OF_FOOT))
 NODE_TABLES = (Unknown.ANGLES, Unknown.RATES, Unknown.TORQUE, Unknown.POWER)
@@ -96,6 +98,8 @@ class Transcription:
     row_bounds : (2, n_constraints) array
         Lower and upper bounds of the rows; the problem replaces some of them.
     nlp : Nlp
+    sign_changes : SignChangeLayout or None
+        Places of the data on sign changes of the joint powers; None if the objective does not use them.
     """
 
     structure: Structure
@@ -105,11 +109,20 @@ class Transcription:
     constraints: Layout
     row_bounds: np.ndarray
     nlp: Nlp
+    sign_changes: SignChangeLayout | None = None
 
     @property
     def slacks(self) -> tuple[Slack, ...]:
         """Unknowns that the relaxation adds to each complementarity pair."""
         return () if self.structure.relaxation is None else self.structure.relaxation.slacks
+
+    def locate_sign_changes(self, x: Array | None = None) -> Array:
+        """Return the data on sign changes of the joint powers in a decision vector, or without one zeros."""
+        if self.sign_changes is None:
+            return np.empty(0)
+        if x is None:
+            return np.zeros(self.sign_changes.size)
+        return locate_sign_changes(self.sign_changes, self.variables, self.phases, x)
 
     @functools.cached_property
     def n_nodes(self) -> int:
@@ -124,17 +137,21 @@ def transcribe(structure: Structure) -> Transcription:
     phases = divide_into_phases(structure.sequence, structure.counts)
     dynamics_of_phases = tuple(PhaseDynamics(robot, phase.mode if nodal else Mode.ANY) for phase in phases)
     variables, rows = _variables(structure, phases, dynamics_of_phases), Rows()
+    data, powered, changes = structure.data(), tuple(robot.actuators.index(name) for name in structure.powered), None
+    if objective.uses_power and powered and nodal and structure.relaxation is None:
+        changes = lay_out_sign_changes(phases, data.numel(), len(powered), structure.scheme.fractions.size)
     builder = NlpBuilder(
         robot=robot,
         objective=objective,
         scheme=structure.scheme,
-        powered=tuple(robot.actuators.index(name) for name in structure.powered),
+        powered=powered,
         rate_limited=structure.rate_limited,
         variables=variables,
         rows=rows,
-        data=structure.data(),
+        data=data,
         cleared=structure.cleared,
         relaxation=structure.relaxation,
+        sign_changes=changes,
     )
     smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)
     blocks = _blocks(builder, structure, phases, dynamics_of_phases)
@@ -146,8 +163,15 @@ def transcribe(structure: Structure) -> Transcription:
         constraints=rows.layout,
         row_bounds=rows.bounds(),
         nlp=assemble_nlp(
-            blocks, builder.data, variables.size, rows.layout.size, typical=objective.typical, smooth=smooth
+            blocks,
+            builder.data,
+            variables.size,
+            rows.layout.size,
+            n_numbers=0 if changes is None else changes.size,
+            typical=objective.typical,
+            smooth=smooth,
         ),
+        sign_changes=changes,
     )
 
 
