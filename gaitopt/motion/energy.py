@@ -108,9 +108,9 @@ def ledger(motion: Motion) -> Ledger:
 def absolute_work(motion: Motion) -> float:
     """Return the integral of the sum of absolute joint powers [J].
 
-    The work of each actuator is known at the samples together with its rate, the power.  Where the power changes its
-    sign between samples, the turning points of a Hermite interpolant of the work are used, so no kink is integrated
-    over; the interpolant has order six within an interval of a plan, in which torques are linear, otherwise order four.
+    A plan states the positive work of each actuator.  Otherwise its work is known at the samples together with its
+    rate, the power; where the power changes its sign between samples, the turning points of a Hermite interpolant of
+    the work are used, so no kink is integrated over.
 
     Examples
     --------
@@ -119,11 +119,15 @@ def absolute_work(motion: Motion) -> float:
     >>> absolute_work(gait.motion) > ledger(gait.motion).actuator
     True
     """
-    return sum(
-        float(np.sum(_rise_and_fall(segment.time, work, power, torque)))
-        for segment in motion.segments
-        for work, power, torque in zip(segment.work, segment.power, segment.torque, strict=True)
-    )
+    total = 0.0
+    for segment in motion.segments:
+        finite = all(np.all(np.isfinite(x)) for x in (segment.time, segment.work, segment.power))
+        if segment.positive_work is not None and finite:
+            total += float(np.sum(2 * segment.positive_work[:, -1] - segment.work[:, -1]))
+            continue
+        for work, power, torque in zip(segment.work, segment.power, segment.torque, strict=True):
+            total += float(np.sum(integrate_absolute(segment.time, work, power, torque)))
+    return total
 
 
 def positive_work(motion: Motion) -> float:
@@ -170,11 +174,21 @@ def _rise(values: Array) -> float:
     return float(values[-1] - values[0])
 
 
-def _rise_and_fall(time: Array, work: Array, power: Array, torque: Array) -> Array:
-    """Return the total variation of the work of an actuator over each sampling interval, shape (K-1,).
+def integrate_absolute(time: Array, work: Array, power: Array, torque: Array) -> Array:
+    """Return the integral of the absolute power of an actuator over each sampling interval, shape (K-1,) [J].
 
     The zeros of the power between samples are those of the Hermite interpolant of the work: through both ends and, if
     the torque is straight across a sample next to them, through that one too.
+
+    Parameters
+    ----------
+    time, work, power, torque : (K,) arrays
+        Samples [s], [J], [W], [N m].
+
+    Examples
+    --------
+    >>> integrate_absolute(np.array([0.0, 1.0]), np.array([0.0, 0.0]), np.array([-1.0, 1.0]), np.ones(2)).round(3)
+    array([0.5])
     """
     step, rise = np.diff(time), np.diff(work)
     variation = np.abs(rise)

@@ -48,7 +48,9 @@ def data_vector(problem: GaitProblem) -> Array:
     return np.concatenate([problem.robot.vector(problem.values), margins, clearance])
 
 
-def nlp_data(transcription: Transcription, problem: GaitProblem, x: Array | None = None) -> Array:
+def nlp_data(
+    transcription: Transcription, problem: GaitProblem, x: Array | None = None, *, exact: bool = False
+) -> Array:
     """Return all data of an NLP: those of its problem, and the sign changes of the joint powers in `x` if it is given.
 
     Parameters
@@ -57,8 +59,10 @@ def nlp_data(transcription: Transcription, problem: GaitProblem, x: Array | None
     problem : GaitProblem
     x : (n_variables,) array, optional
         Decision vector.  Without it, the absolute work is bounded.
+    exact : bool
+        Whether the data serve to evaluate the objective at `x`, not to solve from it.
     """
-    return np.concatenate([data_vector(problem), transcription.locate_sign_changes(x)])
+    return np.concatenate([data_vector(problem), transcription.locate_sign_changes(x, touching=exact)])
 
 
 def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:

@@ -74,13 +74,19 @@ class GridSolution:
         absolute work.
         """
         nlp, variables, x = self.transcription.nlp, self.transcription.variables, self.outcome.x.copy()
-        if self.transcription.sign_changes is None or not np.all(np.isfinite(x)):
+        if self.transcription.sign_changes is None or not np.all(np.isfinite([self.outcome.objective, *x])):
             return self.outcome.objective
-        data = nlp_data(self.transcription, self.problem, x)
+        data = nlp_data(self.transcription, self.problem, x, exact=True)
         if Unknown.INTEGRAL in variables:  # its row states integrals - unknown = 0
             rows = np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
             x[variables[Unknown.INTEGRAL]] += rows[self.transcription.constraints[Group.INTEGRAL]]
         return float(nlp.objective(x, data))
+
+    def has_other_sign_changes(self) -> bool:
+        """Return whether a solve from this solution would have other data on sign changes."""
+        located = self.transcription.locate_sign_changes(self.x)
+        used = self.data[self.data.size - located.size :]
+        return not np.allclose(located, used, rtol=1e-6, atol=1e-6 * np.max(np.abs(located), initial=0.0))
 
     @property
     def values(self) -> dict[str, float]:
@@ -173,10 +179,13 @@ class SingleStart:
             transcription, bounds(transcription, problem), point_from_guess(transcription, problem, self.guess)
         )
 
-    def solve_on_grid(self, method: Method, warm_start: Solution | None, barrier: float) -> GridSolution:
+    def solve_on_grid(
+        self, method: Method, warm_start: Solution | None, barrier: float, *, locate: bool = True
+    ) -> GridSolution:
         """Solve on one grid, from a solution or otherwise from the guess.
 
-        The sign changes of the joint powers in a solution on the same grid become data of the NLP.
+        The sign changes of the joint powers in a solution on the same grid become data of the NLP if `locate`;
+        otherwise the absolute work is bounded from above.
         """
         problem = self.problem
         started, misses = time.perf_counter(), transcribe.cache_info().misses
@@ -190,7 +199,7 @@ class SingleStart:
                 x, multipliers = initial_point(transcription, problem, self.guess), None
                 if warm_start is not None:
                     x, multipliers = transfer_solution(warm_start, transcription, x)
-        located = warm_start is not None and has_same_grid(warm_start, transcription)
+        located = locate and warm_start is not None and has_same_grid(warm_start, transcription)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
         outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations

@@ -21,7 +21,7 @@ MAX_GUARD_REPAIRS = 3
 GAIN = 1e-4
 """Relative decrease of the objective that justifies another shift of the node at which the touchdown is armed."""
 
-MAX_WORK_RESOLVES = 4
+MAX_WORK_RESOLVES = 10
 """Largest number of solves with located sign changes of the joint powers."""
 
 WORK_TOLERANCE = 2e-5
@@ -67,6 +67,11 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
     problem, doublings, resolves = start.problem, MOST_DOUBLINGS, MAX_WORK_RESOLVES
     tolerance = problem.transcription.tolerance
     while solution.outcome.status.ok and math.isfinite(tolerance):
+        if resolves and solution.between.drift <= tolerance:
+            exact = _minimise_exact_work(start, solution)
+            if exact is not None:
+                solution, resolves = exact, resolves - 1
+                continue
         if not solution.error <= tolerance:
             solution = solution.refine_feasibility()
         method, inaccurate = None, not solution.error <= tolerance
@@ -76,11 +81,7 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
         if method is None and doublings and violated:
             method, doublings = solution.method.double_intervals(problem.sequence), doublings - 1
         if method is None:
-            exact = _minimise_exact_work(start, solution) if resolves else None
-            if exact is None:
-                break
-            solution, resolves = exact, resolves - 1
-            continue
+            break
         coarse = solution
         warm_start = solution_of(coarse.transcription, coarse.outcome)
         solution = start.solve_on_grid(method, warm_start, BARRIER_SAME_PROBLEM)
@@ -95,7 +96,8 @@ def _minimise_exact_work(start: SingleStart, solution: GridSolution) -> GridSolu
     If no sign has changed since they were located, the minimised value is the cost of the plan.
     """
     scale = max(abs(solution.cost), NEGLIGIBLE * start.problem.objective.typical)
-    if abs(solution.outcome.objective - solution.cost) <= WORK_TOLERANCE * scale:
+    agree = abs(solution.outcome.objective - solution.cost) <= WORK_TOLERANCE * scale
+    if agree or not solution.has_other_sign_changes():
         return None
     warm_start = solution_of(solution.transcription, solution.outcome)
     exact = start.solve_on_grid(solution.method, warm_start, BARRIER_SAME_PROBLEM)

@@ -31,7 +31,7 @@ from gaitopt.ocp.transcription.grid import Phase
 MAX_ZEROS = 2
 """Number of sign changes per interval and actuator whose movement is part of the data."""
 
-NEGLIGIBLE_WORK = 1e-7
+NEGLIGIBLE_WORK = 1e-6
 """Share of the work of the step below which the excess of a bound is ignored: idle joints have powers near zero."""
 
 LEAST_SLOPE = 1e-3
@@ -99,7 +99,9 @@ def mean_parts(parts: Sequence[ca.SX], powers: Sequence[ca.SX], data: ca.SX) -> 
     return sum(parts, ca.SX(0)) / points + ca.vertcat(*corrections, *corrections)
 
 
-def locate_sign_changes(layout: SignChangeLayout, variables: Layout, phases: Sequence[Phase], x: Array) -> Array:
+def locate_sign_changes(
+    layout: SignChangeLayout, variables: Layout, phases: Sequence[Phase], x: Array, *, touching: bool
+) -> Array:
     """Return the data on the sign changes of a solution, shape (layout.size,).
 
     Parameters
@@ -110,6 +112,9 @@ def locate_sign_changes(layout: SignChangeLayout, variables: Layout, phases: Seq
     phases : sequence of Phase
     x : (n_variables,) array
         Decision vector, whose parts of the powers satisfy their equations.
+    touching : bool
+        Whether intervals are included whose coefficients differ in sign although the power does not.  The data are then
+        exact in the solution, but less than the work about it if the power touches zero.
     """
     data = np.zeros(layout.size)
     if not layout.size or not np.all(np.isfinite(x)):
@@ -123,7 +128,9 @@ def locate_sign_changes(layout: SignChangeLayout, variables: Layout, phases: Seq
         mixed = (power.min(axis=0) < 0) & (power.max(axis=0) > 0)
         relevant = mixed & (length * np.abs(power).mean(axis=0) > NEGLIGIBLE_WORK * bound)
         for k, j in np.argwhere(relevant):
-            table[k, j] = _expand_absolute(power[:, k, j])
+            zeros = zeros_inside(power[:, k, j])
+            if zeros or touching:
+                table[k, j] = _expand_absolute(power[:, k, j], zeros)
         data[layout.tables[phase.number].T - layout.first] = table.reshape(count, -1)
     return data
 
@@ -136,10 +143,10 @@ def _coefficients(variables: Layout, phase: Phase, x: Array) -> Array:
     return np.swapaxes(parts[:, :n] - parts[:, n:], 1, 2)
 
 
-def _expand_absolute(coefficients: Array) -> Array:
+def _expand_absolute(coefficients: Array, zeros: list[float]) -> Array:
     """Return the linear terms and the weighted bases of the zeros of one power, shape (1 + MAX_ZEROS, n_points)."""
     points = coefficients.size
-    table, zeros = np.zeros((1 + MAX_ZEROS, points)), zeros_inside(coefficients)
+    table = np.zeros((1 + MAX_ZEROS, points))
     ends = np.array([0.0, *zeros, 1.0])
     signs = np.sign(np.diff([integrate_polynomial(coefficients, end) for end in ends]))
     integrals = np.array([[integrate_polynomial(unit, end) for end in ends] for unit in np.eye(points)])

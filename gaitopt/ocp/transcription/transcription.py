@@ -116,13 +116,17 @@ class Transcription:
         """Unknowns that the relaxation adds to each complementarity pair."""
         return () if self.structure.relaxation is None else self.structure.relaxation.slacks
 
-    def locate_sign_changes(self, x: Array | None = None) -> Array:
-        """Return the data on sign changes of the joint powers in a decision vector, or without one zeros."""
+    def locate_sign_changes(self, x: Array | None = None, *, touching: bool = False) -> Array:
+        """Return the data on sign changes of the joint powers in a decision vector, or without one zeros.
+
+        With `touching` they are exact in `x`, otherwise suited to a solve from it; see
+        :func:`gaitopt.ocp.transcription.sign_changes.locate_sign_changes`.
+        """
         if self.sign_changes is None:
             return np.empty(0)
         if x is None:
             return np.zeros(self.sign_changes.size)
-        return locate_sign_changes(self.sign_changes, self.variables, self.phases, x)
+        return locate_sign_changes(self.sign_changes, self.variables, self.phases, x, touching=touching)
 
     @functools.cached_property
     def n_nodes(self) -> int:
