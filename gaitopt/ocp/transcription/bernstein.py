@@ -27,6 +27,19 @@ def bernstein_transformation(fractions: tuple[float, ...]) -> Array:
     return np.linalg.inv([bernstein_basis(at, degree) for at in fractions])
 
 
+@functools.cache
+def hermite_transformation(fractions: tuple[float, ...], at: tuple[float, ...]) -> Array:
+    """Return the matrix from values at some fractions, then slopes at the first and the last, to values elsewhere.
+
+    The polynomial through the values with these slopes is evaluated; the matrix has shape (len(at), len(fractions) + 2).
+    """
+    count = len(fractions) + 2
+    values = np.vander(fractions, count, increasing=True)
+    ends = np.vander([fractions[0], fractions[-1]], count, increasing=True)
+    slopes = np.hstack([np.zeros((2, 1)), ends[:, :-1] * np.arange(1, count)])
+    return np.vander(at, count, increasing=True) @ np.linalg.inv(np.vstack([values, slopes]))
+
+
 def integrate_polynomial(coefficients: Array, upto: float) -> float:
     """Return the integral of a polynomial with Bernstein coefficients from 0 to a fraction of the interval.
 

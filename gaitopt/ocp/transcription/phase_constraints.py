@@ -10,10 +10,11 @@ from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.transition import Condition
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant
-from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation
+from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation, hermite_transformation
 from gaitopt.ocp.transcription.foot_clearance import clearance_rows
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
@@ -65,10 +66,10 @@ class _Intervals:
     constrained : list of (int, Point)
         Numbers and points of the path constraints; 0 is the node.
     powers : list of SX
-        Parts of the joint powers, one entry for each point; empty if the objective does not use them.  They are the
-        Bernstein coefficients of the parts, of which the first and the last are the parts at the nodes.
+        Parts of the Bernstein coefficients of the joint powers; empty if the objective does not use them.  The first and
+        the last are the parts at the nodes.
     coefficients : list of SX
-        Bernstein coefficients of the joint powers as functions of the motion, one entry for each point.
+        Bernstein coefficients of the joint powers as functions of the motion.
     instants : IntervalInstants
         Arguments of objectives.
     """
@@ -97,6 +98,8 @@ class _Intervals:
         self._add_dynamics()
         for inner, point in self.constrained:
             self._add_point(inner, point)
+        for inner in range(0 if builder.scheme.nodal else 1, len(self.powers) - 1):
+            self.equations.add(*_power_split(builder, self.coefficients[inner], self.powers[inner]), inner)
         places = [phase.place(k) for k in range(phase.count)]
         rows = builder.rows.add((Group.INTERVAL, phase.number), self.equations.table, places)
         values = [self.equations.values]
@@ -114,8 +117,8 @@ class _Intervals:
         return local.block(f"interval_{phase.number}", ca.vertcat(*values), rows, plain, self.penalty)
 
     def _split_powers(self) -> list[ca.SX]:
-        """Return the unknown parts of the powers at all points, empty at the nodes if the scheme is not nodal."""
-        builder, count = self.builder, len(self.points) - 2
+        """Return the unknown parts of the powers, empty at the nodes if the scheme is not nodal."""
+        builder, count = self.builder, self.builder.scheme.power_fractions.size - 2
         inside = self.local.add("inner power", builder.variables[Unknown.INNER_POWER, self.phase.number])
         inner = ca.vertsplit(inside, inside.numel() // count)
         if not builder.scheme.nodal:
@@ -128,12 +131,28 @@ class _Intervals:
         ]
 
     def _power_coefficients(self) -> list[ca.SX]:
-        powered = list(self.builder.powered)
-        powers = [self.dynamics.power(point.state, point.torque, self.p)[powered] for point in self.points]
-        if not self.builder.scheme.nodal:
+        dynamics, scheme, powered = self.dynamics, self.builder.scheme, list(self.builder.powered)
+        powers = [dynamics.power(point.state, point.torque, self.p)[powered] for point in self.points]
+        if not scheme.nodal:
             return powers
-        matrix = bernstein_transformation(tuple(self.builder.scheme.fractions))
-        return ca.horzsplit(ca.horzcat(*powers) @ ca.DM(matrix).T)
+        if scheme.power_fractions.size != len(powers):
+            powers = self._interpolate_powers(scheme.power_fractions)
+        return ca.horzsplit(ca.horzcat(*powers) @ ca.DM(bernstein_transformation(tuple(scheme.power_fractions))).T)
+
+    def _interpolate_powers(self, at: Array) -> list[ca.SX]:
+        """Return the joint powers at fractions of the interval, from a Hermite interpolant of the joint rates."""
+        start, *_, end = self.points
+        rates = [self.dynamics.joint_rates(point.state, self.p) for point in self.points]
+        slopes = [
+            self.length * self.dynamics.joint_accelerations(point.state, point.acceleration, self.p)
+            for point in (start, end)
+        ]
+        matrix = ca.DM(hermite_transformation(tuple(self.builder.scheme.fractions), tuple(at)))
+        columns = ca.horzsplit(ca.horzcat(*rates, *slopes) @ matrix.T)
+        powers = [
+            (start.torque + float(c) * (end.torque - start.torque)) * rate for c, rate in zip(at, columns, strict=True)
+        ]
+        return [power[list(self.builder.powered)] for power in powers]
 
     def _instants(self) -> IntervalInstants:
         builder, nodes, fractions = self.builder, np.arange(self.phase.count), self.builder.scheme.fractions
@@ -161,7 +180,7 @@ class _Intervals:
         """Return the parts of the joint powers at the points, polynomials that are nowhere negative."""
         if not self.builder.scheme.nodal:
             return self.powers
-        basis = [bernstein_basis(at, len(self.points) - 1) for at in self.builder.scheme.fractions]
+        basis = [bernstein_basis(at, len(self.powers) - 1) for at in self.builder.scheme.fractions]
         return ca.horzsplit(ca.horzcat(*self.powers) @ ca.DM(basis).T)
 
     def _add_dynamics(self) -> None:
@@ -180,8 +199,6 @@ class _Intervals:
             rows, values, penalty = builder.relax(self.local, (Unknown.RELAXATION, self.phase.number), point.pairs)
             equations.add(rows, values)
             self.penalty += penalty
-        if self.powers:
-            equations.add(*_power_split(builder, self.coefficients[inner], self.powers[inner]), inner)
         instant = self.instants.points[inner]
         if builder.peaks and instant is not None:
             equations.add(*peak_rows(builder, self.local, instant), inner)

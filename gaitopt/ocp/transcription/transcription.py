@@ -143,7 +143,7 @@ def transcribe(structure: Structure) -> Transcription:
     variables, rows = _variables(structure, phases, dynamics_of_phases), Rows()
     data, powered, changes = structure.data(), tuple(robot.actuators.index(name) for name in structure.powered), None
     if objective.uses_power and powered and nodal and structure.relaxation is None:
-        changes = lay_out_sign_changes(phases, data.numel(), len(powered), structure.scheme.fractions.size)
+        changes = lay_out_sign_changes(phases, data.numel(), len(powered), structure.scheme.power_fractions.size)
     builder = NlpBuilder(
         robot=robot,
         objective=objective,
@@ -244,7 +244,8 @@ def _add_phase(layout: Layout, structure: Structure, phase: Phase, dynamics: Pha
     if scheme.inner_unknowns(dynamics):
         layout.add((scheme.inner_table, number), scheme.inner_unknowns(dynamics), between)
     if structure.objective.uses_power:
-        keys = [key.at(i + 1) for i in range(len(scheme.inner)) for key in _powers(structure)]
+        inner = range(1, scheme.power_fractions.size - 1)
+        keys = [key.at(i) for i in inner for key in _powers(structure)]
         layout.add((Unknown.INNER_POWER, number), keys, between)
     if dynamics.mode is Mode.ANY:
         _add_slacks(layout, structure, (Unknown.RELAXATION, number), FRICTION_PAIRS, between)
