@@ -12,6 +12,9 @@ from gaitopt.reductions import worst
 STRAIGHT = 1e-9
 """Deviation of a torque from a straight line, relative to the largest torque, below which no corner is assumed."""
 
+UNEVEN = 4
+"""Ratio of neighbouring sampling intervals above which no polynomial is laid through both."""
+
 ROUNDING = 1e-12
 """Share of the largest work between samples below which a power is zero."""
 
@@ -196,7 +199,7 @@ def integrate_absolute(time: Array, work: Array, power: Array, torque: Array) ->
     variation[~finite] = np.nan
     finite &= step > 0
     slack = ROUNDING * np.max(np.abs(np.concatenate([power[:-1] * step, rise])[np.tile(finite, 2)]), initial=0.0)
-    straight = _is_straight(time, torque)
+    straight = _is_straight(time, torque) & _is_even(step)
     for k in np.flatnonzero(finite & _may_vanish(step, rise, power, slack)):
         ends = [k, k + 1]
         if straight[k + 1] and finite[min(k + 1, step.size - 1)]:
@@ -226,6 +229,12 @@ def _is_straight(time: Array, torque: Array) -> Array:
         line = torque[:-2] + before / (before + after) * (torque[2:] - torque[:-2])
         off = np.abs(torque[1:-1] - line) <= STRAIGHT * np.max(np.abs(torque), initial=0.0)
     return np.concatenate([[False], off & (before > 0) & (after > 0), [False]])
+
+
+def _is_even(step: Array) -> Array:
+    """Return whether the sampling intervals on either side of each sample have similar lengths, shape (K,)."""
+    before, after = step[:-1], step[1:]
+    return np.concatenate([[False], np.minimum(before, after) * UNEVEN > np.maximum(before, after), [False]])
 
 
 def _variation_between(time: Array, work: Array, power: Array) -> float:
