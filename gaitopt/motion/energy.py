@@ -4,10 +4,10 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
 
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.reductions import worst
-
 
 STRAIGHT = 1e-9
 """Deviation of a torque from a straight line, relative to the largest torque, below which no corner is assumed."""
@@ -199,18 +199,18 @@ def integrate_absolute(time: Array, work: Array, power: Array, torque: Array) ->
     variation[~finite] = np.nan
     finite &= step > 0
     slack = ROUNDING * np.max(np.abs(np.concatenate([power[:-1] * step, rise])[np.tile(finite, 2)]), initial=0.0)
-    straight = _is_straight(time, torque) & _is_even(step)
+    straight, usable = _is_straight(time, torque) & _is_even(step), np.append(finite, False)
     for k in np.flatnonzero(finite & _may_vanish(step, rise, power, slack)):
         ends = [k, k + 1]
-        if straight[k + 1] and finite[min(k + 1, step.size - 1)]:
+        if straight[k + 1] and usable[k + 1]:
             ends.append(k + 2)
-        elif straight[k] and finite[k - 1]:
+        elif straight[k] and usable[k - 1]:
             ends.append(k - 1)
         variation[k] = _variation_between(time[ends], work[ends], power[ends])
     return variation
 
 
-def _may_vanish(step: Array, rise: Array, power: Array, slack: float) -> Array:
+def _may_vanish(step: Array, rise: Array, power: Array, slack: float) -> NDArray[np.bool_]:
     """Return whether the power may change its sign in each sampling interval, shape (K-1,).
 
     The cubic Hermite interpolant of the work has the slopes left, middle and right as Bernstein coefficients of its
@@ -222,7 +222,7 @@ def _may_vanish(step: Array, rise: Array, power: Array, slack: float) -> Array:
     return (slopes.min(axis=0) < -slack) & (slopes.max(axis=0) > slack)
 
 
-def _is_straight(time: Array, torque: Array) -> Array:
+def _is_straight(time: Array, torque: Array) -> NDArray[np.bool_]:
     """Return whether a torque is straight across each sample, False at both ends, shape (K,)."""
     before, after = np.diff(time)[:-1], np.diff(time)[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -231,7 +231,7 @@ def _is_straight(time: Array, torque: Array) -> Array:
     return np.concatenate([[False], off & (before > 0) & (after > 0), [False]])
 
 
-def _is_even(step: Array) -> Array:
+def _is_even(step: Array) -> NDArray[np.bool_]:
     """Return whether the sampling intervals on either side of each sample have similar lengths, shape (K,)."""
     before, after = step[:-1], step[1:]
     return np.concatenate([[False], np.minimum(before, after) * UNEVEN > np.maximum(before, after), [False]])

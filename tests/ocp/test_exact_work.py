@@ -177,7 +177,9 @@ def _integrate_parts(gait, segment):
         return np.array([np.interp(t, segment.time, row) for row in segment.torque])
 
     def rates(t, y):
-        return np.concatenate([y[n:], np.asarray(robot.acceleration[segment.mode](y[:n], y[n:], torque(t), p)[0]).ravel()])
+        return np.concatenate(
+            [y[n:], np.asarray(robot.acceleration[segment.mode](y[:n], y[n:], torque(t), p)[0]).ravel()]
+        )
 
     for begin, end in itertools.pairwise(segment.time):
         path = solve_ivp(rates, (begin, end), state, method="DOP853", rtol=1e-10, atol=1e-12, dense_output=True)
@@ -225,7 +227,9 @@ def evaluate_means(coefficients, data):
 def test_bernstein_coefficients_are_those_of_the_polynomial_through_the_points(count):
     at = tuple(np.linspace(0, 1, count))
     coefficients = bernstein_transformation(at) @ np.polyval(np.arange(1, count + 1), at)
-    assert [cubic(coefficients)(t) for t in (0.1, 0.7)] == pytest.approx(np.polyval(np.arange(1, count + 1), (0.1, 0.7)))
+    assert [cubic(coefficients)(t) for t in (0.1, 0.7)] == pytest.approx(
+        np.polyval(np.arange(1, count + 1), (0.1, 0.7))
+    )
     assert coefficients[0] == pytest.approx(count)  # the ends are values
 
 
@@ -260,7 +264,7 @@ def test_the_work_about_a_located_change_of_sign_has_an_error_of_third_order():
     assert errors[1] < errors[0] / 6
 
 
-def test_a_power_that_reverses_still_costs(solve_and_keep):
+def test_a_power_that_reverses_still_costs():
     """The data of a change of sign do not make the opposite power a source of energy: its cost stays positive."""
     data = _expand_absolute(LEFT, zeros_inside(LEFT))
     assert evaluate_means(-LEFT, data).sum() >= mean_absolute(LEFT)

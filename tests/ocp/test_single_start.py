@@ -14,12 +14,15 @@ from gaitopt import (
     Ipopt,
     LinearGuess,
     Margins,
+    Newton,
     RandomPerturbation,
     Status,
     WarmStart,
     solve,
     verify,
 )
+from gaitopt.ocp.solution.grid_solve import SingleStart
+from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.progress import silent
 from tests.benchmarks.test_reliability import random_problem
@@ -198,7 +201,13 @@ def test_a_small_margin_makes_up_for_a_coarse_grid(reference_problem):
 
 def test_a_force_that_leaves_its_cone_just_behind_a_node_is_met_by_a_finer_grid():
     """On its first grid this foot, once at rest, would slide again for a moment: its replay walks another sequence."""
-    gait = solve(random_problem(3))
-    assert gait.status is Status.SOLVED
-    assert gait.problem["intervals"] == [20, 80]
-    assert verify(gait).verification.passed
+    problem = random_problem(3).replace(margins=Margins(cone=0))
+    start = SingleStart(problem, LinearGuess(), Newton(), silent)
+    coarse = approach_through_coarse_grids(start)
+    assert coarse.transcription.structure.counts == (10, 40)
+    assert coarse.drift < problem.transcription.tolerance
+    assert coarse.between.outside > 5e-5
+    fine = refine_mesh(start, coarse)
+    assert min(fine.transcription.structure.counts) >= 20
+    assert fine.between.outside < coarse.between.outside / 2
+    assert verify(solve(random_problem(3))).verification.passed

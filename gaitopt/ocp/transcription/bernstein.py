@@ -24,14 +24,14 @@ def bernstein_basis(at: float, degree: int) -> Array:
 def bernstein_transformation(fractions: tuple[float, ...]) -> Array:
     """Return the matrix from the values of a polynomial at some fractions of the interval to its coefficients."""
     degree = len(fractions) - 1
-    return np.linalg.inv([bernstein_basis(at, degree) for at in fractions])
+    return np.asarray(np.linalg.inv([bernstein_basis(at, degree) for at in fractions]))
 
 
 @functools.cache
 def hermite_transformation(fractions: tuple[float, ...], at: tuple[float, ...]) -> Array:
     """Return the matrix from values at some fractions, then slopes at the first and the last, to values elsewhere.
 
-    The polynomial through the values with these slopes is evaluated; the matrix has shape (len(at), len(fractions) + 2).
+    The polynomial with these values and slopes is evaluated; the matrix has shape (len(at), len(fractions) + 2).
     """
     count = len(fractions) + 2
     values = np.vander(fractions, count, increasing=True)

@@ -140,9 +140,9 @@ class IntervalInstants:
 def mean_integrand(builder: NlpBuilder, instants: IntervalInstants) -> tuple[ca.SX, ca.SX]:
     """Return the means over an interval of the plain integrands and of those per weight and travel.
 
-    Within an interval the parts of the joint powers are polynomials, whose sum bounds the absolute power from above, and
-    are integrated exactly.  The mean of an integrand that is linear in them only depends on their means, which
-    are exact once sign changes are located.
+    Within an interval the parts of the joint powers are polynomials that are integrated exactly; their sum bounds the
+    absolute power from above.  The mean of an integrand that is linear in them only depends on their means, which are
+    exact once sign changes are located.
     """
     plain, relative = ca.SX(0), ca.SX(0)
     scheme = builder.scheme

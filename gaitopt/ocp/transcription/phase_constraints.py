@@ -66,8 +66,8 @@ class _Intervals:
     constrained : list of (int, Point)
         Numbers and points of the path constraints; 0 is the node.
     powers : list of SX
-        Parts of the Bernstein coefficients of the joint powers; empty if the objective does not use them.  The first and
-        the last are the parts at the nodes.
+        Parts of the Bernstein coefficients of the joint powers; empty if the objective does not use them.  The first
+        and the last are the parts at the nodes.
     coefficients : list of SX
         Bernstein coefficients of the joint powers as functions of the motion.
     instants : IntervalInstants

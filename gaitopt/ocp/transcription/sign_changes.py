@@ -7,8 +7,8 @@ power in a solution.  About that solution the mean absolute power is
     beta b + sum over the zeros of p(c)^2 / |p'(c)|,    beta_k = integral of sigma B_k,
 
 up to third order, because the zeros move with the power and the power vanishes there.  The data of an interval replace
-the bound by this expression as long as no coefficient changes its sign; beyond, the expression increases like the bound,
-so that the cost is bounded from below.
+the bound by this expression as long as no coefficient changes its sign; beyond, the expression increases like the
+bound, so that the cost is bounded from below.
 """
 
 from collections.abc import Sequence
@@ -157,4 +157,3 @@ def _expand_absolute(coefficients: Array, zeros: list[float]) -> Array:
         slope = max(abs(derivative_at(coefficients, zero)), least)
         table[row] = bernstein_basis(zero, points - 1) / np.sqrt(slope)
     return table
-
