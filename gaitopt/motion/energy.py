@@ -195,7 +195,7 @@ def integrate_absolute(time: Array, work: Array, power: Array, torque: Array) ->
     """
     step, rise = np.diff(time), np.diff(work)
     variation = np.abs(rise)
-    finite = np.isfinite(power[:-1]) & np.isfinite(power[1:]) & np.isfinite(rise)
+    finite = np.isfinite(power[:-1]) & np.isfinite(power[1:]) & np.isfinite(rise) & np.isfinite(step)
     variation[~finite] = np.nan
     finite &= step > 0
     slack = ROUNDING * np.max(np.abs(np.concatenate([power[:-1] * step, rise])[np.tile(finite, 2)]), initial=0.0)
