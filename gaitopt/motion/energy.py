@@ -3,12 +3,23 @@
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
 
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.reductions import worst
 
 CONTINUOUS = 1e-9
 """Relative difference of the kinetic energies before and after a transition that is due to its location."""
+
+STRAIGHT = 1e-9
+"""Deviation of a torque from a straight line, relative to the largest torque, below which no corner is assumed."""
+
+UNEVEN = 4
+"""Ratio of neighbouring sampling intervals above which no polynomial is laid through both."""
+
+ROUNDING = 1e-12
+"""Share of the largest work between samples below which a power is zero."""
 
 
 @dataclass(frozen=True)
@@ -107,8 +118,9 @@ def ledger(motion: Motion) -> Ledger:
 def absolute_work(motion: Motion) -> float:
     """Return the integral of the sum of absolute joint powers [J].
 
-    The work of each actuator is known at the samples together with its rate, the power; between samples with powers
-    of opposite sign the turning point of the cubic Hermite interpolant is used, so no kink is integrated over.
+    A plan states the positive work of each actuator.  Otherwise its work is known at the samples together with its
+    rate, the power; where the power changes its sign between samples, the turning points of a Hermite interpolant of
+    the work are used, so no kink is integrated over.
 
     Examples
     --------
@@ -117,11 +129,15 @@ def absolute_work(motion: Motion) -> float:
     >>> absolute_work(gait.motion) > ledger(gait.motion).actuator
     True
     """
-    return sum(
-        float(np.sum(_rise_and_fall(segment.time, work, power)))
-        for segment in motion.segments
-        for work, power in zip(segment.work, segment.power, strict=True)
-    )
+    total = 0.0
+    for segment in motion.segments:
+        finite = all(np.all(np.isfinite(x)) for x in (segment.time, segment.work, segment.power))
+        if segment.positive_work is not None and finite:
+            total += float(np.sum(2 * segment.positive_work[:, -1] - segment.work[:, -1]))
+            continue
+        for work, power, torque in zip(segment.work, segment.power, segment.torque, strict=True):
+            total += float(np.sum(integrate_absolute(segment.time, work, power, torque)))
+    return total
 
 
 def positive_work(motion: Motion) -> float:
@@ -176,20 +192,83 @@ def _rise(values: Array) -> float:
     return float(values[-1] - values[0])
 
 
-def _rise_and_fall(time: Array, work: Array, power: Array) -> Array:
-    """Return the total variation of a cubic Hermite interpolant over each sampling interval, shape (K-1,)."""
+def integrate_absolute(time: Array, work: Array, power: Array, torque: Array) -> Array:
+    """Return the integral of the absolute power of an actuator over each sampling interval, shape (K-1,) [J].
+
+    The zeros of the power between samples are those of the Hermite interpolant of the work: through both ends and, if
+    the torque is straight across a sample next to them, through that one too.
+
+    Parameters
+    ----------
+    time, work, power, torque : (K,) arrays
+        Samples [s], [J], [W], [N m].
+
+    Examples
+    --------
+    >>> integrate_absolute(np.array([0.0, 1.0]), np.array([0.0, 0.0]), np.array([-1.0, 1.0]), np.ones(2)).round(3)
+    array([0.5])
+    """
     step, rise = np.diff(time), np.diff(work)
     variation = np.abs(rise)
-    left, right = power[:-1] * step, power[1:] * step
-    finite = np.isfinite(left) & np.isfinite(right) & np.isfinite(rise)
+    finite = np.isfinite(power[:-1]) & np.isfinite(power[1:]) & np.isfinite(rise) & np.isfinite(step)
     variation[~finite] = np.nan
-    for k in np.flatnonzero(finite & (left * right < 0)):
-        # Hermite slope on [0, 1] with end slopes a, b and rise c: a quadratic with one root inside.
-        a, b, c = left[k], right[k], rise[k]
-        roots = np.roots([3 * (a + b - 2 * c), 2 * (3 * c - 2 * a - b), a])
-        inside = [r.real for r in roots if abs(r.imag) < 1e-12 and 0 < r.real < 1]
-        if inside:
-            s = inside[0]
-            top = a * s * (1 - s) ** 2 - b * s**2 * (1 - s) + c * s**2 * (3 - 2 * s)
-            variation[k] = abs(top) + abs(c - top)
+    finite &= step > 0
+    slack = ROUNDING * np.max(np.abs(np.concatenate([power[:-1] * step, rise])[np.tile(finite, 2)]), initial=0.0)
+    straight, usable = _is_straight(time, torque) & _is_even(step), np.append(finite, False)
+    for k in np.flatnonzero(finite & _may_vanish(step, rise, power, slack)):
+        ends = [k, k + 1]
+        if straight[k + 1] and usable[k + 1]:
+            ends.append(k + 2)
+        elif straight[k] and usable[k - 1]:
+            ends.append(k - 1)
+        variation[k] = _variation_between(time[ends], work[ends], power[ends])
     return variation
+
+
+def _may_vanish(step: Array, rise: Array, power: Array, slack: float) -> NDArray[np.bool_]:
+    """Return whether the power may change its sign in each sampling interval, shape (K-1,).
+
+    The cubic Hermite interpolant of the work has the slopes left, middle and right as Bernstein coefficients of its
+    derivative; the derivative has no zero if they have the same sign.
+    """
+    left, right = power[:-1] * step, power[1:] * step
+    middle = 3 * rise - left - right
+    slopes = np.stack([left, middle, right])
+    return (slopes.min(axis=0) < -slack) & (slopes.max(axis=0) > slack)
+
+
+def _is_straight(time: Array, torque: Array) -> NDArray[np.bool_]:
+    """Return whether a torque is straight across each sample, False at both ends, shape (K,)."""
+    before, after = np.diff(time)[:-1], np.diff(time)[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        line = torque[:-2] + before / (before + after) * (torque[2:] - torque[:-2])
+        off = np.abs(torque[1:-1] - line) <= STRAIGHT * np.max(np.abs(torque), initial=0.0)
+    return np.concatenate([[False], off & (before > 0) & (after > 0), [False]])
+
+
+def _is_even(step: Array) -> NDArray[np.bool_]:
+    """Return whether the sampling intervals on either side of each sample have similar lengths, shape (K,)."""
+    before, after = step[:-1], step[1:]
+    return np.concatenate([[False], np.minimum(before, after) * UNEVEN > np.maximum(before, after), [False]])
+
+
+def _variation_between(time: Array, work: Array, power: Array) -> float:
+    """Return the variation of the Hermite interpolant of some samples of the work between the first two."""
+    begin, length = time[0], time[1] - time[0]
+    at = (time - begin) / length
+    interpolant = _hermite(at, work - work[0], power * length)
+    slope = interpolant.deriv()
+    zeros = np.roots(slope.coef[::-1])
+    inside = np.sort(zeros[np.abs(zeros.imag) < 1e-9].real)
+    inside = inside[(inside > 0) & (inside < 1)]
+    values = interpolant(np.concatenate([[0.0], inside, [1.0]]))
+    values[-1] = work[1] - work[0]
+    return float(np.sum(np.abs(np.diff(values))))
+
+
+def _hermite(at: Array, values: Array, slopes: Array) -> Polynomial:
+    """Return the polynomial with given values and slopes at some points."""
+    count = 2 * at.size
+    matrix = np.vander(at, count, increasing=True)
+    derivative = np.hstack([np.zeros((at.size, 1)), matrix[:, :-1] * np.arange(1, count)])
+    return Polynomial(np.linalg.solve(np.vstack([matrix, derivative]), np.concatenate([values, slopes])))

@@ -45,6 +45,9 @@ class Segment:
     rims : (4, 2, K) array, optional
         Round feet: centre [m], radius [m] and clockwise angle [rad] of the rims of the stance and the landing foot.
         None for point feet.
+    positive_work : (n_u, K) array, optional
+        Work of each actuator while its power is positive, since the start of the segment [J].  None if it follows from
+        the samples of power and work.
 
     Examples
     --------
@@ -71,6 +74,7 @@ class Segment:
     damping_work: Array = field(default_factory=lambda: np.zeros(0))
     elastic: Array = field(default_factory=lambda: np.zeros(0))
     rims: Array | None = None
+    positive_work: Array | None = None
 
     def __post_init__(self) -> None:
         for name in ("damping_work", "elastic"):

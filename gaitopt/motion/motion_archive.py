@@ -22,11 +22,12 @@ _SEGMENT_UNITS = {
     "potential": "J",
     "points": "m",
     "rims": "m, m, m, then rad",
+    "positive_work": "J",
 }
 _FORCE_UNITS = {"damping_work": "J", "elastic": "J"}
 """Arrays of a segment that are written only if they are not zero: those of robots with dampers or springs."""
-_OPTIONAL = {"rims"}
-"""Arrays that only some segments have: round feet have rims, and files written before there were any have none."""
+_OPTIONAL = {"rims", "positive_work"}
+"""Arrays that only some segments have: round feet have rims, plans a positive work, earlier files neither."""
 
 _JUMP_UNITS = {
     "impulse": "N s",

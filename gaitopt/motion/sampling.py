@@ -29,6 +29,8 @@ class SegmentSamples:
         Energy dissipated by sliding since the start of the segment.
     damping_work : (K,) array, optional [J]
         Energy dissipated by dampers since the start of the segment; zero by default.
+    positive_work : (n_u, K) array, optional [J]
+        Work of each actuator while its power is positive, since the start of the segment.
     """
 
     mode: Mode
@@ -40,6 +42,7 @@ class SegmentSamples:
     work: Array
     friction_work: Array
     damping_work: Array | None = None
+    positive_work: Array | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

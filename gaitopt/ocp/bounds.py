@@ -52,10 +52,27 @@ def _is_inertia_limited(problem: GaitProblem) -> bool:
 
 
 def data_vector(problem: GaitProblem) -> Array:
-    """Return the data of a solve: robot parameters, the margins that enter constraints, the clearance."""
+    """Return the numbers of a problem in its NLP: robot parameters, margins that enter constraints, the clearance."""
     margins = [getattr(problem.margins, name) for name in MARGINS]
     clearance = [] if problem.limits.clearance is None else [problem.limits.clearance]
     return np.concatenate([problem.robot.vector(problem.values), margins, clearance])
+
+
+def nlp_data(
+    transcription: Transcription, problem: GaitProblem, x: Array | None = None, *, exact: bool = False
+) -> Array:
+    """Return all data of an NLP: those of its problem, and the sign changes of the joint powers in `x` if it is given.
+
+    Parameters
+    ----------
+    transcription : Transcription
+    problem : GaitProblem
+    x : (n_variables,) array, optional
+        Decision vector.  Without it, the absolute work is bounded.
+    exact : bool
+        Whether the data serve to evaluate the objective at `x`, not to solve from it.
+    """
+    return np.concatenate([data_vector(problem), transcription.locate_sign_changes(x, touching=exact)])
 
 
 def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:

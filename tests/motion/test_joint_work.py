@@ -48,6 +48,26 @@ def test_its_error_falls_with_the_fourth_power_of_the_sampling(working):
     assert errors[0] < 1e-4
 
 
+def test_samples_that_almost_coincide_do_not_disturb_it(segment, motion):
+    """Events add samples close to others; a polynomial through three samples would be useless there."""
+    time = np.sort(np.concatenate([np.linspace(0, 2.0, 41), np.array([0.3, 0.9, 1.35, 1.8]) + 1e-13]))
+    one = segment(time, power=np.array([power(time), 0 * time]), work=np.array([work(time), 0 * time]))
+    assert absolute_work(motion([one])) == pytest.approx(integral(lambda t: abs(power(t)), 2.0), rel=1e-6)
+
+
+def test_a_power_that_dips_below_zero_between_samples_counts_twice(segment, motion):
+    """W' = (t - 1/4)(t - 3/4) is positive at both samples and negative between its zeros."""
+    time = np.array([0.0, 1.0])
+
+    def antiderivative(t):
+        return t**3 / 3 - t**2 / 2 + 3 * t / 16
+
+    dip = antiderivative(0.25) - antiderivative(0.75)
+    power = np.array([[3 / 16, 3 / 16], [0, 0]])
+    one = segment(time, power=power, work=np.array([antiderivative(time), 0 * time]))
+    assert absolute_work(motion([one])) == pytest.approx(antiderivative(1.0) + 2 * dip, rel=1e-12)
+
+
 def test_power_of_one_sign_is_counted_exactly(segment, motion):
     time = np.linspace(0, 1, 4)
     one = segment(time, power=np.array([2 * time, -(3 * time**2)]), work=np.array([time**2, -(time**3)]))

@@ -6,7 +6,7 @@ from attrs import evolve
 from scipy.interpolate import CubicSpline
 
 from gaitopt import ContactSequence, CostOfTransport, Limits, TorqueSquared
-from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, data_vector, nlp_data, structure
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Unknown
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, violations
 from gaitopt.ocp.solution.swing_foot_checks import lack_of_height
@@ -28,7 +28,7 @@ def over_the_bump(th1, th2, distance, clearance):
 
 
 def constraints(transcription, problem, x):
-    return np.asarray(transcription.nlp.derivatives["jac_g"](x, data_vector(problem))[0]).ravel()
+    return np.asarray(transcription.nlp.derivatives["jac_g"](x, nlp_data(transcription, problem, x))[0]).ravel()
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 
 from gaitopt import Collocation, Ipopt, Limits, Newton, Status, solve
 from gaitopt.ocp import solver as solver_module
-from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, structure
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
@@ -103,7 +103,7 @@ def test_a_guess_that_is_nan_is_outside_its_bounds(planned):
 def test_a_derivative_that_is_nan_is_named(planned):
     problem, transcription, x = planned
     x[transcription.variables["angles"][0, 3]] = np.nan
-    assert "no finite derivative" in report_poor_scaling(transcription, x, data_vector(problem))[0]
+    assert "no finite derivative" in report_poor_scaling(transcription, x, nlp_data(transcription, problem))[0]
 
 
 def test_a_plan_that_is_not_finite_between_its_nodes_is_no_solution(quick, monkeypatch):

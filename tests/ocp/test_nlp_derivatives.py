@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ContactSequence, CostOfTransport, GaitProblem, PositiveWork, TorqueSquared, compass_biped
-from gaitopt.ocp.bounds import data_vector
+from gaitopt.ocp.bounds import nlp_data
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
 from gaitopt.ocp.statement.initial_guess import LinearGuess
@@ -55,7 +55,7 @@ def examples():
         transcription = example_nlp(problem.sequence, counts, objective)
         x = initial_point(transcription, problem, LinearGuess())
         x += 0.05 * np.random.default_rng(len(x)).standard_normal(x.size)
-        yield f"{sequence}, {objective.name}", transcription.nlp, data_vector(problem), x
+        yield f"{sequence}, {objective.name}", transcription.nlp, nlp_data(transcription, problem), x
 
 
 def _problem(sequence, objective):

@@ -3,7 +3,7 @@
 import pytest
 
 from gaitopt import Ipopt, Keyframes, Limits, LinearGuess, Status, solve
-from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, structure
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
@@ -49,6 +49,6 @@ def test_a_well_scaled_problem_is_not_suspected(reference_problem):
     problem = reference_problem(intervals=10)
     transcription = transcribe(structure(problem, problem.transcription))
     x = initial_point(transcription, problem, LinearGuess())
-    assert report_poor_scaling(transcription, x, data_vector(problem)) == ()
+    assert report_poor_scaling(transcription, x, nlp_data(transcription, problem)) == ()
     assert report_clipped_guess(transcription, bounds(transcription, problem), x) == ()
     assert point_from_guess(transcription, problem, LinearGuess()) == pytest.approx(x, abs=1e-2)

@@ -135,7 +135,19 @@ class PhaseDynamics:
 
     def power(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
         """Return the joint powers, shape (n_u, 1) [W]."""
-        return torque * self.robot.joint_rates(*self.full(state), p)
+        return torque * self.joint_rates(state, p)
+
+    def joint_rates(self, state: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the rates of the actuated joints, shape (n_u, 1) [rad/s]."""
+        return self.robot.joint_rates(*self.full(state), p)
+
+    def joint_accelerations(self, state: ca.SX, acceleration: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the accelerations of the actuated joints, shape (n_u, 1), for accelerations of `moving`."""
+        q, v = (ca.SX.sym(name, self.robot.n_q) for name in "qv")
+        given = ca.SX.sym("a", self.robot.n_q)
+        rates = ca.jtimes(self.robot.joint_rates(q, v, p), ca.vertcat(q, v), ca.vertcat(v, given))
+        values = [ca.densify(part) for part in (*self.full(state), self.full_acceleration(acceleration))]
+        return ca.substitute([rates], [q, v, given], values)[0]
 
     def weight(self, p: ca.SX) -> ca.SX:
         """Return total weight m g [N]."""

@@ -5,7 +5,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, structure
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
@@ -34,8 +34,9 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
     if gait.solution is None:
         raise InputError("The gait must contain unknowns and multipliers, but has none: solve its problem again.")
     transcription = transcribe(structure(problem, problem.transcription))
-    limits, data = bounds(transcription, problem), data_vector(problem)
+    limits = bounds(transcription, problem)
     x, (on_bounds, on_rows) = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))
+    data = nlp_data(transcription, problem, x)
     return evaluate_lagrangian(transcription.nlp, x, (on_bounds, on_rows), data, limits)
 
 

@@ -135,7 +135,7 @@ def _fill_powers(transcription: Transcription, x: Array, driven: Sample, data: A
     for phase in transcription.phases:
         inside = parts[:, list(phase.nodes)[: None if structure.scheme.nodal else -1]]
         if structure.scheme.nodal:
-            inside = _inside(inside, np.array(structure.scheme.inner))
+            inside = _inside(inside, structure.scheme.power_fractions[1:-1])
         x[layout[Unknown.INNER_POWER, phase.number]] = inside
     if structure.objective.per_weight_and_travel:
         x[layout[Unknown.INTEGRAL]] = 0.02 * weight * x[layout[Unknown.TRAVEL]]

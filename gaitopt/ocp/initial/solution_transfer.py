@@ -87,6 +87,17 @@ def covers_transcription(solution: Solution, transcription: Transcription) -> bo
     )
 
 
+def has_same_grid(solution: Solution, transcription: Transcription) -> bool:
+    """Return whether a solution has the unknowns of an NLP, on the same grid."""
+    layout, known = transcription.variables, solution.unknowns
+    return solution.intervals == transcription.structure.counts and all(
+        table_name(key) in known
+        and known[table_name(key)].keys == _identifiers(layout, key)
+        and known[table_name(key)].values.shape == places.shape
+        for key, places in layout.tables.items()
+    )
+
+
 def _identifiers(layout: Layout, key: TableKey) -> tuple[str, ...]:
     return tuple(row.identifier for row in layout.rows[key])
 

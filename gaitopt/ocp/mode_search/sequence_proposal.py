@@ -46,7 +46,7 @@ class CandidateCheck:
     @property
     def rank(self) -> tuple[bool, float]:
         """Sorting key: solutions first, in the order of their cost."""
-        return (not self.solution.outcome.status.ok, rank_of(self.solution.outcome.objective))
+        return (not self.solution.outcome.status.ok, rank_of(self.solution.cost))
 
 
 def solve_open_sequence(
@@ -82,7 +82,7 @@ def _check_candidate(
 ) -> CandidateCheck:
     method = problem.transcription.list_grids(problem.sequence)[0]
     solution = SingleStart(problem, guess, solver, observer).solve_on_grid(
-        method, guess.solution_for(problem.sequence), BARRIER_NEARBY_PROBLEM
+        method, guess.solution_for(problem.sequence), BARRIER_NEARBY_PROBLEM, locate=False
     )
     if solution.outcome.status.ok:
         guess = replace(guess, solution=solution_of(solution.transcription, solution.outcome))

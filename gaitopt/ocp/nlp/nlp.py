@@ -42,6 +42,10 @@ class Block:
         Symbols whose known values differ between the instances.
     constants : (k, instances) array
         Values of the symbols.
+    numbers : SX, shape (l, 1)
+        Symbols for data that differ between the instances.
+    places : (l, instances) int array
+        Indices of these data in the data vector.
     """
 
     name: str
@@ -53,6 +57,8 @@ class Block:
     rows: Index
     symbols: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     constants: Array = field(default_factory=lambda: np.empty((0, 0)))
+    numbers: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    places: Index = field(default_factory=lambda: np.empty((0, 0), dtype=np.intp))
 
     @property
     def minimised(self) -> ca.SX | None:
@@ -61,8 +67,8 @@ class Block:
 
     @property
     def inputs(self) -> list[ca.SX]:
-        """Local variables, followed by the symbols of constants if there are any."""
-        return [self.variables, self.symbols] if self.symbols.numel() else [self.variables]
+        """Local variables, followed by the symbols of constants and of data that differ, if there are any."""
+        return [self.variables, *(part for part in (self.symbols, self.numbers) if part.numel())]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +111,7 @@ def assemble_nlp(
     n_variables: int,
     n_constraints: int,
     *,
+    n_numbers: int = 0,
     typical: float = 1.0,
     smooth: bool = False,
 ) -> Nlp:
@@ -117,6 +124,8 @@ def assemble_nlp(
         Symbols shared by all blocks; their values are data of a solve.
     n_variables, n_constraints : int
         Sizes of the decision vector and of the constraint vector.
+    n_numbers : int
+        Number of data after the shared ones, of which blocks take those of their instances.
     typical : float
         Size of the objective.
     smooth : bool
@@ -126,7 +135,7 @@ def assemble_nlp(
     -------
     Nlp
     """
-    assembly = _Assembly(data.numel(), n_variables, n_constraints)
+    assembly = _Assembly(data.numel(), n_numbers, n_variables, n_constraints)
     for block in blocks:
         assembly.add(_merge_subexpressions(block), data)
     return assembly.finish(typical, smooth)
@@ -135,8 +144,9 @@ def assemble_nlp(
 class _Assembly:
     """Sums of the blocks so far, as expressions of the whole decision vector."""
 
-    def __init__(self, n_data: int, n_variables: int, n_constraints: int) -> None:
-        self.x, self.z = ca.MX.sym("x", n_variables), ca.MX.sym("z", n_data)
+    def __init__(self, n_shared: int, n_numbers: int, n_variables: int, n_constraints: int) -> None:
+        self.x, self.z = ca.MX.sym("x", n_variables), ca.MX.sym("z", n_shared + n_numbers)
+        self.shared = self.z[:n_shared]
         self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", n_constraints)
         self.cost, self.penalty, self.gradient = ca.MX(0), ca.MX(0), ca.MX.zeros(n_variables)
         self.constraints, self.jacobian, self.hessian = Entries(), Entries(), Entries()
@@ -147,7 +157,9 @@ class _Assembly:
         local = [ca.reshape(self.x[_flat(block.columns)], block.columns.shape[0], count)]
         if block.symbols.numel():
             local.append(ca.DM(block.constants))
-        local.append(self.z)
+        if block.numbers.numel():
+            local.append(ca.reshape(self.z[_flat(block.places)], *block.places.shape))
+        local.append(self.shared)
         self.constraints.add(_flat(block.rows), [0], _map_block(block, data, "g", [block.constraints])(*local))
         jacobian = ca.jacobian(block.constraints, block.variables)
         rows, columns = _triplets(jacobian.sparsity())

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.motion.certificate import Certificate, NearConstraint
-from gaitopt.ocp.bounds import data_vector
 from gaitopt.ocp.nlp.keys import Key, Kind, Place
 from gaitopt.ocp.nlp.second_order import SecondOrder, check_second_order
 from gaitopt.ocp.solution.grid_solve import GridSolution
@@ -28,9 +27,7 @@ def certify(solution: GridSolution) -> Certificate | None:
     transcription, outcome = solution.transcription, solution.outcome
     if not outcome.status.ok:
         return None
-    check = check_second_order(
-        transcription.nlp, outcome.x, outcome.multipliers, data_vector(solution.problem), solution.limits
-    )
+    check = check_second_order(transcription.nlp, outcome.x, outcome.multipliers, solution.data, solution.limits)
     return Certificate(
         verdict=check.verdict.value,
         active=check.active.size,
@@ -39,7 +36,9 @@ def certify(solution: GridSolution) -> Certificate | None:
         free_directions=check.free_directions,
         curvature=check.curvature,
         nearest=_nearest(solution, check),
-        sensitivities=cost_sensitivities(solution.problem, transcription, outcome.x, outcome.multipliers),
+        sensitivities=cost_sensitivities(
+            solution.problem, transcription, outcome.x, outcome.multipliers, solution.data
+        ),
     )
 
 

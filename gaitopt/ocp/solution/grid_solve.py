@@ -11,11 +11,12 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
-from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, structure
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
-from gaitopt.ocp.initial.solution_transfer import covers_transcription, transfer_solution
+from gaitopt.ocp.initial.solution_transfer import covers_transcription, has_same_grid, transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
+from gaitopt.ocp.nlp.keys import Group, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases
@@ -49,6 +50,8 @@ class GridSolution:
     method : Method
     transcription : Transcription
     limits : Bounds
+    data : (n_z,) array
+        Data of the NLP.
     outcome : NlpResult
     kept : bool
         Whether this is a solution whose refinement was stopped; its status then states why.
@@ -58,6 +61,7 @@ class GridSolution:
     method: Method
     transcription: Transcription
     limits: Bounds
+    data: Array
     outcome: NlpResult
     kept: bool = False
 
@@ -65,6 +69,28 @@ class GridSolution:
     def x(self) -> Array:
         """Decision vector with nan and infinity replaced by zero, shape (n_variables,)."""
         return np.nan_to_num(self.outcome.x, nan=0.0, posinf=0.0, neginf=0.0)
+
+    @functools.cached_property
+    def cost(self) -> float:
+        """Objective of the plan, with the sign changes of the joint powers located in it.
+
+        It differs from the minimised value if the NLP was solved with other sign changes, or with a bound of the
+        absolute work.
+        """
+        nlp, variables, x = self.transcription.nlp, self.transcription.variables, self.outcome.x.copy()
+        if self.transcription.sign_changes is None or not np.all(np.isfinite([self.outcome.objective, *x])):
+            return self.outcome.objective
+        data = nlp_data(self.transcription, self.problem, x, exact=True)
+        if Unknown.INTEGRAL in variables:  # its row states integrals - unknown = 0
+            rows = np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
+            x[variables[Unknown.INTEGRAL]] += rows[self.transcription.constraints[Group.INTEGRAL]]
+        return float(nlp.objective(x, data))
+
+    def has_other_sign_changes(self) -> bool:
+        """Return whether a solve from this solution would have other data on sign changes."""
+        located = self.transcription.locate_sign_changes(self.x)
+        used = self.data[self.data.size - located.size :]
+        return not np.allclose(located, used, rtol=1e-6, atol=1e-6 * np.max(np.abs(located), initial=0.0))
 
     @property
     def values(self) -> dict[str, float]:
@@ -90,7 +116,7 @@ class GridSolution:
 
     def refine_feasibility(self) -> "GridSolution":
         """Return the solution with its equality constraints satisfied to rounding."""
-        outcome = refine_feasibility(self.transcription.nlp, self.outcome, data_vector(self.problem), self.limits)
+        outcome = refine_feasibility(self.transcription.nlp, self.outcome, self.data, self.limits)
         return replace(self, outcome=outcome)
 
     def mark_stopped(self, refinement: NlpResult) -> "GridSolution":
@@ -173,8 +199,14 @@ class SingleStart:
             transcription, bounds(transcription, problem), point_from_guess(transcription, problem, self.guess)
         )
 
-    def solve_on_grid(self, method: Method, warm_start: Solution | None, barrier: float) -> GridSolution:
-        """Solve on one grid, from a solution or otherwise from the guess."""
+    def solve_on_grid(
+        self, method: Method, warm_start: Solution | None, barrier: float, *, locate: bool = True
+    ) -> GridSolution:
+        """Solve on one grid, from a solution or otherwise from the guess.
+
+        The sign changes of the joint powers in a solution on the same grid become data of the NLP if `locate`;
+        otherwise the absolute work is bounded from above.
+        """
         problem = self.problem
         started, misses = time.perf_counter(), transcribe.cache_info().misses
         with defer_interrupt():
@@ -187,7 +219,8 @@ class SingleStart:
                 x, multipliers = initial_point(transcription, problem, self.guess), None
                 if warm_start is not None:
                     x, multipliers = transfer_solution(warm_start, transcription, x)
-        limits, data = bounds(transcription, problem), data_vector(problem)
+        located = locate and warm_start is not None and has_same_grid(warm_start, transcription)
+        limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
         outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
@@ -195,4 +228,4 @@ class SingleStart:
                 outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}; the solution contains nan or inf"
             )
         # Without the guess: lazily evaluated results must not keep the gait alive that the solve started from.
-        return GridSolution(problem.without_guess(), method, transcription, limits, outcome)
+        return GridSolution(problem.without_guess(), method, transcription, limits, data, outcome)

@@ -22,6 +22,15 @@ MAX_GUARD_REPAIRS = 3
 GAIN = 1e-4
 """Relative decrease of the objective that justifies another shift of the node at which the touchdown is armed."""
 
+MAX_WORK_RESOLVES = 10
+"""Largest number of solves with located sign changes of the joint powers."""
+
+WORK_TOLERANCE = 2e-5
+"""Relative difference of the minimised value from the cost of the plan above which sign changes are located again."""
+
+NEGLIGIBLE = 1e-6
+"""Share of a typical objective below which costs are zero."""
+
 Refinement = Callable[[SingleStart, GridSolution], GridSolution]
 """Refinement of a solution after the solve on its grid."""
 
@@ -64,9 +73,14 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
 
 def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return the solution refined to the tolerance, or to the end of the refinement."""
-    problem, doublings = start.problem, MOST_DOUBLINGS
+    problem, doublings, resolves = start.problem, MOST_DOUBLINGS, MAX_WORK_RESOLVES
     tolerance = problem.transcription.tolerance
     while solution.outcome.status.ok and math.isfinite(tolerance):
+        if resolves and solution.between.drift <= tolerance:
+            exact = _minimise_exact_work(start, solution)
+            if exact is not None:
+                solution, resolves = exact, resolves - 1
+                continue
         if not solution.error <= tolerance:
             solution = solution.refine_feasibility()
         method, inaccurate = None, not solution.error <= tolerance
@@ -85,6 +99,22 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
     return solution.check_finite() if math.isfinite(tolerance) else solution
 
 
+def _minimise_exact_work(start: SingleStart, solution: GridSolution) -> GridSolution | None:
+    """Return the solution with the sign changes of the joint powers as data, or None if it is not needed or not better.
+
+    If no sign has changed since they were located, the minimised value is the cost of the plan.
+    """
+    scale = max(abs(solution.cost), NEGLIGIBLE * start.problem.objective.typical)
+    agree = abs(solution.outcome.objective - solution.cost) <= WORK_TOLERANCE * scale
+    if agree or not solution.has_other_sign_changes():
+        return None
+    warm_start = solution_of(solution.transcription, solution.outcome)
+    exact = start.solve_on_grid(solution.method, warm_start, BARRIER_SAME_PROBLEM)
+    if exact.outcome.status in STOPPED_EARLY:
+        return solution.mark_stopped(exact.outcome)
+    return exact if exact.outcome.status.ok and exact.cost <= solution.cost + WORK_TOLERANCE * scale else None
+
+
 def repair_early_touchdown(start: SingleStart, solution: GridSolution) -> GridSolution:
     """Return a nearby solution that does not touch down before its end, or the given one if none is found."""
     if solution.transcription.structure.schedule is not None:
@@ -100,7 +130,7 @@ def _release_guard(start: SingleStart, solution: GridSolution) -> GridSolution:
     released = _solve_with_guard(start, solution, None)
     if released.outcome.status in STOPPED_EARLY:
         return released
-    lower = released.outcome.status.ok and released.outcome.objective <= solution.outcome.objective
+    lower = released.outcome.status.ok and released.cost <= solution.cost
     if lower and early_touchdown(released.transcription, start.problem, released.x) is None:
         return released
     start.schedule = schedule
@@ -148,8 +178,8 @@ def _improve_arming_node(start: SingleStart, solution: GridSolution) -> GridSolu
             shifted = _solve_with_guard(start, solution, schedule)
             if shifted.outcome.status in STOPPED_EARLY:
                 return shifted
-            decrease = solution.outcome.objective - shifted.outcome.objective
-            if not shifted.outcome.status.ok or not decrease > GAIN * abs(solution.outcome.objective):
+            decrease = solution.cost - shifted.cost
+            if not shifted.outcome.status.ok or not decrease > GAIN * abs(solution.cost):
                 break
             if early_touchdown(shifted.transcription, start.problem, shifted.x) is not None:
                 break

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import attrs
+import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.motion.certificate import Sensitivity
@@ -41,7 +42,7 @@ class Number:
 
 
 def cost_sensitivities(
-    problem: GaitProblem, transcription: Transcription, x: Array, multipliers: tuple[Array, Array]
+    problem: GaitProblem, transcription: Transcription, x: Array, multipliers: tuple[Array, Array], data: Array
 ) -> tuple[Sensitivity, ...]:
     """Return the derivative of the optimal objective with respect to every number that affects it.
 
@@ -54,6 +55,8 @@ def cost_sensitivities(
     transcription : Transcription
     x : (n_variables,) array
     multipliers : (n_variables,), (n_constraints,) arrays
+    data : (n_z,) array
+        Data of the NLP; those on sign changes of the joint powers are kept.
 
     Returns
     -------
@@ -62,8 +65,9 @@ def cost_sensitivities(
     """
 
     def evaluate(changed: GaitProblem) -> float:
-        data, limits = data_vector(changed), bounds(transcription, changed)
-        return evaluate_lagrangian(transcription.nlp, x, multipliers, data, limits)
+        numbers = data_vector(changed)
+        values = np.concatenate([numbers, data[numbers.size :]])
+        return evaluate_lagrangian(transcription.nlp, x, multipliers, values, bounds(transcription, changed))
 
     numbers = [Sensitivity(one.name, one.value, _differentiate(one, evaluate)) for one in list_numbers(problem)]
     least = NEGLIGIBLE * transcription.nlp.typical

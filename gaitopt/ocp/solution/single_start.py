@@ -6,7 +6,7 @@ import time
 from gaitopt.lazy import Deferred
 from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.motion.versions import versions
-from gaitopt.ocp.bounds import data_vector
+from gaitopt.ocp.bounds import nlp_data
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -29,7 +29,7 @@ def solve_from_start(problem: GaitProblem, guess: Guess, solver: NlpSolver, obse
     transcription, outcome, remarks = solution.transcription, solution.outcome, start.check_guess()
     if not outcome.status.ok:
         remarks += report_poor_scaling(
-            transcription, initial_point(transcription, problem, guess), data_vector(problem)
+            transcription, initial_point(transcription, problem, guess), nlp_data(transcription, problem)
         )
     unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
     # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.
@@ -41,7 +41,7 @@ def solve_from_start(problem: GaitProblem, guess: Guess, solver: NlpSolver, obse
         problem=problem.describe() | start.describe(solution),
         solver=SolverReport(
             iterations=start.iterations,
-            objective=outcome.objective,
+            objective=solution.cost,
             constraint_violation=unmet[0].size if unmet else 0.0,
             error_between_nodes=Deferred(lambda: solution.drift),
             build_seconds=start.build_seconds,

@@ -11,6 +11,7 @@ from scipy.integrate import DOP853
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.transition import PARADOX_MARGIN
 from gaitopt.model.coordinate_entries import SLIDE, full_coordinates
+from gaitopt.motion.energy import integrate_absolute
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, make_motion, make_segment
 from gaitopt.ocp.nlp.keys import Unknown
@@ -61,7 +62,8 @@ def _segment(
     state, torque = read_states(transcription, phase, x)
     duration = x[layout[Unknown.DURATION][0, phase.number]]
     initial, parts = np.vstack([state[:, :-1], np.zeros((n_works, count))]), _count_steps(transcription, phase, x)
-    middle, end = _halve_interval(dynamics, initial, _subdivide(torque, parts), duration / count, p)
+    fine = _integrate_intervals(dynamics, initial, _subdivide(torque, parts), duration / count, p)
+    middle, end = fine[:, parts // 2 - 1 :: parts], fine[:, parts - 1 :: parts]
     n_x, samples = dynamics.n_x, 2 * count + 1
     states, torques, energy = np.empty((n_x, samples)), np.empty((n_u, samples)), np.zeros((n_works, samples))
     states[:, ::2], states[:, 1::2] = state, middle[:n_x]
@@ -82,6 +84,7 @@ def _segment(
         work=energy[:n_u],
         friction_work=energy[n_u],
         damping_work=energy[-1] if robot.has_dampers else None,
+        positive_work=_integrate_positive_power(dynamics, state[:, :1], fine, torque, duration, p)[:, :: parts // 2],
     )
     return make_segment(robot, p, sampled)
 
@@ -183,18 +186,54 @@ def _count_steps(transcription: Transcription, phase: Phase, x: Array) -> int:
     return int(2 ** max(2, math.ceil(math.log2(max(steps, 1.0)))))
 
 
-def _halve_interval(
-    dynamics: PhaseDynamics, initial: Array, torque: Array, length: float, p: Array
-) -> tuple[Array, Array]:
-    """Return states and works in the middle and at the end of intervals, integrated from their initial states.
+def _integrate_intervals(dynamics: PhaseDynamics, initial: Array, torque: Array, length: float, p: Array) -> Array:
+    """Return states and works after each Runge-Kutta step of intervals, integrated from their initial states.
 
     `torque` is that at the ends of all Runge-Kutta steps, `length` that of an interval [s].
     """
     count = initial.shape[1]
     parts = (torque.shape[1] - 1) // count
     integrate = _build_integrator(dynamics, parts, count)
-    ends = np.asarray(integrate(initial, torque[:, :-1], torque[:, 1:], length / parts, p))
-    return ends[:, parts // 2 - 1 :: parts], ends[:, parts - 1 :: parts]
+    return np.asarray(integrate(initial, torque[:, :-1], torque[:, 1:], length / parts, p))
+
+
+def _integrate_positive_power(
+    dynamics: PhaseDynamics, initial: Array, ends: Array, torque: Array, duration: float, p: Array
+) -> Array:
+    """Return the positive work of each actuator since the start of a phase, after each Runge-Kutta step.
+
+    Parameters
+    ----------
+    initial : (n_x, 1) array
+        First state of the phase.
+    ends : (n_x + n_works, K) array
+        States and works after each step; the works start from zero in each interval.
+    torque : (n_u, N + 1) array
+        Torques at the nodes.
+
+    Returns
+    -------
+    (n_u, K + 1) array [J]
+    """
+    count, n_u = torque.shape[1] - 1, torque.shape[0]
+    parts = ends.shape[1] // count
+    fine, time = _subdivide(torque, parts), np.linspace(0, duration, ends.shape[1] + 1)
+    works = ends[dynamics.n_x : dynamics.n_x + n_u].reshape(n_u, count, parts)
+    rises = np.diff(works, axis=2, prepend=0.0).reshape(n_u, -1)
+    work = np.hstack([np.zeros((n_u, 1)), np.cumsum(rises, axis=1)])
+    states = np.hstack([initial, ends[: dynamics.n_x]])
+    power = np.asarray(_build_powers(dynamics, states.shape[1])(states, fine, p))
+    absolute = np.array([integrate_absolute(time, *rows) for rows in zip(work, power, fine, strict=True)])
+    return np.hstack([np.zeros((n_u, 1)), np.cumsum(absolute + rises, axis=1) / 2])
+
+
+@functools.lru_cache(maxsize=64)
+def _build_powers(dynamics: PhaseDynamics, count: int) -> ca.Function:
+    """Return (states, torques, p) -> joint powers (n_u, count)."""
+    state, torque = ca.SX.sym("state", dynamics.n_x), ca.SX.sym("torque", dynamics.robot.n_u)
+    p = ca.SX.sym("p", len(dynamics.robot.parameters))
+    single = ca.Function("power", [state, torque, p], [dynamics.power(state, torque, p)])
+    return single.map("powers", "serial", count, [2], [])
 
 
 def _subdivide(torque: Array, parts: int) -> Array:

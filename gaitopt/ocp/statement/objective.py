@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 
 from gaitopt.errors import InputError
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary, symbolic_instant
@@ -32,8 +33,8 @@ class Objective:
     per_weight_and_travel : bool
         Whether integral and boundary term are divided by weight times travel.
     smooth : bool
-        Whether the integrand is smooth in time; otherwise it is integrated by trapezoids, which do not underestimate
-        the integral over a kink.
+        Whether the integrand, apart from the joint powers, is smooth in time; otherwise it is integrated by
+        trapezoids.  The parts of the joint powers are integrated exactly in either case.
     typical : float
         Size of a typical optimum.  The solver minimises the objective divided by it, so that its tolerance is relative
         to the size of the objective.
@@ -176,6 +177,16 @@ def is_curved(objective: Objective, robot: Robot) -> bool:
     torques = ca.vertcat(point.torque, point.torque_rate)
     integrands = (ca.SX(term.integrand(point)) for _, term in objective.terms())
     return any(ca.hessian(integrand, torques)[0].nnz() for integrand in integrands)
+
+
+@functools.lru_cache(maxsize=32)
+def is_linear_in_power(objective: Objective, robot: Robot, mode: Mode) -> bool:
+    """Return whether an integrand is linear in the parts of the joint powers, with coefficients constant in time."""
+    point = symbolic_instant(robot.angles, robot.actuators, [parameter.name for parameter in robot.parameters], mode)
+    parts = ca.vertcat(point.positive, point.negative)
+    names = ("q", "v", "acceleration", "torque", "torque_rate", "force", "slip_speed", "time")
+    varying = ca.vertcat(parts, *(getattr(point, name) for name in names))
+    return not ca.depends_on(ca.jacobian(ca.SX(objective.integrand(point)), parts), varying)
 
 
 def check_objective(objective: Objective, robot: Robot) -> None:

@@ -16,6 +16,7 @@ from gaitopt.ocp.statement.objective import Objective, overrides
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.relaxation import Pair, Relaxation, relax
 from gaitopt.ocp.transcription.scheme import Scheme
+from gaitopt.ocp.transcription.sign_changes import SignChangeLayout
 
 MARGINS = ("cone", "impact_cone")
 """Margins that enter the constraints as data, after the robot's parameters."""
@@ -48,6 +49,8 @@ class NlpBuilder:
         Relaxation of the complementarity pairs of an open contact sequence.
     resting : set of int
         Unknown foot speeds that a transition requires to be zero; they are bounded instead of constrained.
+    sign_changes : SignChangeLayout or None
+        Places of the data on sign changes of the joint powers, if there are any.
     """
 
     robot: Robot
@@ -62,6 +65,7 @@ class NlpBuilder:
     inertia_limited: bool = False
     relaxation: Relaxation | None = None
     resting: set[int] = field(default_factory=set)
+    sign_changes: SignChangeLayout | None = None
 
     @functools.cached_property
     def terms(self) -> tuple[tuple[float, Objective], ...]:
@@ -163,6 +167,8 @@ class BlockVariables:
         self._columns: list[Index] = []
         self._constants: list[ca.SX] = []
         self._values: list[Array] = []
+        self._numbers: list[ca.SX] = []
+        self._places: list[Index] = []
         self._shared: dict[TableKey, ca.SX] = {}
 
     def add(self, name: str, columns: Index) -> ca.SX:
@@ -177,6 +183,12 @@ class BlockVariables:
         self._constants.append(ca.SX.sym(name))
         self._values.append(values)
         return self._constants[-1]
+
+    def add_data(self, name: str, places: Index) -> ca.SX:
+        """Return a symbol for data that differ between the instances, with indices in the data of shape (n, count)."""
+        self._numbers.append(ca.SX.sym(name, places.shape[0]))
+        self._places.append(places)
+        return self._numbers[-1]
 
     def add_shared(self, key: TableKey) -> ca.SX:
         """Return a symbol for a whole table, common to all instances; added once, at its first use."""
@@ -219,6 +231,8 @@ class BlockVariables:
             rows=rows,
             symbols=ca.vertcat(*self._constants) if self._constants else ca.SX(0, 1),
             constants=np.array(self._values).reshape(-1, self.count),
+            numbers=ca.vertcat(*self._numbers) if self._numbers else ca.SX(0, 1),
+            places=np.vstack(self._places) if self._places else np.empty((0, self.count), dtype=np.intp),
         )
 
 

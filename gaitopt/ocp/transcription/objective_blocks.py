@@ -3,15 +3,18 @@
 import functools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind, Row, Unknown
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant, StepBoundary
+from gaitopt.ocp.statement.objective import Objective, is_linear_in_power
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.scheme import Point
@@ -115,27 +118,59 @@ def name_parameters(builder: NlpBuilder, p: ca.SX) -> Mapping[str, ca.SX]:
     return dict(zip(builder.names(), ca.vertsplit(p), strict=True))
 
 
-def mean_integrand(builder: NlpBuilder, instants: Sequence[Instant | None]) -> tuple[ca.SX, ca.SX]:
+@dataclass(frozen=True, eq=False)
+class IntervalInstants:
+    """Instants of an interval, the arguments of objectives.
+
+    Attributes
+    ----------
+    points : list of Instant or None
+        Start, inner points and end, with the parts of the joint powers; None where the contact force is unknown.
+    idle : list of Instant or None
+        The same without joint powers.
+    mean : Instant or None
+        The start with the means of the parts over the interval, if sign changes of the powers are data.
+    """
+
+    points: list[Instant | None]
+    idle: list[Instant | None]
+    mean: Instant | None
+
+
+def mean_integrand(builder: NlpBuilder, instants: IntervalInstants) -> tuple[ca.SX, ca.SX]:
     """Return the means over an interval of the plain integrands and of those per weight and travel.
 
-    Parameters
-    ----------
-    builder : NlpBuilder
-    instants : sequence of Instant or None
-        Instants of the interval: start, inner points and end; None where the weight of the scheme is zero.
+    Within an interval the parts of the joint powers are polynomials that are integrated exactly; their sum bounds the
+    absolute power from above.  The mean of an integrand that is linear in them only depends on their means, which are
+    exact once sign changes are located.
     """
     plain, relative = ca.SX(0), ca.SX(0)
+    scheme = builder.scheme
     for weight, term in builder.terms:
-        rule = builder.scheme.smooth_weights() if term.smooth else builder.scheme.kinked_weights()
-        mean = ca.SX(0)
-        for share, instant in zip(rule, instants, strict=True):
-            if share and instant is not None:
-                mean += float(share) * ca.SX(term.integrand(instant))
+        rule = scheme.smooth_weights() if term.smooth else scheme.kinked_weights()
+        mean = _weighted_sum(term, rule, instants.idle)
+        start = instants.idle[0]
+        if not term.uses_power:
+            pass
+        elif start is not None and instants.mean is not None and is_linear_in_power(term, builder.robot, start.mode):
+            mean += ca.SX(term.integrand(instants.mean)) - ca.SX(term.integrand(start))
+        else:
+            smooth = scheme.smooth_weights()
+            mean += _weighted_sum(term, smooth, instants.points) - _weighted_sum(term, smooth, instants.idle)
         if term.per_weight_and_travel:
             relative += weight * mean
         else:
             plain += weight * mean
     return plain, relative
+
+
+def _weighted_sum(term: Objective, rule: Array, instants: Sequence[Instant | None]) -> ca.SX:
+    """Return the weighted sum of an integrand over some instants."""
+    total = ca.SX(0)
+    for share, instant in zip(rule, instants, strict=True):
+        if share and instant is not None:
+            total += float(share) * ca.SX(term.integrand(instant))
+    return total
 
 
 def peak_rows(builder: NlpBuilder, local: BlockVariables, instant: Instant) -> tuple[list[Row], ca.SX]:

@@ -9,15 +9,18 @@ import numpy as np
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.touchdown import Touchdown
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant
+from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation, hermite_transformation
 from gaitopt.ocp.transcription.condition_rows import KINDS, check_reset, condition_rows
 from gaitopt.ocp.transcription.foot_clearance import clearance_rows
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.objective_blocks import InstantFactory, mean_integrand, peak_rows
+from gaitopt.ocp.transcription.objective_blocks import InstantFactory, IntervalInstants, mean_integrand, peak_rows
 from gaitopt.ocp.transcription.scheme import Point
+from gaitopt.ocp.transcription.sign_changes import mean_parts
 
 
 class Equations:
@@ -53,9 +56,12 @@ class _Intervals:
     constrained : list of (int, Point)
         Numbers and points of the path constraints; 0 is the node.
     powers : list of SX
-        Parts of the joint powers at the points; empty if the objective does not use them.
-    instants : list of Instant or None
-        Instants of the points, the arguments of objectives; None at a node without a known force.
+        Parts of the Bernstein coefficients of the joint powers; empty if the objective does not use them.  The first
+        and the last are the parts at the nodes.
+    coefficients : list of SX
+        Bernstein coefficients of the joint powers as functions of the motion.
+    instants : IntervalInstants
+        Arguments of objectives.
     """
 
     def __init__(self, builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> None:
@@ -73,6 +79,7 @@ class _Intervals:
         self.points = [start, *inner, end]
         self.constrained = list(enumerate(self.points))[0 if builder.scheme.nodal else 1 : -1]
         self.powers = self._split_powers() if builder.objective.uses_power else []
+        self.coefficients = self._power_coefficients() if self.powers else []
         self.instants = self._instants()
 
     def block(self) -> Block:
@@ -81,6 +88,8 @@ class _Intervals:
         self._add_dynamics()
         for inner, point in self.constrained:
             self._add_point(inner, point)
+        for inner in range(0 if builder.scheme.nodal else 1, len(self.powers) - 1):
+            self.equations.add(*_power_split(builder, self.coefficients[inner], self.powers[inner]), inner)
         places = [phase.place(k) for k in range(phase.count)]
         rows = builder.rows.add((Group.INTERVAL, phase.number), self.equations.table, places)
         values = [self.equations.values]
@@ -98,8 +107,8 @@ class _Intervals:
         return local.block(f"interval_{phase.number}", ca.vertcat(*values), rows, plain, self.penalty)
 
     def _split_powers(self) -> list[ca.SX]:
-        """Return the unknown parts of the powers at all points, empty at the nodes if the scheme is not nodal."""
-        builder, count = self.builder, len(self.points) - 2
+        """Return the unknown parts of the powers, empty at the nodes if the scheme is not nodal."""
+        builder, count = self.builder, self.builder.scheme.power_fractions.size - 2
         inside = self.local.add("inner power", builder.variables[Unknown.INNER_POWER, self.phase.number])
         inner = ca.vertsplit(inside, inside.numel() // count)
         if not builder.scheme.nodal:
@@ -111,18 +120,58 @@ class _Intervals:
             self.local.add("power after", table[:, self.right]),
         ]
 
-    def _instants(self) -> list[Instant | None]:
-        builder, nodes = self.builder, np.arange(self.phase.count)
+    def _power_coefficients(self) -> list[ca.SX]:
+        dynamics, scheme, powered = self.dynamics, self.builder.scheme, list(self.builder.powered)
+        powers = [dynamics.power(point.state, point.torque, self.p)[powered] for point in self.points]
+        if not scheme.nodal:
+            return powers
+        if scheme.power_fractions.size != len(powers):
+            powers = self._interpolate_powers(scheme.power_fractions)
+        return ca.horzsplit(ca.horzcat(*powers) @ ca.DM(bernstein_transformation(tuple(scheme.power_fractions))).T)
+
+    def _interpolate_powers(self, at: Array) -> list[ca.SX]:
+        """Return the joint powers at fractions of the interval, from a Hermite interpolant of the joint rates."""
+        start, *_, end = self.points
+        rates = [self.dynamics.joint_rates(point.state, self.p) for point in self.points]
+        slopes = [
+            self.length * self.dynamics.joint_accelerations(point.state, point.acceleration, self.p)
+            for point in (start, end)
+        ]
+        matrix = ca.DM(hermite_transformation(tuple(self.builder.scheme.fractions), tuple(at)))
+        columns = ca.horzsplit(ca.horzcat(*rates, *slopes) @ matrix.T)
+        powers = [
+            (start.torque + float(c) * (end.torque - start.torque)) * rate for c, rate in zip(at, columns, strict=True)
+        ]
+        return [power[list(self.builder.powered)] for power in powers]
+
+    def _instants(self) -> IntervalInstants:
+        builder, nodes, fractions = self.builder, np.arange(self.phase.count), self.builder.scheme.fractions
         factory = InstantFactory(builder, self.local, self.phase, self.dynamics, self.p, nodes)
-        fractions = (0.0, *builder.scheme.inner, 1.0)
         rate = (self.points[-1].torque - self.points[0].torque) / self.length
-        instants: list[Instant | None] = []
-        for i, point in enumerate(self.points):
-            at_node = i in (0, len(self.points) - 1)
-            power = self.powers[i] if self.powers else None
-            known = builder.scheme.nodal or not at_node
-            instants.append(factory.make(point, power, rate, fractions[i]) if known else None)
-        return instants
+
+        def make(parts: Sequence[ca.SX | None]) -> list[Instant | None]:
+            """Return the instants of the points with these parts of the powers, None where the force is unknown."""
+            inner = range(len(self.points)) if builder.scheme.nodal else range(1, len(self.points) - 1)
+            return [
+                factory.make(point, parts[i], rate, float(fractions[i])) if i in inner else None
+                for i, point in enumerate(self.points)
+            ]
+
+        idle = make([None] * len(self.points))
+        if not self.powers:
+            return IntervalInstants(idle, idle, None)
+        mean = None
+        if builder.sign_changes is not None:
+            data = self.local.add_data("sign changes", builder.sign_changes.tables[self.phase.number])
+            mean = factory.make(self.points[0], mean_parts(self.powers, self.coefficients, data), rate)
+        return IntervalInstants(make(self._parts_at_points()), idle, mean)
+
+    def _parts_at_points(self) -> list[ca.SX]:
+        """Return the parts of the joint powers at the points, polynomials that are nowhere negative."""
+        if not self.builder.scheme.nodal:
+            return self.powers
+        basis = [bernstein_basis(at, len(self.powers) - 1) for at in self.builder.scheme.fractions]
+        return ca.horzsplit(ca.horzcat(*self.powers) @ ca.DM(basis).T)
 
     def _add_dynamics(self) -> None:
         builder = self.builder
@@ -140,9 +189,7 @@ class _Intervals:
             rows, values, penalty = builder.relax(self.local, (Unknown.RELAXATION, self.phase.number), point.pairs)
             equations.add(rows, values)
             self.penalty += penalty
-        if self.powers:
-            equations.add(*_power_split(builder, self.dynamics, point, self.powers[inner], self.p), inner)
-        instant = self.instants[inner]
+        instant = self.instants.points[inner]
         if builder.peaks and instant is not None:
             equations.add(*peak_rows(builder, self.local, instant), inner)
 
@@ -194,9 +241,8 @@ def last_power_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics)
     local, node = BlockVariables(builder, 1), phase.nodes[-1]
     p = local.parameters()
     last = point_at(builder, phase, dynamics, local, [node], p)
-    table, value = _power_split(
-        builder, dynamics, last, local.add("split", builder.variables[Unknown.POWER][:, [node]]), p
-    )
+    power = dynamics.power(last.state, last.torque, p)[list(builder.powered)]
+    table, value = _power_split(builder, power, local.add("split", builder.variables[Unknown.POWER][:, [node]]))
     rows = builder.rows.add(Group.LAST_POWER, table, [phase.place(phase.count)])
     return local.block("last_power", value, rows)
 
@@ -265,10 +311,7 @@ def _cone_margin(builder: NlpBuilder) -> ca.SX:
     return builder.data[len(builder.robot.parameters)]
 
 
-def _power_split(
-    builder: NlpBuilder, dynamics: PhaseDynamics, point: Point, split: ca.SX, p: ca.SX
-) -> tuple[list[Row], ca.SX]:
-    """Return rows and values of P = positive part - negative part for every actuator that is not idle."""
+def _power_split(builder: NlpBuilder, power: ca.SX, split: ca.SX) -> tuple[list[Row], ca.SX]:
+    """Return rows and values of power = positive part - negative part for every actuator that is not idle."""
     names = [builder.robot.actuators[i] for i in builder.powered]
-    power = dynamics.power(point.state, point.torque, p)[list(builder.powered)]
     return [equation(Kind.POWER_SPLIT, name) for name in names], split[: len(names)] - split[len(names) :] - power

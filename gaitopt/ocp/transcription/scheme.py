@@ -97,6 +97,16 @@ class Scheme(ABC):
             Length of the interval.
         """
 
+    @property
+    def fractions(self) -> Array:
+        """Fractions of start, inner points and end, shape (len(inner) + 2,)."""
+        return np.array([0.0, *self.inner, 1.0])
+
+    @property
+    def power_fractions(self) -> Array:
+        """Fractions of the interval between which the joint powers are interpolated, at least four if `nodal`."""
+        return self.fractions if len(self.inner) != 1 or not self.nodal else np.linspace(0.0, 1.0, 4)
+
     def smooth_weights(self) -> Array:
         """Return weights of start, inner points and end for a smooth integrand, shape (len(inner) + 2,).
 

@@ -17,6 +17,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Block, Nlp, assemble_nlp
@@ -31,6 +32,7 @@ from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
 from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_blocks
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
+from gaitopt.ocp.transcription.sign_changes import SignChangeLayout, lay_out_sign_changes, locate_sign_changes
 
 SLIDE = (Key(Kind.FOOT_SLIDE), Key(Kind.SPEED_OF_FOOT))
 NODE_TABLES = (Unknown.ANGLES, Unknown.RATES, Unknown.TORQUE, Unknown.POWER)
@@ -101,6 +103,8 @@ class Transcription:
     resting : frozenset of int
         Unknown foot speeds that are zero because a transition ends the slip at rest.
     nlp : Nlp
+    sign_changes : SignChangeLayout or None
+        Places of the data on sign changes of the joint powers; None if the objective does not use them.
     """
 
     structure: Structure
@@ -111,11 +115,24 @@ class Transcription:
     row_bounds: np.ndarray
     resting: frozenset[int]
     nlp: Nlp
+    sign_changes: SignChangeLayout | None = None
 
     @property
     def slacks(self) -> tuple[Slack, ...]:
         """Unknowns that the relaxation adds to each complementarity pair."""
         return () if self.structure.relaxation is None else self.structure.relaxation.slacks
+
+    def locate_sign_changes(self, x: Array | None = None, *, touching: bool = False) -> Array:
+        """Return the data on sign changes of the joint powers in a decision vector, or without one zeros.
+
+        With `touching` they are exact in `x`, otherwise suited to a solve from it; see
+        :func:`gaitopt.ocp.transcription.sign_changes.locate_sign_changes`.
+        """
+        if self.sign_changes is None:
+            return np.empty(0)
+        if x is None:
+            return np.zeros(self.sign_changes.size)
+        return locate_sign_changes(self.sign_changes, self.variables, self.phases, x, touching=touching)
 
     @functools.cached_property
     def n_nodes(self) -> int:
@@ -130,18 +147,22 @@ def transcribe(structure: Structure) -> Transcription:
     phases = divide_into_phases(structure.sequence, structure.counts)
     dynamics_of_phases = tuple(PhaseDynamics(robot, phase.mode if nodal else Mode.ANY) for phase in phases)
     variables, rows = _variables(structure, phases, dynamics_of_phases), Rows()
+    data, powered, changes = structure.data(), tuple(robot.actuators.index(name) for name in structure.powered), None
+    if objective.uses_power and powered and nodal and structure.relaxation is None:
+        changes = lay_out_sign_changes(phases, data.numel(), len(powered), structure.scheme.power_fractions.size)
     builder = NlpBuilder(
         robot=robot,
         objective=objective,
         scheme=structure.scheme,
-        powered=tuple(robot.actuators.index(name) for name in structure.powered),
+        powered=powered,
         rate_limited=structure.rate_limited,
         variables=variables,
         rows=rows,
-        data=structure.data(),
+        data=data,
         cleared=structure.cleared,
         inertia_limited=structure.inertia_limited,
         relaxation=structure.relaxation,
+        sign_changes=changes,
     )
     smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)
     blocks = _blocks(builder, structure, phases, dynamics_of_phases)
@@ -154,8 +175,15 @@ def transcribe(structure: Structure) -> Transcription:
         row_bounds=rows.bounds(),
         resting=frozenset(builder.resting),
         nlp=assemble_nlp(
-            blocks, builder.data, variables.size, rows.layout.size, typical=objective.typical, smooth=smooth
+            blocks,
+            builder.data,
+            variables.size,
+            rows.layout.size,
+            n_numbers=0 if changes is None else changes.size,
+            typical=objective.typical,
+            smooth=smooth,
         ),
+        sign_changes=changes,
     )
 
 
@@ -223,7 +251,8 @@ def _add_phase(layout: Layout, structure: Structure, phase: Phase, dynamics: Pha
     if scheme.inner_unknowns(dynamics):
         layout.add((scheme.inner_table, number), scheme.inner_unknowns(dynamics), between)
     if structure.objective.uses_power:
-        keys = [key.at(i + 1) for i in range(len(scheme.inner)) for key in _powers(structure)]
+        inner = range(1, scheme.power_fractions.size - 1)
+        keys = [key.at(i) for i in inner for key in _powers(structure)]
         layout.add((Unknown.INNER_POWER, number), keys, between)
     if dynamics.mode is Mode.ANY:
         _add_slacks(layout, structure, (Unknown.RELAXATION, number), FRICTION_PAIRS, between)
