@@ -1,5 +1,6 @@
 from gaitopt.motion.archive import load as load
 from gaitopt.motion.archive import save as save
+from gaitopt.motion.conflict import Conflict as Conflict
 from gaitopt.motion.contact_sequence import ContactSequence as ContactSequence
 from gaitopt.motion.energy import Ledger as Ledger
 from gaitopt.motion.energy import absolute_work as absolute_work

@@ -1,12 +1,13 @@
 """Gait: one optimised step with its problem, the report of the solver and its verification by replay."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
@@ -68,6 +69,8 @@ class SolverReport(LazyRecord):
         The worst constraints, largest first; empty for a solution.
     warnings : tuple of str
         Remarks on a solution that need attention, such as a duration at its bound.
+    conflicts : tuple of Conflict
+        Limits that conflict, if the problem was found to be infeasible: each excludes all gaits near the starts.
 
     Examples
     --------
@@ -86,6 +89,7 @@ class SolverReport(LazyRecord):
     message: str
     violations: tuple[Violation, ...] = ()
     warnings: LazyField[tuple[str, ...]] = LazyField(())
+    conflicts: tuple[Conflict, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -230,7 +234,7 @@ class Gait(LazyRecord):
             If it is not; the message states why.
         """
         if not self.status.ok:
-            worst = "; ".join(str(v) for v in self.solver.violations[:3])
+            worst = "; ".join(str(v) for v in (self.solver.conflicts or self.solver.violations)[:3])
             raise InputError(f"This gait is not a solution ({self.status.key}): {self.status.hint} {worst}".strip())
         return self
 
@@ -240,6 +244,10 @@ class Gait(LazyRecord):
         if status in (Status.SOLVED, Status.NOT_VERIFIED):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
         return self._with(verification=verification, status=status)
+
+    def with_failure(self, status: Status, message: str, conflicts: tuple[Conflict, ...] = ()) -> "Gait":
+        """Return the gait with the conclusion from its failure: status, message of the solver, conflicting limits."""
+        return self._with(status=status, solver=replace(self.solver, message=message, conflicts=conflicts))
 
     def with_robot(self, robot: "Robot") -> "Gait":
         """Return the gait with a robot of the same physics instead of the present one.

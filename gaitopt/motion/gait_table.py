@@ -40,6 +40,7 @@ def tabulate_gait(gait: Gait) -> Facts:
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
     facts += [("warning", warning) for warning in solver.warnings]
+    facts += [("conflict", str(conflict)) for conflict in solver.conflicts]
     facts += [("not met", str(violation)) for violation in solver.violations]
     return facts
 

@@ -10,6 +10,7 @@ from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.infeasibility import conclude_failure
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
@@ -85,7 +86,12 @@ def solve(
         if problem.sequence.is_open
         else solve_from_start
     )
-    gaits: list[Gait] = []
+    gaits: list[Gait] = [solve_once(problem, _start(problem, 0), solver, observer)]
+    if not problem.sequence.is_open and gaits[0].status in _RETRY:
+        guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
+        gaits.append(conclude_failure(problem, gaits[0], guesses, solver, observer))
+        if gaits[-1].solver.conflicts:
+            return gaits[-1]
     while not _is_finished(gaits, starts):
         gaits.append(solve_once(problem, _start(problem, len(gaits)), solver, observer))
     return _best(gaits)

@@ -1,0 +1,106 @@
+"""Conclusion from a failed solve: a gait from a motion that satisfies all limits, or the limits that conflict."""
+
+from collections.abc import Sequence
+
+from gaitopt.motion.gait import Gait
+from gaitopt.ocp.nlp.elastic import ElasticResult
+from gaitopt.ocp.nlp.nlp_solver import NlpSolver
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.feasibility import ElasticProblem, elastic_solver
+from gaitopt.ocp.solution.mesh_refinement import STOPPED_EARLY
+from gaitopt.ocp.solution.single_start import solve_from_start
+from gaitopt.ocp.statement.initial_guess import Guess
+from gaitopt.ocp.statement.warm_start import FromMotion
+from gaitopt.progress import Observer
+from gaitopt.reductions import rank_of
+from gaitopt.status import Status
+
+SMALL_EXCESS = 0.01
+"""Weighted sum of the slacks below which a finer grid may have a gait where the coarse one has none."""
+
+LABEL = "a motion that satisfies all limits"
+"""Label of the guess from a feasible motion, for the record of the gait."""
+
+
+def conclude_failure(
+    problem: GaitProblem, failure: Gait, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer
+) -> Gait:
+    """Return a gait solved from a feasible motion, or the failure with its reason.
+
+    The motion of least excess over all limits is found near each guess on the coarsest grid.  If it exceeds none, the
+    problem is solved from it; if every one exceeds some, the problem is infeasible near the guesses, and the limits
+    that conflict are reported.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+        A problem with a closed contact sequence.
+    failure : Gait
+        Result of a solve that failed.
+    guesses : sequence of Guess
+    solver : NlpSolver
+    observer : Observer
+    """
+    search = _Search(problem, failure, solver, observer)
+    try:
+        return search.run(guesses)
+    except KeyboardInterrupt:
+        return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
+
+
+class _Search:
+    """The search for a feasible motion near several guesses."""
+
+    def __init__(self, problem: GaitProblem, failure: Gait, solver: NlpSolver, observer: Observer) -> None:
+        self._problem, self._failure, self._solver, self._observer = problem, failure, solver, observer
+        self._grids = problem.transcription.list_grids(problem.sequence)
+        self._elastic = ElasticProblem(problem, self._grids[0], elastic_solver(solver), observer)
+        self._infeasible: list[ElasticResult] = []
+        self._unsolved: list[Gait] = []
+
+    def run(self, guesses: Sequence[Guess]) -> Gait:
+        """Return the conclusion."""
+        for guess in guesses:
+            gait = self._try(self._elastic, guess)
+            if gait is not None:
+                return gait
+        if self._unsolved:
+            return self._conclude_unsolved()
+        if not self._infeasible:
+            return self._failure
+        nearest = min(self._infeasible, key=self._elastic.excess)
+        if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
+            fine = ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
+            gait = self._try(fine, FromMotion(self._elastic.motion(nearest)))
+            if gait is not None:
+                return gait
+        if self._unsolved:
+            return self._conclude_unsolved()
+        message = f"no gait found near any of {len(guesses)} starts: the least excess over the limits is not zero"
+        conflicts = self._elastic.find_conflicts(nearest)
+        return self._failure.with_failure(Status.INFEASIBLE, message, conflicts)
+
+    def _try(self, elastic: ElasticProblem, guess: Guess) -> Gait | None:
+        """Return the gait solved from the feasible motion near a guess, or what stopped the solve; otherwise None."""
+        result = elastic.minimise_excess(guess)
+        if result.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        if result.status in STOPPED_EARLY:
+            return self._failure.with_failure(result.status, "stopped during the search for a feasible motion")
+        if elastic.is_feasible(result):
+            start = FromMotion(elastic.motion(result), LABEL)
+            gait = solve_from_start(self._problem, start, self._solver, self._observer)
+            if gait.status.ok or gait.status in STOPPED_EARLY:
+                return gait
+            self._unsolved.append(gait)
+        elif result.status.ok:
+            self._infeasible.append(result)
+        return None
+
+    def _conclude_unsolved(self) -> Gait:
+        """Return the best failure from a feasible motion, which is not infeasible."""
+        gait = min(self._unsolved, key=lambda gait: rank_of(gait.solver.constraint_violation))
+        if gait.status is not Status.INFEASIBLE:
+            return gait
+        message = f"{gait.solver.message}, from a motion that satisfies all limits on a coarse grid"
+        return gait.with_failure(Status.FAILED, message)
