@@ -10,7 +10,7 @@ from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.infeasibility import conclude_failure
+from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, scout_solver
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
@@ -20,16 +20,6 @@ from gaitopt.status import Status
 
 RETRIES = 3
 """Number of further starts that are tried if none has converged."""
-
-_RETRY = (
-    Status.INFEASIBLE,
-    Status.ITERATION_LIMIT,
-    Status.FAILED,
-    Status.ACCEPTABLE,
-    Status.DIVERGING,
-    Status.UNCONFIRMED,
-)
-"""Statuses after which another start may converge."""
 
 
 def solve(
@@ -86,15 +76,26 @@ def solve(
         if problem.sequence.is_open
         else solve_from_start
     )
-    gaits: list[Gait] = [solve_once(problem, _start(problem, 0), solver, observer)]
-    if not problem.sequence.is_open and gaits[0].status in _RETRY:
-        guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
-        gaits.append(conclude_failure(problem, gaits[0], guesses, solver, observer))
-        if gaits[-1].solver.conflicts:
+    gaits: list[Gait] = []
+    if not problem.sequence.is_open:
+        gaits = _solve_first(problem, starts, solver, observer)
+        if gaits and gaits[-1].solver.conflicts:
             return gaits[-1]
     while not _is_finished(gaits, starts):
         gaits.append(solve_once(problem, _start(problem, len(gaits)), solver, observer))
     return _best(gaits)
+
+
+def _solve_first(problem: GaitProblem, starts: int, solver: NlpSolver, observer: SolveObserver) -> list[Gait]:
+    """Return the gaits of the first start and of the conclusion from its failure; none if it is to be repeated."""
+    guesses, scout = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))], scout_solver(solver)
+    first = solve_from_start(problem, guesses[0], solver, observer, scout)
+    if first.status not in RETRY:
+        return [first]
+    conclusion = conclude_failure(problem, first, guesses, solver, observer)
+    if conclusion is not first:
+        return [first, conclusion]
+    return [] if first.status is Status.ITERATION_LIMIT and scout != solver else [first]
 
 
 def _check_solver(solver: NlpSolver) -> NlpSolver:
@@ -109,7 +110,7 @@ def _is_finished(gaits: list[Gait], starts: int) -> bool:
     if not gaits:
         return False
     last = gaits[-1].status
-    if not last.ok and last not in _RETRY:
+    if not last.ok and last not in RETRY:
         return True
     return len(gaits) >= (starts if any(gait.status.ok for gait in gaits) else starts + RETRIES)
 
@@ -119,7 +120,7 @@ def _best(gaits: list[Gait]) -> Gait:
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: rank_of(gait.solver.objective))
-    return min(gaits, key=lambda gait: (gait.status in _RETRY, rank_of(gait.solver.constraint_violation)))
+    return min(gaits, key=lambda gait: (gait.status in RETRY, rank_of(gait.solver.constraint_violation)))
 
 
 def _start(problem: GaitProblem, number: int) -> Guess:

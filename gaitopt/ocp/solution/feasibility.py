@@ -103,8 +103,9 @@ class ElasticProblem:
     def find_conflicts(self, result: ElasticResult) -> tuple[Conflict, ...]:
         """Return the limits that conflict: each that suffices alone if relaxed, otherwise a smallest set found.
 
-        A limit that suffices alone belongs to every set of conflicting limits.  If there is none, there are several
-        conflicts: limits are then removed from those exceeded as long as relaxing the others suffices.
+        A limit that suffices alone belongs to every set of conflicting limits.  Conditions of the contact sequence,
+        for which no value suffices, are listed only if no limit suffices.  If nothing suffices alone, there are
+        several conflicts: limits are then removed from those exceeded as long as relaxing the others suffices.
 
         Parameters
         ----------
@@ -119,9 +120,10 @@ class ElasticProblem:
                 raise KeyboardInterrupt
             if alone.status.ok and self.excess(alone, without=[number]) <= FEASIBLE:
                 conflicts.append((self.excess(alone), self._conflict(number, alone, separable=True)))
-        if conflicts:
-            return tuple(conflict for _, conflict in sorted(conflicts, key=lambda entry: entry[0]))
-        return self._find_joint_conflict(result)
+        if not conflicts:
+            return self._find_joint_conflict(result)
+        ordered = [conflict for _, conflict in sorted(conflicts, key=lambda entry: entry[0])]
+        return tuple(conflict for conflict in ordered if not math.isnan(conflict.sufficient)) or tuple(ordered)
 
     def _find_joint_conflict(self, result: ElasticResult) -> tuple[Conflict, ...]:
         members = [int(i) for i in np.flatnonzero(self.prices * result.slacks > FEASIBLE)]
@@ -185,8 +187,5 @@ def elastic_solver(solver: NlpSolver) -> NlpSolver:
     ipopt = solver.fallback if isinstance(solver, Newton) else solver
     if not isinstance(ipopt, Ipopt):
         return solver
-    return evolve(
-        ipopt,
-        tolerance=max(ipopt.tolerance, ELASTIC_TOLERANCE),
-        max_iterations=min(ipopt.max_iterations, ELASTIC_ITERATIONS),
-    )
+    tolerance = max(ipopt.tolerance, ELASTIC_TOLERANCE)
+    return evolve(ipopt, tolerance=tolerance, max_iterations=min(ipopt.max_iterations, ELASTIC_ITERATIONS))

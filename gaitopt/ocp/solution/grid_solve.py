@@ -126,10 +126,20 @@ class SingleStart:
     guess : Guess
     solver : NlpSolver
     observer : Observer
+    scout : NlpSolver, optional
+        Solver of grids without a warm start; `solver` by default.
     """
 
-    def __init__(self, problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer) -> None:
+    def __init__(
+        self,
+        problem: GaitProblem,
+        guess: Guess,
+        solver: NlpSolver,
+        observer: Observer,
+        scout: NlpSolver | None = None,
+    ) -> None:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
+        self.scout = solver if scout is None else scout
         self.iterations, self.build_seconds = 0, 0.0
         self.schedule: GuardSchedule | None = None
 
@@ -168,7 +178,8 @@ class SingleStart:
                 if warm_start is not None:
                     x, multipliers = transfer_solution(warm_start, transcription, x)
         limits, data = bounds(transcription, problem), data_vector(problem)
-        outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
+        solver = self.scout if warm_start is None else self.solver
+        outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}, at nan or inf")

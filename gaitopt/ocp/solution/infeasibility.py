@@ -2,14 +2,18 @@
 
 from collections.abc import Sequence
 
+from attrs import evolve
+
 from gaitopt.motion.gait import Gait
+from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.elastic import ElasticResult
+from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.feasibility import ElasticProblem, elastic_solver
 from gaitopt.ocp.solution.mesh_refinement import STOPPED_EARLY
 from gaitopt.ocp.solution.single_start import solve_from_start
-from gaitopt.ocp.statement.initial_guess import Guess
+from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess
 from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.progress import Observer
 from gaitopt.reductions import rank_of
@@ -17,6 +21,19 @@ from gaitopt.status import Status
 
 SMALL_EXCESS = 0.01
 """Weighted sum of the slacks below which a finer grid may have a gait where the coarse one has none."""
+
+RETRY = (
+    Status.INFEASIBLE,
+    Status.ITERATION_LIMIT,
+    Status.FAILED,
+    Status.ACCEPTABLE,
+    Status.DIVERGING,
+    Status.UNCONFIRMED,
+)
+"""Statuses after which another start may converge."""
+
+SCOUT_ITERATIONS = 120
+"""Iterations on the coarsest grid after which the search for a feasible motion begins; solved problems need fewer."""
 
 LABEL = "a motion that satisfies all limits"
 """Label of the guess from a feasible motion, for the record of the gait."""
@@ -36,7 +53,8 @@ def conclude_failure(
     problem : GaitProblem
         A problem with a closed contact sequence.
     failure : Gait
-        Result of a solve that failed.
+        Result of a solve that failed.  If it stopped at an iteration limit and a feasible motion exists, it is first
+        repeated from the first guess with the iteration limit of `solver`.
     guesses : sequence of Guess
     solver : NlpSolver
     observer : Observer
@@ -55,11 +73,13 @@ class _Search:
         self._problem, self._failure, self._solver, self._observer = problem, failure, solver, observer
         self._grids = problem.transcription.list_grids(problem.sequence)
         self._elastic = ElasticProblem(problem, self._grids[0], elastic_solver(solver), observer)
+        self._first: Guess = LinearGuess()
         self._infeasible: list[ElasticResult] = []
         self._unsolved: list[Gait] = []
 
     def run(self, guesses: Sequence[Guess]) -> Gait:
         """Return the conclusion."""
+        self._first = guesses[0]
         for guess in guesses:
             gait = self._try(self._elastic, guess)
             if gait is not None:
@@ -88,11 +108,14 @@ class _Search:
         if result.status in STOPPED_EARLY:
             return self._failure.with_failure(result.status, "stopped during the search for a feasible motion")
         if elastic.is_feasible(result):
-            start = FromMotion(elastic.motion(result), LABEL)
-            gait = solve_from_start(self._problem, start, self._solver, self._observer)
-            if gait.status.ok or gait.status in STOPPED_EARLY:
-                return gait
-            self._unsolved.append(gait)
+            starts = [FromMotion(elastic.motion(result), LABEL)]
+            if self._failure.status is Status.ITERATION_LIMIT and not self._unsolved:
+                starts.insert(0, self._first)
+            for start in starts:
+                gait = solve_from_start(self._problem, start, self._solver, self._observer)
+                if gait.status.ok or gait.status in STOPPED_EARLY:
+                    return gait
+                self._unsolved.append(gait)
         elif result.status.ok:
             self._infeasible.append(result)
         return None
@@ -104,3 +127,14 @@ class _Search:
             return gait
         message = f"{gait.solver.message}, from a motion that satisfies all limits on a coarse grid"
         return gait.with_failure(Status.FAILED, message)
+
+
+def scout_solver(solver: NlpSolver) -> NlpSolver:
+    """Return a solver with at most `SCOUT_ITERATIONS` iterations; a custom solver is returned as it is."""
+    if isinstance(solver, Newton):
+        return evolve(solver, fallback=_limit_iterations(solver.fallback))
+    return _limit_iterations(solver) if isinstance(solver, Ipopt) else solver
+
+
+def _limit_iterations(solver: Ipopt) -> Ipopt:
+    return evolve(solver, max_iterations=min(solver.max_iterations, SCOUT_ITERATIONS))

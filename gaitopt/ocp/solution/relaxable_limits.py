@@ -218,10 +218,11 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
     units, margins, rows = _Units.of(problem), problem.margins, transcription.constraints
     speed = units.length / units.time
 
+    slips = any(mode.slips for mode in (*problem.sequence.phases, problem.sequence.impact))
     cones = rows.find(Kind.FORWARD_CONE), rows.find(Kind.BACKWARD_CONE)
     impact = rows.find(Kind.FORWARD_IMPACT_CONE), rows.find(Kind.BACKWARD_IMPACT_CONE)
     yield RelaxableLimit(
-        name="friction",
+        name="friction cone of the sticking foot" if slips else "friction",
         setting="friction",
         value=problem.friction,
         unit="1",
