@@ -144,7 +144,7 @@ def best(gaits: Sequence[Gait]) -> Gait:
 def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
     """Return the gait of lowest cost that passes replay, otherwise that of lowest cost, or the concluded failure."""
     result = _verify_by_cost(problem, gaits)
-    if result.status not in RETRY:
+    if result.status not in RETRY or result.solver.conflicts:
         return result
     concluded = conclude_failure(problem, result, default_starts(problem, CONCLUDING_STARTS), CONCLUDE, silent)
     if concluded.status is Status.INTERRUPTED:

@@ -10,7 +10,11 @@ from gaitopt.ocp.nlp.bounds import Bounds
 from gaitopt.ocp.nlp.keys import Key, Place, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
+from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
+
+SHORT_STEP = 0.03
+"""Step length, as a fraction of the longest one, below which steps are shorter than any usual ones."""
 
 ROUNDING = 1e-7
 """Violation of a contact mode below which it is due to the tolerance of the solver."""
@@ -54,7 +58,7 @@ def warnings(
     """Return the warnings of a solution, one sentence each.
 
     They concern the error between nodes, contact modes violated there, a swing foot that is too low or touches down
-    before the end, and phases of minimum duration.
+    before the end, phases of minimum duration, and a free speed that decreases with the step length without end.
 
     Parameters
     ----------
@@ -87,6 +91,7 @@ def warnings(
             f"the plan touches down before its end, after {early.place}, and its replay ends the step there: try "
             f"another step_length or speed, or Limits.clearance for a walker with knees."
         )
+    sentences += _warn_of_short_steps(transcription, problem, x)
     shortest = problem.limits.shortest_phase
     for phase in transcription.phases:
         if x[transcription.variables[Unknown.DURATION][0, phase.number]] < 1.01 * shortest:
@@ -94,3 +99,18 @@ def warnings(
                 f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without it may have a lower cost."
             )
     return tuple(sentences)
+
+
+def _warn_of_short_steps(transcription: Transcription, problem: GaitProblem, x: Array) -> list[str]:
+    """Return a sentence if the speed is free and the step as short as its bound, or shorter than any usual one."""
+    step, travel = problem.step_length_range, float(x[transcription.variables[Unknown.TRAVEL][0, 0]])
+    if problem.speed_range.lower > 0 or step.lower == step.upper:
+        return []
+    reach = find_longest_reach(problem.robot, problem.values, problem.limits.angles(problem.robot.angles))
+    if travel > max(SHORT_STEP * reach, (1 + 1e-4) * step.lower):
+        return []
+    reason = f"far shorter than the reach of {reach:.3g} m" if step.lower == 0 else "its lower bound"
+    return [
+        f"the speed is free, and the step length decreases to {travel:.3g} m, {reason}: the cost decreases "
+        f"with both, so the problem has no inner optimum. Fix the speed, or give it a lower bound."
+    ]
