@@ -101,3 +101,24 @@ def test_a_mode_left_between_nodes_is_warned_about(transcription, reference_prob
     x = np.ones(transcription.variables.size)
     (warning,) = warnings(transcription, problem, x, 0.0, 2e-3)
     assert "the contact mode is violated by 2.0e-03 between nodes" in warning
+
+
+@pytest.mark.parametrize(
+    ("change", "travel", "reason"),
+    [
+        ({}, 0.05, "far shorter than the reach of 3.2 m"),
+        ({"step_length": (0.2, 0.6)}, 0.2, "its lower bound"),
+        ({}, 0.2, None),
+        ({"speed": 0.5}, 0.05, None),
+        ({"speed": (0.3, 0.5)}, 0.05, None),
+        ({"step_length": 0.05}, 0.05, None),
+    ],
+)
+def test_a_free_speed_with_ever_shorter_steps_is_warned_about(transcription, reference_problem, change, travel, reason):
+    problem = reference_problem(**{"sequence": "slip+ stick | slip+", "speed": None, "step_length": None, **change})
+    x = np.ones(transcription.variables.size)
+    x[transcription.variables["travel"]] = travel
+    sentences = warnings(transcription, problem, x, 0.0, 0.0)
+    assert len(sentences) == (reason is not None)
+    if reason is not None:
+        assert sentences[0].startswith(f"the speed is free, and the step length decreases to {travel:g} m, {reason}")

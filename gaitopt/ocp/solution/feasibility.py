@@ -37,7 +37,7 @@ PROHIBITIVE = 100.0
 RESERVE = 1.02
 """Factor of the missing amount in the value that is reported as sufficient."""
 
-ELASTIC_TOLERANCE, ELASTIC_ITERATIONS = 1e-6, 200
+ELASTIC_TOLERANCE, ELASTIC_ITERATIONS = 1e-6, 120
 """Tolerance and largest number of iterations of an elastic solve; most take 15 to 50 iterations."""
 
 SHORTEST = 1e-2

@@ -35,6 +35,9 @@ RETRY = (
 SCOUT_ITERATIONS = 120
 """Iterations on the coarsest grid after which the search for a feasible motion begins; solved problems need fewer."""
 
+MOST_UNDECIDED = 2
+"""Number of starts without a conclusion after which no other is tried."""
+
 LABEL = "a motion that satisfies all limits"
 """Label of the guess from a feasible motion, for the record of the gait."""
 
@@ -76,6 +79,7 @@ class _Search:
         self._first: Guess = LinearGuess()
         self._infeasible: list[ElasticResult] = []
         self._unsolved: list[Gait] = []
+        self._undecided: list[Status] = []
 
     def run(self, guesses: Sequence[Guess]) -> Gait:
         """Return the conclusion."""
@@ -84,10 +88,12 @@ class _Search:
             gait = self._try(self._elastic, guess)
             if gait is not None:
                 return gait
+            if len(self._undecided) >= MOST_UNDECIDED:
+                break
         if self._unsolved:
             return self._conclude_unsolved()
         if not self._infeasible:
-            return self._failure
+            return self._conclude_undecided()
         nearest = min(self._infeasible, key=self._elastic.excess)
         if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
             fine = ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
@@ -96,7 +102,9 @@ class _Search:
                 return gait
         if self._unsolved:
             return self._conclude_unsolved()
-        message = f"no gait found near any of {len(guesses)} starts: the least excess over the limits is not zero"
+        message = (
+            f"no gait found near any of {len(self._infeasible)} starts: the least excess over the limits is not zero"
+        )
         conflicts = self._elastic.find_conflicts(nearest)
         return self._failure.with_failure(Status.INFEASIBLE, message, conflicts)
 
@@ -118,7 +126,16 @@ class _Search:
                 self._unsolved.append(gait)
         elif result.status.ok:
             self._infeasible.append(result)
+        else:
+            self._undecided.append(result.status)
         return None
+
+    def _conclude_undecided(self) -> Gait:
+        """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""
+        if any(status is not Status.INFEASIBLE for status in self._undecided):
+            return self._failure
+        message = f"no motion with this sequence found near any of {len(self._undecided)} starts, even without limits"
+        return self._failure.with_failure(Status.INFEASIBLE, message)
 
     def _conclude_unsolved(self) -> Gait:
         """Return the best failure from a feasible motion, which is not infeasible."""
