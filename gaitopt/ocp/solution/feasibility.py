@@ -28,8 +28,8 @@ from gaitopt.status import Status
 FEASIBLE = 1e-5
 """Weighted sum of the slacks below which a motion satisfies all limits; those of a feasible problem end below 1e-7."""
 
-ACTIVE = 1e-3
-"""Relative multiplier above which a limit may belong to the conflict."""
+FARTHEST = 5.0
+"""Largest change of a limit, in units of its size, that is predicted by its multiplier and tried."""
 
 PROHIBITIVE = 100.0
 """Factor of the price of limits that are not to be exceeded."""
@@ -112,7 +112,7 @@ class ElasticProblem:
         result : ElasticResult
             The motion of least excess.
         """
-        candidates = np.flatnonzero((self.prices * result.slacks > FEASIBLE) | (result.active > ACTIVE))
+        candidates = np.flatnonzero(result.active * FARTHEST > self.excess(result))
         conflicts = []
         for number in map(int, candidates):
             alone = self.exceed_only([number], result)

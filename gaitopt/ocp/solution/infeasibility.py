@@ -32,8 +32,11 @@ RETRY = (
 )
 """Statuses after which another start may converge."""
 
-SCOUT_ITERATIONS = 120
-"""Iterations on the coarsest grid after which the search for a feasible motion begins; solved problems need fewer."""
+SCOUT_ITERATIONS = 60
+"""Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
+
+AGREEMENT = 0.01
+"""Relative difference of the least excesses near two starts below which no other start is tried."""
 
 MOST_UNDECIDED = 2
 """Number of starts without a conclusion after which no other is tried."""
@@ -88,12 +91,12 @@ class _Search:
             gait = self._try(self._elastic, guess)
             if gait is not None:
                 return gait
-            if len(self._undecided) >= MOST_UNDECIDED:
+            if len(self._undecided) >= MOST_UNDECIDED or self._starts_agree():
                 break
         if self._unsolved:
-            return self._conclude_unsolved()
+            return self._report_failure()
         if not self._infeasible:
-            return self._conclude_undecided()
+            return self._give_up()
         nearest = min(self._infeasible, key=self._elastic.excess)
         if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
             fine = ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
@@ -101,7 +104,7 @@ class _Search:
             if gait is not None:
                 return gait
         if self._unsolved:
-            return self._conclude_unsolved()
+            return self._report_failure()
         message = (
             f"no gait found near any of {len(self._infeasible)} starts: the least excess over the limits is not zero"
         )
@@ -116,7 +119,7 @@ class _Search:
         if result.status in STOPPED_EARLY:
             return self._failure.with_failure(result.status, "stopped during the search for a feasible motion")
         if elastic.is_feasible(result):
-            starts = [FromMotion(elastic.motion(result), LABEL)]
+            starts: list[Guess] = [FromMotion(elastic.motion(result), LABEL)]
             if self._failure.status is Status.ITERATION_LIMIT and not self._unsolved:
                 starts.insert(0, self._first)
             for start in starts:
@@ -130,14 +133,19 @@ class _Search:
             self._undecided.append(result.status)
         return None
 
-    def _conclude_undecided(self) -> Gait:
+    def _starts_agree(self) -> bool:
+        """Return whether the two least excesses are equal."""
+        least = sorted(map(self._elastic.excess, self._infeasible))[:2]
+        return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0]
+
+    def _give_up(self) -> Gait:
         """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""
         if any(status is not Status.INFEASIBLE for status in self._undecided):
             return self._failure
         message = f"no motion with this sequence found near any of {len(self._undecided)} starts, even without limits"
         return self._failure.with_failure(Status.INFEASIBLE, message)
 
-    def _conclude_unsolved(self) -> Gait:
+    def _report_failure(self) -> Gait:
         """Return the best failure from a feasible motion, which is not infeasible."""
         gait = min(self._unsolved, key=lambda gait: rank_of(gait.solver.constraint_violation))
         if gait.status is not Status.INFEASIBLE:

@@ -54,7 +54,8 @@ class RelaxableLimit:
 
 def list_limits(transcription: Transcription, problem: GaitProblem) -> list[RelaxableLimit]:
     """Return the limits of a problem and the conditions of its contact sequence that can be relaxed."""
-    return [*_actuation(transcription, problem), *_geometry(transcription, problem), *_contact(transcription, problem)]
+    groups = (_actuation, _geometry, _durations, _targets, _contact, _conditions)
+    return [limit for group in groups for limit in group(transcription, problem)]
 
 
 def relaxed_sides(limits: list[RelaxableLimit], bounds: Bounds) -> tuple[RelaxedSide, ...]:
@@ -136,7 +137,7 @@ def _actuation(transcription: Transcription, problem: GaitProblem) -> Iterator[R
 
 
 def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
-    """Return the limits of angles, durations, speed, step length, slope and clearance."""
+    """Return the limits of angles, rates and clearance."""
     units, robot, limits = _Units.of(problem), problem.robot, problem.limits
     variables, rows = transcription.variables, transcription.constraints
     for angle, pair in zip(robot.angles, limits.angles(robot.angles), strict=True):
@@ -156,14 +157,29 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
         size=1 / units.time,
         quantities=((False, variables.find(Kind.RATE), 1.0),),
     )
-    duration = (False, variables.find(Kind.DURATION), 1.0)
+    yield RelaxableLimit(
+        name="clearance of the swing foot",
+        setting="Limits.clearance",
+        value=limits.clearance or 0.0,
+        unit="m",
+        size=units.length,
+        is_least=True,
+        quantities=((True, rows.find(Kind.CLEARANCE), 1.0),),
+    )
+
+
+def _durations(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
+    """Return the limits of durations."""
+    size, limits = _Units.of(problem).time, problem.limits
+    phases = (False, transcription.variables.find(Kind.DURATION), 1.0)
+    step = (True, transcription.constraints.find(Kind.STEP_DURATION), 1.0)
     yield RelaxableLimit(
         name="shortest duration of a phase",
         setting="Limits.shortest_phase",
         value=limits.shortest_phase,
         unit="s",
-        size=units.time,
-        quantities=(duration,),
+        size=size,
+        quantities=(phases,),
         sides="lower",
         is_least=True,
     )
@@ -172,10 +188,15 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
         setting="Limits.longest_step",
         value=limits.longest_step,
         unit="s",
-        size=units.time,
-        quantities=(duration, (True, rows.find(Kind.STEP_DURATION), 1.0)),
+        size=size,
+        quantities=(phases, step),
         sides="upper",
     )
+
+
+def _targets(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
+    """Return the requested speed, step length and slope."""
+    units, variables, rows = _Units.of(problem), transcription.variables, transcription.constraints
     speed, step = problem.speed_range, problem.step_length_range
     yield RelaxableLimit(
         name="speed",
@@ -202,23 +223,12 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
         size=0.1,
         quantities=((False, variables.find(Kind.SLOPE), 1.0),),
     )
-    yield RelaxableLimit(
-        name="clearance of the swing foot",
-        setting="Limits.clearance",
-        value=limits.clearance or 0.0,
-        unit="m",
-        size=units.length,
-        is_least=True,
-        quantities=((True, rows.find(Kind.CLEARANCE), 1.0),),
-    )
 
 
 def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
-    """Return the conditions of the contact sequence with their margins."""
-    units, margins, rows = _Units.of(problem), problem.margins, transcription.constraints
-    speed = units.length / units.time
-
-    slips = any(mode.slips for mode in (*problem.sequence.phases, problem.sequence.impact))
+    """Return friction, and the least speed of a sliding foot."""
+    units, rows, sequence = _Units.of(problem), transcription.constraints, problem.sequence
+    slips = any(mode.slips for mode in (*sequence.phases, sequence.impact))
     cones = rows.find(Kind.FORWARD_CONE), rows.find(Kind.BACKWARD_CONE)
     impact = rows.find(Kind.FORWARD_IMPACT_CONE), rows.find(Kind.BACKWARD_IMPACT_CONE)
     yield RelaxableLimit(
@@ -235,9 +245,9 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
     yield RelaxableLimit(
         name="speed of the sliding foot",
         setting="Margins.slip_speed",
-        value=margins.slip_speed,
+        value=problem.margins.slip_speed,
         unit="m/s",
-        size=speed,
+        size=units.length / units.time,
         is_least=True,
         keeps_fixed=True,
         quantities=(
@@ -245,33 +255,25 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
             (False, transcription.variables.find(Kind.SPEED_OF_FOOT), 1.0),
         ),
     )
-    for name, setting, value, unit, size, kind in (
-        ("normal force", "Margins.normal_force", margins.normal_force, "1", 1.0, Kind.NORMAL_FORCE),
-        ("direction in which a slip starts", "sequence", 0.0, "m/s^2", speed / units.time, Kind.BREAKAWAY),
-        ("separation of the trailing foot", "Margins.separation", margins.separation, "m/s", speed, Kind.SEPARATION),
-        (
-            "touchdown direction",
-            "Margins.touchdown_rate",
-            margins.touchdown_rate,
-            "",
-            1 / units.time,
-            Kind.TOUCHDOWN_DIRECTION,
-        ),
-        (
-            "touchdown ahead of the stance foot",
-            "Margins.touchdown_armed",
-            margins.touchdown_armed,
-            "",
-            1.0,
-            Kind.TOUCHDOWN_AHEAD,
-        ),
+
+
+def _conditions(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
+    """Return the other conditions of the contact sequence with their margins."""
+    units, margins = _Units.of(problem), problem.margins
+    speed, rate = units.length / units.time, 1 / units.time
+    for kind, name, margin, unit, size in (
+        (Kind.NORMAL_FORCE, "normal force", "normal_force", "1", 1.0),
+        (Kind.BREAKAWAY, "direction in which a slip starts", "", "m/s^2", speed / units.time),
+        (Kind.SEPARATION, "separation of the trailing foot", "separation", "m/s", speed),
+        (Kind.TOUCHDOWN_DIRECTION, "touchdown direction", "touchdown_rate", "", rate),
+        (Kind.TOUCHDOWN_AHEAD, "touchdown ahead of the stance foot", "touchdown_armed", "", 1.0),
     ):
         yield RelaxableLimit(
             name=name,
-            setting=setting,
-            value=value,
+            setting=f"Margins.{margin}" if margin else "sequence",
+            value=getattr(margins, margin) if margin else 0.0,
             unit=unit,
             size=size,
             is_least=True,
-            quantities=((True, rows.find(kind), 1.0),),
+            quantities=((True, transcription.constraints.find(kind), 1.0),),
         )
