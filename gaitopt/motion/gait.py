@@ -245,9 +245,24 @@ class Gait(LazyRecord):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
         return self._with(verification=verification, status=status)
 
-    def with_failure(self, status: Status, message: str, conflicts: tuple[Conflict, ...] = ()) -> "Gait":
-        """Return the gait with the conclusion from its failure: status, message of the solver, conflicting limits."""
-        return self._with(status=status, solver=replace(self.solver, message=message, conflicts=conflicts))
+    def with_failure(
+        self, status: Status, message: str, conflicts: tuple[Conflict, ...] = (), *, seconds: float = 0.0
+    ) -> "Gait":
+        """Return the gait with the conclusion from its failure.
+
+        Parameters
+        ----------
+        status : Status
+        message : str
+            Reason, instead of the return status of the solver.
+        conflicts : tuple of Conflict
+            Limits that conflict.
+        seconds : float
+            Time by which `solver.solve_seconds` increases [s].
+        """
+        total = self.solver.solve_seconds + seconds
+        report = replace(self.solver, message=message, conflicts=conflicts, solve_seconds=total)
+        return self._with(status=status, solver=report)
 
     def with_robot(self, robot: "Robot") -> "Gait":
         """Return the gait with a robot of the same physics instead of the present one.

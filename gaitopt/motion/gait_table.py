@@ -41,7 +41,8 @@ def tabulate_gait(gait: Gait) -> Facts:
     facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
     facts += [("warning", warning) for warning in solver.warnings]
     facts += [("conflict", str(conflict)) for conflict in solver.conflicts]
-    facts += [("not met", str(violation)) for violation in solver.violations]
+    if not solver.conflicts:  # otherwise the last iterate is that of a solve that was stopped early
+        facts += [("not met", str(violation)) for violation in solver.violations]
     return facts
 
 

@@ -45,7 +45,8 @@ def test_conflicting_limits_are_shown(slip_gait):
         separable=True,
     )
     condition = dataclasses.replace(torque, name="normal force", setting="sequence", sufficient=math.nan, unit="1")
-    gait = slip_gait.with_failure(Status.INFEASIBLE, "no gait found", (torque, condition))
+    gait = slip_gait.with_failure(Status.INFEASIBLE, "no gait found", (torque, condition), seconds=2.0)
+    assert gait.solver.solve_seconds == slip_gait.solver.solve_seconds + 2
     assert (gait.status, gait.solver.message) == (Status.INFEASIBLE, "no gait found")
     shown = [text for name, text in tabulate_gait(gait) if name == "conflict"]
     assert shown == [

@@ -99,6 +99,15 @@ def test_a_failure_with_a_feasible_motion_becomes_a_gait(reference_problem):
     assert gait.problem["guess"] == "a motion that satisfies all limits"
 
 
+def test_a_problem_that_is_feasible_on_the_fine_grid_alone_is_solved_there(reference_problem):
+    """The ankle needs 1.52 N m on the coarsest grid, 1.43 N m on the fine one."""
+    limits = Limits(torque={"ankle": 1.47, "hip": 6})
+    assert solve(reference_problem(limits=limits, **SMOOTH)).status is Status.INFEASIBLE
+    gait = solve(reference_problem(limits=limits, objective="torque_squared"))
+    assert gait.status is Status.SOLVED
+    assert gait.problem["guess"] == "a motion that satisfies all limits"
+
+
 def test_a_start_that_needs_more_iterations_is_repeated_with_all_of_them(reference_problem, monkeypatch):
     """The search for a feasible motion begins early, but a start that succeeds gives the same gait as without it."""
     problem = reference_problem(transcription=COARSE)

@@ -1,6 +1,9 @@
 """Conclusion from a failed solve: a gait from a motion that satisfies all limits, or the limits that conflict."""
 
+import time
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 from attrs import evolve
 
@@ -13,7 +16,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.feasibility import ElasticProblem, elastic_solver
 from gaitopt.ocp.solution.mesh_refinement import STOPPED_EARLY
 from gaitopt.ocp.solution.single_start import solve_from_start
-from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess
+from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.progress import Observer
 from gaitopt.reductions import rank_of
@@ -65,29 +68,39 @@ def conclude_failure(
     solver : NlpSolver
     observer : Observer
     """
-    search = _Search(problem, failure, solver, observer)
     try:
-        return search.run(guesses)
+        return _Search(problem, failure, guesses, solver, observer).run()
     except KeyboardInterrupt:
         return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
+
+
+@dataclass(frozen=True, eq=False)
+class FineMotion(FromMotion):
+    """A motion that satisfies all limits on the fine grid, although none was found on the coarsest one."""
+
+    needs_coarse_grids: ClassVar[bool] = False
 
 
 class _Search:
     """The search for a feasible motion near several guesses."""
 
-    def __init__(self, problem: GaitProblem, failure: Gait, solver: NlpSolver, observer: Observer) -> None:
+    def __init__(
+        self, problem: GaitProblem, failure: Gait, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer
+    ) -> None:
         self._problem, self._failure, self._solver, self._observer = problem, failure, solver, observer
         self._grids = problem.transcription.list_grids(problem.sequence)
         self._elastic = ElasticProblem(problem, self._grids[0], elastic_solver(solver), observer)
-        self._first: Guess = LinearGuess()
+        self._started, self._guesses = time.perf_counter(), guesses
         self._infeasible: list[ElasticResult] = []
         self._unsolved: list[Gait] = []
         self._undecided: list[Status] = []
 
-    def run(self, guesses: Sequence[Guess]) -> Gait:
+    def _seconds(self) -> float:
+        return time.perf_counter() - self._started
+
+    def run(self) -> Gait:
         """Return the conclusion."""
-        self._first = guesses[0]
-        for guess in guesses:
+        for guess in self._guesses:
             gait = self._try(self._elastic, guess)
             if gait is not None:
                 return gait
@@ -97,7 +110,7 @@ class _Search:
             return self._report_failure()
         if not self._infeasible:
             return self._give_up()
-        nearest = min(self._infeasible, key=self._elastic.excess)
+        nearest, count = min(self._infeasible, key=self._elastic.excess), len(self._infeasible)
         if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
             fine = ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
             gait = self._try(fine, FromMotion(self._elastic.motion(nearest)))
@@ -105,11 +118,9 @@ class _Search:
                 return gait
         if self._unsolved:
             return self._report_failure()
-        message = (
-            f"no gait found near any of {len(self._infeasible)} starts: the least excess over the limits is not zero"
-        )
+        message = f"no gait found near any of {count} starts: the least excess over the limits is not zero"
         conflicts = self._elastic.find_conflicts(nearest)
-        return self._failure.with_failure(Status.INFEASIBLE, message, conflicts)
+        return self._failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=self._seconds())
 
     def _try(self, elastic: ElasticProblem, guess: Guess) -> Gait | None:
         """Return the gait solved from the feasible motion near a guess, or what stopped the solve; otherwise None."""
@@ -119,9 +130,11 @@ class _Search:
         if result.status in STOPPED_EARLY:
             return self._failure.with_failure(result.status, "stopped during the search for a feasible motion")
         if elastic.is_feasible(result):
-            starts: list[Guess] = [FromMotion(elastic.motion(result), LABEL)]
+            motion = elastic.motion(result)
+            is_fine = elastic is not self._elastic
+            starts: list[Guess] = [FineMotion(motion, LABEL) if is_fine else FromMotion(motion, LABEL)]
             if self._failure.status is Status.ITERATION_LIMIT and not self._unsolved:
-                starts.insert(0, self._first)
+                starts.insert(0, self._guesses[0])
             for start in starts:
                 gait = solve_from_start(self._problem, start, self._solver, self._observer)
                 if gait.status.ok or gait.status in STOPPED_EARLY:
@@ -143,7 +156,7 @@ class _Search:
         if any(status is not Status.INFEASIBLE for status in self._undecided):
             return self._failure
         message = f"no motion with this sequence found near any of {len(self._undecided)} starts, even without limits"
-        return self._failure.with_failure(Status.INFEASIBLE, message)
+        return self._failure.with_failure(Status.INFEASIBLE, message, seconds=self._seconds())
 
     def _report_failure(self) -> Gait:
         """Return the best failure from a feasible motion, which is not infeasible."""

@@ -32,6 +32,8 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
     known = guess.solution_for(problem.sequence)
     if known is not None:
         grids, warm_start, barrier = grids[-1:], known, BARRIER_NEARBY_PROBLEM
+    elif not guess.needs_coarse_grids:
+        grids = grids[-1:]
     solution, coarse = None, None
     for method in grids:
         coarse = solution
