@@ -37,7 +37,7 @@ PROHIBITIVE = 100.0
 RESERVE = 1.02
 """Factor of the missing amount in the value that is reported as sufficient."""
 
-ELASTIC_TOLERANCE, ELASTIC_ITERATIONS = 1e-6, 120
+ELASTIC_TOLERANCE, ELASTIC_ITERATIONS = 1e-6, 80
 """Tolerance and largest number of iterations of an elastic solve; most take 15 to 50 iterations."""
 
 SHORTEST = 1e-2
@@ -100,7 +100,7 @@ class ElasticProblem:
             values = read_parameters(self.transcription, self.problem, result.x)
             return read_motion(self.transcription, values, result.x)
 
-    def find_conflicts(self, result: ElasticResult) -> tuple[Conflict, ...]:
+    def find_conflicts(self, result: ElasticResult) -> tuple[Conflict, ...] | ElasticResult:
         """Return the limits that conflict: each that suffices alone if relaxed, otherwise a smallest set found.
 
         A limit that suffices alone belongs to every set of conflicting limits.  Conditions of the contact sequence,
@@ -110,14 +110,22 @@ class ElasticProblem:
         Parameters
         ----------
         result : ElasticResult
-            The motion of least excess.
+            The motion of least excess found.
+
+        Returns
+        -------
+        tuple of Conflict, or ElasticResult
+            A feasible motion if one is found on the way: `result` is then not the motion of least excess.
         """
-        candidates = np.flatnonzero(result.active * FARTHEST > self.excess(result))
         conflicts = []
-        for number in map(int, candidates):
-            alone = self.exceed_only([number], result)
+        for number in map(int, np.flatnonzero(result.active * FARTHEST > self.excess(result))):
+            alone = result
+            if self.excess(result, without=[number]) > FEASIBLE:
+                alone = self.exceed_only([number], result)
             if alone.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt
+            if self.is_feasible(alone):
+                return alone
             if alone.status.ok and self.excess(alone, without=[number]) <= FEASIBLE:
                 conflicts.append((self.excess(alone), self._conflict(number, alone, separable=True)))
         if not conflicts:

@@ -38,8 +38,8 @@ RETRY = (
 SCOUT_ITERATIONS = 60
 """Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
 
-AGREEMENT = 0.01
-"""Relative difference of the least excesses near two starts below which no other start is tried."""
+AGREEMENT, LARGE_EXCESS = 0.01, 0.03
+"""Relative difference of the least excesses near two starts below which no other start is tried if they are large."""
 
 MOST_UNDECIDED = 2
 """Number of starts without a conclusion after which no other is tried."""
@@ -116,10 +116,14 @@ class _Search:
             gait = self._try(fine, FromMotion(self._elastic.motion(nearest)))
             if gait is not None:
                 return gait
+        conflicts = () if self._unsolved else self._elastic.find_conflicts(nearest)
+        if isinstance(conflicts, ElasticResult):
+            gait, conflicts = self._solve_from(self._elastic, conflicts), ()
+            if gait is not None:
+                return gait
         if self._unsolved:
             return self._report_failure()
         message = f"no gait found near any of {count} starts: the least excess over the limits is not zero"
-        conflicts = self._elastic.find_conflicts(nearest)
         return self._failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=self._seconds())
 
     def _try(self, elastic: ElasticProblem, guess: Guess) -> Gait | None:
@@ -130,26 +134,32 @@ class _Search:
         if result.status in STOPPED_EARLY:
             return self._failure.with_failure(result.status, "stopped during the search for a feasible motion")
         if elastic.is_feasible(result):
-            motion = elastic.motion(result)
-            is_fine = elastic is not self._elastic
-            starts: list[Guess] = [FineMotion(motion, LABEL) if is_fine else FromMotion(motion, LABEL)]
-            if self._failure.status is Status.ITERATION_LIMIT and not self._unsolved:
-                starts.insert(0, self._guesses[0])
-            for start in starts:
-                gait = solve_from_start(self._problem, start, self._solver, self._observer)
-                if gait.status.ok or gait.status in STOPPED_EARLY:
-                    return gait
-                self._unsolved.append(gait)
-        elif result.status.ok:
+            return self._solve_from(elastic, result)
+        if result.status.ok:
             self._infeasible.append(result)
         else:
             self._undecided.append(result.status)
         return None
 
+    def _solve_from(self, elastic: ElasticProblem, result: ElasticResult) -> Gait | None:
+        """Return the gait solved from a feasible motion, or what stopped the solve; otherwise None."""
+        motion = elastic.motion(result)
+        starts: list[Guess] = [
+            FromMotion(motion, LABEL) if elastic is self._elastic else FineMotion(motion, LABEL),
+        ]
+        if self._failure.status is Status.ITERATION_LIMIT and not self._unsolved:
+            starts.insert(0, self._guesses[0])
+        for start in starts:
+            gait = solve_from_start(self._problem, start, self._solver, self._observer)
+            if gait.status.ok or gait.status in STOPPED_EARLY:
+                return gait
+            self._unsolved.append(gait)
+        return None
+
     def _starts_agree(self) -> bool:
-        """Return whether the two least excesses are equal."""
+        """Return whether the two least excesses are equal and large."""
         least = sorted(map(self._elastic.excess, self._infeasible))[:2]
-        return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0]
+        return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0] and least[0] > LARGE_EXCESS
 
     def _give_up(self) -> Gait:
         """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""

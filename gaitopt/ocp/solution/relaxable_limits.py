@@ -141,6 +141,8 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
     units, robot, limits = _Units.of(problem), problem.robot, problem.limits
     variables, rows = transcription.variables, transcription.constraints
     for angle, pair in zip(robot.angles, limits.angles(robot.angles), strict=True):
+        if pair == (-math.pi / 2, math.pi / 2):
+            continue  # the default, which is no limit of the user
         yield RelaxableLimit(
             name=f"limit of angle {angle}",
             setting="Limits.angle",
