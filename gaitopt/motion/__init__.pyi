@@ -3,6 +3,7 @@ from gaitopt.motion.archive import save as save
 from gaitopt.motion.certificate import Certificate as Certificate
 from gaitopt.motion.certificate import NearConstraint as NearConstraint
 from gaitopt.motion.certificate import Sensitivity as Sensitivity
+from gaitopt.motion.conflict import Conflict as Conflict
 from gaitopt.motion.contact_sequence import ContactSequence as ContactSequence
 from gaitopt.motion.energy import Ledger as Ledger
 from gaitopt.motion.energy import absolute_work as absolute_work

@@ -14,6 +14,7 @@ import h5py
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation, check_gait
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
@@ -173,6 +174,7 @@ def read_gait(file: h5py.Group) -> Gait:
     solver = _read_record(file["solver"])
     solver["violations"] = tuple(_violation(**violation) for violation in json.loads(solver["violations"]))
     solver["warnings"] = tuple(json.loads(solver["warnings"]))
+    solver["conflicts"] = tuple(_conflict(entry) for entry in json.loads(solver.get("conflicts", "[]")))
     verification = None
     if "verification" in file:
         fields = _read_record(file["verification"])
@@ -235,6 +237,13 @@ def _read_solution(group: h5py.Group) -> Solution:
         for kind in _SOLUTION_PARTS
     }
     return Solution(intervals=tuple(int(count) for count in group.attrs["intervals"]), **parts)
+
+
+def _conflict(entry: dict[str, Any]) -> Conflict:
+    numbers = {
+        name: float("nan" if entry[name] is None else entry[name]) for name in ("limit", "missing", "sufficient")
+    }
+    return Conflict(**{**entry, **numbers})
 
 
 def _violation(place: str, name: str, size: float | str | None) -> Violation:

@@ -1,6 +1,6 @@
 """Gait: one optimised step with its problem, the report of the solver and its verification by replay."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.motion.certificate import Certificate
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
@@ -70,6 +71,8 @@ class SolverReport(LazyRecord):
         The worst constraints, largest first; empty for a solution.
     warnings : tuple of str
         Remarks on a solution that need attention, such as a duration at its bound; if the plan is inaccurate, why.
+    conflicts : tuple of Conflict
+        Limits that conflict, if the problem was found to be infeasible: each excludes all gaits near the starts.
 
     Examples
     --------
@@ -88,6 +91,7 @@ class SolverReport(LazyRecord):
     message: str
     violations: tuple[Violation, ...] = ()
     warnings: LazyField[tuple[str, ...]] = LazyField(())
+    conflicts: tuple[Conflict, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -235,7 +239,9 @@ class Gait(LazyRecord):
             If it is not; the message states why.
         """
         if not self.status.ok:
-            reasons = self.solver.warnings if self.status is Status.PLAN_INACCURATE else self.solver.violations
+            solver = self.solver
+            inaccurate = self.status is Status.PLAN_INACCURATE
+            reasons = solver.warnings if inaccurate else solver.conflicts or solver.violations
             worst = "; ".join(str(reason) for reason in reasons[:3])
             raise InputError(f"This gait is not a solution ({self.status.key}): {self.status.hint} {worst}".strip())
         return self
@@ -250,6 +256,25 @@ class Gait(LazyRecord):
     def without_certificate(self) -> "Gait":
         """Return the gait without its certificate, which is then not evaluated when the gait is saved."""
         return self._with(certificate=None)
+
+    def with_failure(
+        self, status: Status, message: str, conflicts: tuple[Conflict, ...] = (), *, seconds: float = 0.0
+    ) -> "Gait":
+        """Return the gait with the conclusion from its failure.
+
+        Parameters
+        ----------
+        status : Status
+        message : str
+            Reason, instead of the return status of the solver.
+        conflicts : tuple of Conflict
+            Limits that conflict.
+        seconds : float
+            Time by which `solver.solve_seconds` increases [s].
+        """
+        total = self.solver.solve_seconds + seconds
+        report = replace(self.solver, message=message, conflicts=conflicts, solve_seconds=total)
+        return self._with(status=status, solver=report)
 
     def with_robot(self, robot: "Robot") -> "Gait":
         """Return the gait with a robot of the same physics instead of the present one.

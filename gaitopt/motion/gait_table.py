@@ -43,7 +43,9 @@ def tabulate_gait(gait: Gait) -> Facts:
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
     facts += [("warning", warning) for warning in solver.warnings]
-    facts += [("not met", str(violation)) for violation in solver.violations]
+    facts += [("conflict", str(conflict)) for conflict in solver.conflicts]
+    if not solver.conflicts:  # otherwise the last iterate is that of a solve that was stopped early
+        facts += [("not met", str(violation)) for violation in solver.violations]
     return facts
 
 

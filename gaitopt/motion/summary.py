@@ -30,7 +30,7 @@ def summarise(gait: Gait) -> dict[str, Any]:
     motion, energy = gait.motion, gait.energy
     jump = motion.jumps[0]
     solver = dataclasses.asdict(gait.solver)
-    violations, warnings = solver.pop("violations"), solver.pop("warnings")
+    violations, warnings, conflicts = (solver.pop(name) for name in ("violations", "warnings", "conflicts"))
     data = {
         "status": gait.status.key,
         "hint": gait.status.hint,
@@ -50,6 +50,7 @@ def summarise(gait: Gait) -> dict[str, Any]:
         "certificate": None if gait.certificate is None else dataclasses.asdict(gait.certificate),
         "solver": solver,
         "violations": violations,
+        "conflicts": conflicts,
         "warnings": list(warnings),
         "problem": gait.problem,
         "versions": gait.versions,

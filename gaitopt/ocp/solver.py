@@ -10,6 +10,7 @@ from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, scout_solver
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
@@ -19,17 +20,6 @@ from gaitopt.status import Status
 
 RETRIES = 3
 """Number of further starts that are tried if none has converged."""
-
-_RETRY = (
-    Status.INFEASIBLE,
-    Status.ITERATION_LIMIT,
-    Status.FAILED,
-    Status.ACCEPTABLE,
-    Status.DIVERGING,
-    Status.UNCONFIRMED,
-    Status.PLAN_INACCURATE,
-)
-"""Statuses after which another start may converge."""
 
 
 def solve(
@@ -42,9 +32,12 @@ def solve(
 ) -> Gait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
-    After a failure up to three other starts are tried.  Open places of the sequence, as in ``"slip+ stick | any"``, are
-    formulated as relaxed complementarity pairs; their solution proposes closed sequences, which are then solved.
-    ``gait.proposal`` is the record of this.
+    After a failure on the coarsest grid a motion that satisfies all limits is searched near the first start and three
+    others.  The problem is solved from it if there is one; otherwise it is reported as infeasible, with the limits that
+    conflict in ``gait.solver.conflicts``.  If neither is found, up to three other starts are tried.
+
+    Open places of the sequence, as in ``"slip+ stick | any"``, are formulated as relaxed complementarity pairs; their
+    solution proposes closed sequences, which are then solved.  ``gait.proposal`` is the record of this.
 
     Parameters
     ----------
@@ -87,9 +80,28 @@ def solve(
         else solve_from_start
     )
     gaits: list[Gait] = []
-    while not _is_finished(gaits, starts):
+    conclusions: list[Gait] = []
+    if not problem.sequence.is_open:
+        gaits, conclusions = _solve_first(problem, starts, solver, observer)
+        if any(gait.solver.conflicts for gait in conclusions):
+            return conclusions[0]
+    while not _is_finished(gaits, conclusions, starts):
         gaits.append(solve_once(problem, _start(problem, len(gaits)), solver, observer))
-    return _best(gaits)
+    return _best([*gaits, *conclusions])
+
+
+def _solve_first(
+    problem: GaitProblem, starts: int, solver: NlpSolver, observer: SolveObserver
+) -> tuple[list[Gait], list[Gait]]:
+    """Return the gait of the first start, or none if it is to be repeated, and the conclusion from its failure."""
+    guesses, scout = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))], scout_solver(solver)
+    first = solve_from_start(problem, guesses[0], solver, observer, scout)
+    if first.status not in RETRY or first.status is Status.PLAN_INACCURATE:
+        return [first], []
+    conclusion = conclude_failure(problem, first, guesses, solver, observer)
+    if conclusion is not first:
+        return [first], [conclusion]
+    return ([] if first.status is Status.ITERATION_LIMIT and scout != solver else [first]), []
 
 
 def _check_solver(solver: NlpSolver) -> NlpSolver:
@@ -99,14 +111,13 @@ def _check_solver(solver: NlpSolver) -> NlpSolver:
     return solver
 
 
-def _is_finished(gaits: list[Gait], starts: int) -> bool:
+def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int) -> bool:
     """Return whether no further start is tried."""
     if not gaits:
         return False
-    last = gaits[-1].status
-    if not last.ok and last not in _RETRY:
+    if any(not gait.status.ok and gait.status not in RETRY for gait in (gaits[-1], *conclusions)):
         return True
-    return len(gaits) >= (starts if any(gait.status.ok for gait in gaits) else starts + RETRIES)
+    return len(gaits) >= (starts if any(gait.status.ok for gait in (*gaits, *conclusions)) else starts + RETRIES)
 
 
 def _best(gaits: list[Gait]) -> Gait:
@@ -114,7 +125,7 @@ def _best(gaits: list[Gait]) -> Gait:
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: rank_of(gait.solver.objective))
-    return min(gaits, key=lambda gait: (gait.status in _RETRY, rank_of(gait.solver.constraint_violation)))
+    return min(gaits, key=lambda gait: (gait.status in RETRY, rank_of(gait.solver.constraint_violation)))
 
 
 def _start(problem: GaitProblem, number: int) -> Guess:

@@ -14,6 +14,7 @@ from gaitopt.motion.motion import Motion
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure
 from gaitopt.ocp.solution.passive_gait import passive_cycle
 from gaitopt.ocp.solution.single_start import solve_from_start as solve_from
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
@@ -31,8 +32,10 @@ COARSE_SOLVER = Newton(fallback=Ipopt(tolerance=1e-5, max_iterations=100))
 FINE_SOLVER = Newton(fallback=Ipopt(max_iterations=300))
 
 CONCLUDE = Newton()
-"""Solver of :func:`gaitopt.solve`.  It continues a failure that `COARSE_SOLVER` stopped at its iteration limit, so that
-studies and `solve` classify failures alike."""
+"""Solver of :func:`gaitopt.solve`, by which failures are concluded, so that studies and `solve` classify them alike."""
+
+CONCLUDING_STARTS = 3
+"""Number of starts near which a feasible motion is searched after a failure."""
 
 LARGE_VIOLATION, MAX_FAILED_STARTS = 1e-3, 2
 """Constraint violation above which a start has failed, and the number of such failures after which none is tried."""
@@ -139,12 +142,14 @@ def best(gaits: Sequence[Gait]) -> Gait:
 
 
 def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
-    """Return the gait of lowest cost that passes replay, otherwise that of lowest cost, or the failure."""
+    """Return the gait of lowest cost that passes replay, otherwise that of lowest cost, or the concluded failure."""
     result = _verify_by_cost(problem, gaits)
-    if result.status is not Status.ITERATION_LIMIT:
+    if result.status not in RETRY or result.solver.conflicts:
         return result
-    again = solve_start(coarsen(problem), result, CONCLUDE)
-    return _verify_by_cost(problem, solve_fine(problem, [again])) if again.status.ok else again
+    concluded = conclude_failure(problem, result, default_starts(problem, CONCLUDING_STARTS), CONCLUDE, silent)
+    if concluded.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return _verify_by_cost(problem, [concluded])
 
 
 def _verify_by_cost(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:

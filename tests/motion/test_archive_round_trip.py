@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gaitopt import load, save
-from gaitopt.motion import Jump, Segment, Solution, Table, Verification, Violation, motion_archive
+from gaitopt.motion import Conflict, Jump, Segment, Solution, Table, Verification, Violation, motion_archive
 
 
 def assert_same(one, other, at="gait"):
@@ -43,6 +43,17 @@ def awkward(slip_gait):
         constraint_violation=math.inf,
         message="",
         violations=(Violation("phase 1", "µ", 2.0), Violation("a", "b", math.inf), Violation("c", "d", math.nan)),
+        conflicts=(
+            Conflict(
+                name="µ",
+                setting="Limits.torque",
+                limit=1.0,
+                missing=math.inf,
+                sufficient=math.nan,
+                unit="N m",
+                separable=False,
+            ),
+        ),
         warnings=("a duration rests on its bound", 'quotes " and \\ and\nlines'),
     )
     verification = Verification(False, "", "fell", math.inf, 0.1, math.nan, math.nan, -math.inf, ("because", "∞"))

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt.motion import Violation, summarise
+from gaitopt import InputError, Status
+from gaitopt.motion import Conflict, Violation, summarise
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import plain
 
@@ -31,6 +32,31 @@ def test_summary_survives_a_strict_json_reader(slip_gait):
     summary = json.loads(json.dumps(summarise(bad)), parse_constant=refuse)
     assert summary["solver"]["objective"] is None
     assert summary["violations"] == [{"place": "here", "name": "this", "size": "inf"}]
+
+
+def test_conflicting_limits_are_shown(slip_gait):
+    torque = Conflict(
+        name="torque limit of hip",
+        setting="Limits.torque",
+        limit=6.0,
+        missing=2.0,
+        sufficient=8.04,
+        unit="N m",
+        separable=True,
+    )
+    condition = dataclasses.replace(torque, name="normal force", setting="sequence", sufficient=math.nan, unit="1")
+    gait = slip_gait.with_failure(Status.INFEASIBLE, "no gait found", (torque, condition), seconds=2.0)
+    assert gait.solver.solve_seconds == slip_gait.solver.solve_seconds + 2
+    assert (gait.status, gait.solver.message) == (Status.INFEASIBLE, "no gait found")
+    shown = [text for name, text in tabulate_gait(gait) if name == "conflict"]
+    assert shown == [
+        "torque limit of hip (Limits.torque) is 6 N m: 8.04 N m would do",
+        "normal force (sequence) is violated by 2",
+    ]
+    first, second = summarise(gait)["conflicts"]
+    assert (first["name"], first["sufficient"], second["sufficient"]) == ("torque limit of hip", 8.04, None)
+    with pytest.raises(InputError, match=r"\(infeasible\).* 8\.04 N m would do"):
+        gait.require()
 
 
 def test_summary_states_the_facts_of_the_gait(slip_gait):

@@ -4,7 +4,7 @@ import pytest
 from gaitopt import ContactSequence, TorqueSquared
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Group
-from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, violations
+from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, report_short_steps, violations
 from gaitopt.ocp.solution.trajectory import BetweenNodes
 from tests.ocp.nlp_examples import example_nlp
 
@@ -115,3 +115,24 @@ def test_a_mode_left_between_nodes_is_an_inaccuracy(transcription, reference_pro
     problem = reference_problem(sequence="slip+ stick | slip+")
     (reason,) = report_inaccuracies(transcription, problem, with_a_touchdown(transcription), 0.0, between)
     assert text in reason
+
+
+@pytest.mark.parametrize(
+    ("change", "travel", "reason"),
+    [
+        ({}, 0.05, "far shorter than the reach of 3.2 m"),
+        ({"step_length": (0.2, 0.6)}, 0.2, "its lower bound"),
+        ({}, 0.2, None),
+        ({"speed": 0.5}, 0.05, None),
+        ({"speed": (0.3, 0.5)}, 0.05, None),
+        ({"step_length": 0.05}, 0.05, None),
+    ],
+)
+def test_a_free_speed_with_ever_shorter_steps_is_warned_about(transcription, reference_problem, change, travel, reason):
+    problem = reference_problem(**{"sequence": "slip+ stick | slip+", "speed": None, "step_length": None, **change})
+    x = np.ones(transcription.variables.size)
+    x[transcription.variables["travel"]] = travel
+    sentences = report_short_steps(transcription, problem, x)
+    assert len(sentences) == (reason is not None)
+    if reason is not None:
+        assert sentences[0].startswith(f"the speed is free, and the step length decreases to {travel:g} m, {reason}")

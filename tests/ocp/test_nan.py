@@ -56,8 +56,8 @@ def test_a_plan_that_is_nan_drifts_infinitely_between_its_nodes(planned, table):
 
 def test_works_that_are_infinite_between_nodes_are_read_without_a_warning(planned, monkeypatch):
     problem, transcription, x = planned
-    halve = trajectory._halve_interval
-    monkeypatch.setattr(trajectory, "_halve_interval", lambda *arguments: [part + np.inf for part in halve(*arguments)])
+    integrate = trajectory._integrate_intervals
+    monkeypatch.setattr(trajectory, "_integrate_intervals", lambda *arguments: integrate(*arguments) + np.inf)
     assert np.isnan(reconstruct_motion(transcription, problem.values, x).segments[0].work).any()
 
 
@@ -140,6 +140,7 @@ def test_a_start_whose_cost_is_nan_is_not_the_cheapest(quick, monkeypatch, nan_f
     costs = [math.nan, 1.0] if nan_first else [1.0, math.nan]
     found = iter([replace(gait, solver=replace(gait.solver, objective=cost)) for cost in costs])
     monkeypatch.setattr(solver_module, "solve_from_start", lambda *_: next(found))
+    monkeypatch.setattr(solver_module, "conclude_failure", lambda problem, failure, *_: failure)
     assert solve(quick, starts=2).solver.objective == 1.0
 
 
@@ -150,6 +151,7 @@ def test_a_failure_whose_violation_is_nan_is_not_the_nearest(quick, monkeypatch,
     sizes = (*sizes, 2.0, 3.0)
     found = iter([replace(gait, solver=replace(gait.solver, constraint_violation=size)) for size in sizes])
     monkeypatch.setattr(solver_module, "solve_from_start", lambda *_: next(found))
+    monkeypatch.setattr(solver_module, "conclude_failure", lambda problem, failure, *_: failure)
     assert solve(quick).solver.constraint_violation == 1.0
 
 

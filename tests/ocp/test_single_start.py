@@ -114,7 +114,8 @@ def test_a_start_that_leads_nowhere_is_followed_by_others(reference_problem):
     seen = []
     gait = solve(reference_problem(intervals=8), solver=Ipopt(max_iterations=2), observer=seen.append)
     assert gait.status is Status.ITERATION_LIMIT
-    assert iterations(seen) == [2, 2, 2, 2]
+    feasible_motions, further_starts = [2, 2], [2, 2, 2]
+    assert iterations(seen) == [2, *feasible_motions, *further_starts]
 
 
 def test_an_interrupt_late_in_a_solve_keeps_the_best_iterate_that_meets_the_constraints(reference_problem):

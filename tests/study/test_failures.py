@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from gaitopt import Status
 from gaitopt.study import multistart
+from gaitopt.study.storage.failure_reason import explain_failure
 from tests.study.conftest import quick_problem
 
 
@@ -13,8 +14,11 @@ def test_a_failure_at_the_iteration_limit_is_concluded(monkeypatch):
     assert multistart.verify_best(problem, [stopped]).status is Status.INFEASIBLE
     calls = []
     monkeypatch.setattr(multistart, "solve_start", lambda *arguments: calls.append(arguments))
-    infeasible = replace(stopped, status=Status.INFEASIBLE)
-    assert multistart.verify_best(problem, [infeasible]) is infeasible
+    concluded = multistart.verify_best(problem, [replace(stopped, status=Status.INFEASIBLE)])
+    assert concluded.status is Status.INFEASIBLE
+    assert [conflict.setting for conflict in concluded.solver.conflicts] == ["speed", "step_length"]
+    assert explain_failure(concluded).startswith("no gait found; speed (speed) is 1.5 m/s: ")
+    assert multistart.verify_best(problem, [concluded]) is concluded
     assert calls == []
 
 

@@ -11,7 +11,11 @@ from gaitopt.ocp.nlp.keys import Key, Place, Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
 from gaitopt.ocp.solution.trajectory import BetweenNodes
+from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
+
+SHORT_STEP = 0.03
+"""Step length, as a fraction of the longest one, below which steps are shorter than any usual ones."""
 
 ROUNDING = 1e-7
 """Violation of a contact mode below which it is due to the tolerance of the solver."""
@@ -110,4 +114,19 @@ def report_short_phases(transcription: Transcription, problem: GaitProblem, x: A
         f"{phase.place().label} lasts {shortest:g} s, the minimum: a sequence without this phase may have a lower cost."
         for phase, duration in zip(transcription.phases, durations, strict=True)
         if duration < 1.01 * shortest
+    )
+
+
+def report_short_steps(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:
+    """Return a sentence if the speed is free and the step as short as its bound, or shorter than any usual one."""
+    step, travel = problem.step_length_range, float(x[transcription.variables[Unknown.TRAVEL][0, 0]])
+    if problem.speed_range.lower > 0 or step.lower == step.upper:
+        return ()
+    reach = find_longest_reach(problem.robot, problem.values, problem.limits.angles(problem.robot.angles))
+    if travel > max(SHORT_STEP * reach, (1 + 1e-4) * step.lower):
+        return ()
+    reason = f"far shorter than the reach of {reach:.3g} m" if step.lower == 0 else "its lower bound"
+    return (
+        f"the speed is free, and the step length decreases to {travel:.3g} m, {reason}: the cost decreases "
+        f"with both, so the problem has no inner optimum. Fix the speed, or give it a lower bound.",
     )

@@ -19,7 +19,7 @@ from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.keys import Group, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases
+from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, report_short_steps
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
 from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_parameters, reconstruct_motion
@@ -160,7 +160,8 @@ class GridSolution:
         """Return the warnings of a solution, the inaccuracies of its plan first."""
         if self.outcome.status not in (Status.SOLVED, Status.PLAN_INACCURATE):
             return ()
-        return self.inaccuracies + report_short_phases(self.transcription, self.problem, self.outcome.x)
+        given = self.transcription, self.problem, self.outcome.x
+        return self.inaccuracies + report_short_steps(*given) + report_short_phases(*given)
 
 
 class SingleStart:
@@ -172,10 +173,20 @@ class SingleStart:
     guess : Guess
     solver : NlpSolver
     observer : Observer
+    scout : NlpSolver, optional
+        Solver of grids without a warm start; `solver` by default.
     """
 
-    def __init__(self, problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer) -> None:
+    def __init__(
+        self,
+        problem: GaitProblem,
+        guess: Guess,
+        solver: NlpSolver,
+        observer: Observer,
+        scout: NlpSolver | None = None,
+    ) -> None:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
+        self.scout = solver if scout is None else scout
         self.iterations, self.build_seconds = 0, 0.0
         self.schedule: GuardSchedule | None = None
 
@@ -221,7 +232,8 @@ class SingleStart:
                     x, multipliers = transfer_solution(warm_start, transcription, x)
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
-        outcome = self.solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
+        solver = self.scout if warm_start is None else self.solver
+        outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
             outcome = replace(

@@ -48,7 +48,9 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
     known = guess.solution_for(problem.sequence)
     if known is not None:
         grids, warm_start, barrier = grids[-1:], known, BARRIER_NEARBY_PROBLEM
-    solution = None
+    elif not guess.needs_coarse_grids:
+        grids = grids[-1:]
+    solution, coarse = None, None
     for method in grids:
         coarse = solution
         if coarse is not None:
@@ -66,9 +68,9 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
         barrier = BARRIER_SAME_PROBLEM if problem.limits.clearance is None else BARRIER_NEARBY_PROBLEM
     if solution is None:
         raise InputError(f"{type(problem.transcription).__name__}.list_grids must return at least one grid, got none.")
-    if solution.outcome.status.ok or len(grids) == 1:
+    if solution.outcome.status.ok or coarse is None:
         return solution
-    return start.solve_on_grid(grids[-1], None, BARRIER_SAME_PROBLEM)  # the coarse grid failed
+    return start.solve_on_grid(grids[-1], None, BARRIER_SAME_PROBLEM)  # a grid finer than the coarsest failed
 
 
 def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:

@@ -20,9 +20,21 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.progress import Observer
 
 
-def solve_from_start(problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer) -> Gait:
-    """Solve a problem with a closed contact sequence from one start."""
-    started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer)
+def solve_from_start(
+    problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer, scout: NlpSolver | None = None
+) -> Gait:
+    """Solve a problem with a closed contact sequence from one start.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+    guess : Guess
+    solver : NlpSolver
+    observer : Observer
+    scout : NlpSolver, optional
+        Solver of grids without a warm start, such as `solver` with fewer iterations.
+    """
+    started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer, scout)
     solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start)))
     if math.isfinite(problem.transcription.tolerance):
         solution = solution.check_plan()

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from attrs import field, frozen
@@ -49,7 +50,15 @@ class Setting:
 
 
 class Guess(ABC):
-    """Base of the initial guesses of a step; a subclass adds a custom one."""
+    """Base of the initial guesses of a step; a subclass adds a custom one.
+
+    Attributes
+    ----------
+    needs_coarse_grids : bool
+        Whether the problem is solved on coarse grids first, as for all guesses that are not accurate.
+    """
+
+    needs_coarse_grids: ClassVar[bool] = True
 
     @abstractmethod
     def durations(self, setting: Setting) -> Array:

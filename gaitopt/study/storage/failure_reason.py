@@ -23,6 +23,8 @@ def explain_failure(gait: Gait) -> str:
         return ""
     if gait.verification is not None and not gait.verification.passed:
         return "replay: " + "; ".join(gait.verification.reasons)
+    if gait.solver.conflicts:
+        return "no gait found; " + "; ".join(map(str, gait.solver.conflicts))
     if gait.solver.violations:
         worst = gait.solver.violations[0]
         return f'no gait found; the best attempt violates "{worst.name}" ({worst.place}) by {worst.size:.2g}'

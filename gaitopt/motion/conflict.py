@@ -1,0 +1,50 @@
+"""Limits of a gait problem that conflict."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conflict:
+    """A limit that excludes all gaits near the starts of a solve, given the other limits.
+
+    Attributes
+    ----------
+    name : str
+        The limit, such as ``"torque limit of hip"``, or a condition of the contact sequence.
+    setting : str
+        Argument of the problem that states it, such as ``"Limits.torque"``.
+    limit : float
+        Its value, the exceeded bound of a range.
+    missing : float
+        Least excess over the limit in a motion that satisfies all other limits; in an inseparable conflict, all other
+        limits that do not conflict.
+    sufficient : float
+        Value of the limit at which such a motion exists, with a reserve; nan if no admissible value is known.
+    unit : str
+        Unit of `limit`, `missing` and `sufficient`.
+    separable : bool
+        Whether it is enough to relax this limit alone; otherwise all limits of the conflict must be relaxed.
+
+    Examples
+    --------
+    >>> print(Conflict(name="torque limit of hip", setting="Limits.torque", limit=6.0, missing=2.1, sufficient=8.15,
+    ...                unit="N m", separable=True))
+    torque limit of hip (Limits.torque) is 6 N m: 8.15 N m would do
+    """
+
+    name: str
+    setting: str
+    limit: float
+    missing: float
+    sufficient: float
+    unit: str
+    separable: bool
+
+    def __str__(self) -> str:
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        if math.isnan(self.sufficient):
+            text = f"{self.name} ({self.setting}) is violated by {self.missing:.3g}{unit}"
+        else:
+            text = f"{self.name} ({self.setting}) is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit} would do"
+        return text if self.separable else f"{text}, together with the other conflicting limits"

@@ -1,0 +1,199 @@
+"""Elastic form of an NLP: chosen limits are relaxed by a slack each, whose weighted sum is minimised.
+
+minimise    prices' s + 1/2 proximal |(x - reference) / sizes|^2
+subject to  lower <= g <= upper  without the relaxed sides,
+            v_i + c_i s_k >= lower_i or v_i - c_i s_k <= upper_i  for the relaxed sides,  s >= 0,
+
+where v_i is a constraint row or an unknown and all sides of one limit have the same slack s_k.  The optimum has s = 0
+if the NLP is feasible near the initial point.  The proximal term, whose weight is small, makes the minimum unique.
+"""
+
+import functools
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.nlp import Nlp
+from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
+from gaitopt.progress import Observer
+from gaitopt.status import Status
+
+PROXIMAL = 1e-4
+"""Weight of the proximal term."""
+
+
+@dataclass(frozen=True)
+class RelaxedSide:
+    """One side of the bounds of a constraint row or of an unknown that a slack relaxes.
+
+    Attributes
+    ----------
+    limit : int
+        Number of the limit, and of its slack.
+    is_row : bool
+        Whether `index` is that of a constraint row; otherwise it is that of an unknown.
+    index : int
+    is_lower : bool
+        Whether the lower bound is relaxed; otherwise the upper one is.
+    scale : float
+        Excess over the bound per unit of the slack.
+    """
+
+    limit: int
+    is_row: bool
+    index: int
+    is_lower: bool
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticResult:
+    """Result of an elastic solve.
+
+    Attributes
+    ----------
+    status : Status
+    x : (n_variables,) array
+        Unknowns of the original NLP.
+    slacks : (n_limits,) array
+        By how much each limit is exceeded, in its unit.
+    active : (n_limits,) array
+        Sum of the absolute multipliers of each limit, relative to its price: 0 for a limit that is not active.
+    iterations : int
+    """
+
+    status: Status
+    x: Array
+    slacks: Array
+    active: Array
+    iterations: int
+
+
+class ElasticNlp:
+    """An NLP with elastic limits.
+
+    Parameters
+    ----------
+    nlp : Nlp
+    bounds : Bounds
+    sides : tuple of RelaxedSide
+    sizes : (n_variables,) array
+        Typical sizes of the unknowns.
+    least : (n_variables,) array
+        Lower bounds of the unknowns that are not relaxed.
+    """
+
+    def __init__(self, nlp: Nlp, bounds: Bounds, sides: tuple[RelaxedSide, ...], sizes: Array, least: Array) -> None:
+        self._original, self.sides, self._sizes = nlp, sides, sizes
+        self.n_limits = 1 + max(side.limit for side in sides)
+        self.nlp = _assemble(nlp, sides, self.n_limits)
+        self._limits = np.array([_bound(bounds, side) for side in sides])
+        self._bounds = self._relax_bounds(bounds, least)
+
+    def minimise(self, x: Array, data: Array, prices: Array, solver: NlpSolver, observer: Observer) -> ElasticResult:
+        """Minimise the weighted sum of the slacks.
+
+        Parameters
+        ----------
+        x : (n_variables,) array
+            Initial point and centre of the proximal term.
+        data : (n_z,) array
+        prices : (n_limits,) array
+            Weight of each slack.
+        solver : NlpSolver
+        observer : Observer
+        """
+        all_data = np.concatenate([data, prices, x, 1 / self._sizes])
+        initial = np.concatenate([x, self.find_excesses(x, data)[0]])
+        result = solver.minimise(self.nlp, initial, all_data, self._bounds, observer)
+        n = self._original.n_variables
+        return ElasticResult(
+            result.status, result.x[:n], np.maximum(result.x[n:], 0), self._activity(result, prices), result.iterations
+        )
+
+    def find_excesses(self, x: Array, data: Array) -> tuple[Array, list[RelaxedSide | None]]:
+        """Return by how much a point exceeds each limit, shape (n_limits,), and the side exceeded most, if any."""
+        g = np.asarray(self._original.derivatives["jac_g"](x, data)[0]).ravel()
+        excesses = np.zeros(self.n_limits)
+        worst: list[RelaxedSide | None] = [None] * self.n_limits
+        for side, bound in zip(self.sides, self._limits, strict=True):
+            value = g[side.index] if side.is_row else x[side.index]
+            excess = (bound - value if side.is_lower else value - bound) / side.scale
+            if excess > excesses[side.limit]:
+                excesses[side.limit], worst[side.limit] = excess, side
+        return excesses, worst
+
+    def _activity(self, result: NlpResult, prices: Array) -> Array:
+        """Return the sums of the absolute multipliers; those of both sides of a fixed value cancel."""
+        net: dict[tuple[int, bool, int], float] = {}
+        multipliers = result.multipliers[1][self._original.n_constraints :]
+        for side, multiplier in zip(self.sides, multipliers, strict=True):
+            key = (side.limit, side.is_row, side.index)
+            net[key] = net.get(key, 0.0) + float(multiplier) * side.scale
+        sums = np.bincount([limit for limit, *_ in net], np.abs([*net.values()]), self.n_limits)
+        return sums / prices
+
+    def _relax_bounds(self, bounds: Bounds, least: Array) -> Bounds:
+        """Return the bounds of the elastic NLP: the relaxed sides become rows."""
+        x_lower, x_upper = bounds.x_lower.copy(), bounds.x_upper.copy()
+        g_lower, g_upper = bounds.g_lower.copy(), bounds.g_upper.copy()
+        is_lower = np.array([side.is_lower for side in self.sides])
+        for side in self.sides:
+            lower, upper = (g_lower, g_upper) if side.is_row else (x_lower, x_upper)
+            (lower if side.is_lower else upper)[side.index] = -math.inf if side.is_lower else math.inf
+        return Bounds(
+            np.concatenate([np.maximum(x_lower, least), np.zeros(self.n_limits)]),
+            np.concatenate([x_upper, np.full(self.n_limits, math.inf)]),
+            np.concatenate([g_lower, np.where(is_lower, self._limits, -math.inf)]),
+            np.concatenate([g_upper, np.where(is_lower, math.inf, self._limits)]),
+        )
+
+
+@functools.lru_cache(maxsize=16)
+def _assemble(nlp: Nlp, sides: tuple[RelaxedSide, ...], n_limits: int) -> Nlp:
+    """Return the elastic NLP; its data are those of the NLP, the prices, the reference and the inverse sizes."""
+    n, m, count = nlp.n_variables, nlp.n_constraints, len(sides)
+    n_data = nlp.functions["p"].numel()
+    x, z = ca.MX.sym("x", n + n_limits), ca.MX.sym("z", n_data + n_limits + 2 * n)
+    inner, slacks = x[:n], x[n:]
+    data, prices, reference, inverse = ca.vertsplit(z, [0, n_data, n_data + n_limits, n_data + n_limits + n, z.numel()])
+    shift = (inner - reference) * inverse
+    f = ca.dot(prices, slacks) + PROXIMAL / 2 * ca.dot(shift, shift)
+    gradient = ca.vertcat(PROXIMAL * shift * inverse, prices)
+
+    g, jacobian = nlp.derivatives["jac_g"](inner, data)
+    taken = _select(sides, n, m)
+    signs = [side.scale if side.is_lower else -side.scale for side in sides]
+    slack_part = ca.DM.triplet(list(range(count)), [side.limit for side in sides], signs, count, n_limits)
+    both = ca.vertcat(g, inner)
+    g_all = ca.vertcat(g, ca.mtimes(taken, both) + ca.mtimes(slack_part, slacks))
+    stacked = ca.vertcat(jacobian, ca.MX(ca.DM.eye(n)))
+    jac_all = ca.blockcat([[jacobian, ca.MX(m, n_limits)], [ca.mtimes(ca.MX(taken), stacked), ca.MX(slack_part)]])
+    weight, multipliers = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", m + count)
+    on_rows = multipliers[:m] + ca.mtimes(taken[:, :m].T, multipliers[m:])
+    curvature = nlp.derivatives["hess_lag"](inner, data, 0, on_rows)
+    hessian = ca.diagcat(curvature + weight * PROXIMAL * ca.diag(inverse * inverse), ca.MX(n_limits, n_limits))
+    derivatives = {
+        "grad_f": ca.Function("nlp_grad_f", [x, z], [f, gradient], ["x", "p"], ["f", "grad:f:x"]),
+        "jac_g": ca.Function("nlp_jac_g", [x, z], [g_all, jac_all], ["x", "p"], ["g", "jac:g:x"]),
+        "hess_lag": ca.Function(
+            "nlp_hess_l", [x, z, weight, multipliers], [hessian], ["x", "p", "lam:f", "lam:g"], ["triu:hess:gamma:x:x"]
+        ),
+    }
+    functions = {"x": x, "p": z, "f": f, "g": g_all}
+    return Nlp(functions, derivatives, ca.Function("objective", [x, z], [f]), n + n_limits, m + count)
+
+
+def _bound(bounds: Bounds, side: RelaxedSide) -> float:
+    lower, upper = (bounds.g_lower, bounds.g_upper) if side.is_row else (bounds.x_lower, bounds.x_upper)
+    return float((lower if side.is_lower else upper)[side.index])
+
+
+def _select(sides: tuple[RelaxedSide, ...], n: int, m: int) -> ca.DM:
+    """Return the matrix that selects the relaxed values from constraint rows and unknowns, shape (sides, m + n)."""
+    columns = [side.index if side.is_row else m + side.index for side in sides]
+    return ca.DM.triplet(list(range(len(sides))), columns, [1.0] * len(sides), len(sides), m + n)

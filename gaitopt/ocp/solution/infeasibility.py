@@ -1,0 +1,189 @@
+"""Conclusion from a failed solve: a gait from a motion that satisfies all limits, or the limits that conflict."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from attrs import evolve
+
+from gaitopt.motion.gait import Gait
+from gaitopt.ocp.nlp.active_set import Newton
+from gaitopt.ocp.nlp.elastic import ElasticResult
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.nlp_solver import NlpSolver
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.feasibility import ElasticProblem, elastic_solver
+from gaitopt.ocp.solution.mesh_refinement import STOPPED_EARLY
+from gaitopt.ocp.solution.single_start import solve_from_start
+from gaitopt.ocp.statement.initial_guess import Guess
+from gaitopt.ocp.statement.warm_start import FromMotion
+from gaitopt.progress import Observer
+from gaitopt.reductions import rank_of
+from gaitopt.status import Status
+
+SMALL_EXCESS = 0.01
+"""Weighted sum of the slacks below which a finer grid may have a gait where the coarse one has none."""
+
+RETRY = (
+    Status.INFEASIBLE,
+    Status.ITERATION_LIMIT,
+    Status.FAILED,
+    Status.ACCEPTABLE,
+    Status.DIVERGING,
+    Status.UNCONFIRMED,
+    Status.PLAN_INACCURATE,
+)
+"""Statuses after which another start may converge."""
+
+SCOUT_ITERATIONS = 60
+"""Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
+
+AGREEMENT, LARGE_EXCESS = 0.01, 0.03
+"""Relative difference of the least excesses near two starts below which no other start is tried if they are large."""
+
+MOST_UNDECIDED = 2
+"""Number of starts without a conclusion after which no other is tried."""
+
+LABEL = "a motion that satisfies all limits"
+"""Label of the guess from a feasible motion, for the record of the gait."""
+
+
+def conclude_failure(
+    problem: GaitProblem, failure: Gait, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer
+) -> Gait:
+    """Return a gait solved from a feasible motion, or the failure with its reason.
+
+    The motion of least excess over all limits is found near each guess on the coarsest grid.  If it exceeds none, the
+    problem is solved from it; if every one exceeds some, the problem is infeasible near the guesses, and the limits
+    that conflict are reported.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+        A problem with a closed contact sequence.
+    failure : Gait
+        Result of a solve that failed.  If it stopped at an iteration limit and a feasible motion exists, it is first
+        repeated from the first guess with the iteration limit of `solver`.
+    guesses : sequence of Guess
+    solver : NlpSolver
+    observer : Observer
+    """
+    try:
+        return _Search(problem, failure, guesses, solver, observer).run()
+    except KeyboardInterrupt:
+        return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
+
+
+@dataclass(frozen=True, eq=False)
+class FineMotion(FromMotion):
+    """A motion that satisfies all limits on the fine grid, although none was found on the coarsest one."""
+
+    needs_coarse_grids: ClassVar[bool] = False
+
+
+class _Search:
+    """The search for a feasible motion near several guesses."""
+
+    def __init__(
+        self, problem: GaitProblem, failure: Gait, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer
+    ) -> None:
+        self._problem, self._failure, self._solver, self._observer = problem, failure, solver, observer
+        self._grids = problem.transcription.list_grids(problem.sequence)
+        self._elastic = ElasticProblem(problem, self._grids[0], elastic_solver(solver), observer)
+        self._started, self._guesses = time.perf_counter(), guesses
+        self._infeasible: list[ElasticResult] = []
+        self._unsolved: list[Gait] = []
+        self._undecided: list[Status] = []
+
+    def _seconds(self) -> float:
+        return time.perf_counter() - self._started
+
+    def run(self) -> Gait:
+        """Return the conclusion."""
+        for guess in self._guesses:
+            gait = self._try(self._elastic, guess)
+            if gait is not None:
+                return gait
+            if len(self._undecided) >= MOST_UNDECIDED or self._starts_agree():
+                break
+        if self._unsolved:
+            return self._report_failure()
+        if not self._infeasible:
+            return self._give_up()
+        nearest, count = min(self._infeasible, key=self._elastic.excess), len(self._infeasible)
+        if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
+            fine = ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
+            gait = self._try(fine, FromMotion(self._elastic.motion(nearest)))
+            if gait is not None:
+                return gait
+        conflicts = () if self._unsolved else self._elastic.find_conflicts(nearest)
+        if isinstance(conflicts, ElasticResult):
+            gait, conflicts = self._solve_from(self._elastic, conflicts), ()
+            if gait is not None:
+                return gait
+        if self._unsolved:
+            return self._report_failure()
+        message = f"no gait found near any of {count} starts: the least excess over the limits is not zero"
+        return self._failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=self._seconds())
+
+    def _try(self, elastic: ElasticProblem, guess: Guess) -> Gait | None:
+        """Return the gait solved from the feasible motion near a guess, or what stopped the solve; otherwise None."""
+        result = elastic.minimise_excess(guess)
+        if result.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        if result.status in STOPPED_EARLY:
+            return self._failure.with_failure(result.status, "stopped during the search for a feasible motion")
+        if elastic.is_feasible(result):
+            return self._solve_from(elastic, result)
+        if result.status.ok:
+            self._infeasible.append(result)
+        else:
+            self._undecided.append(result.status)
+        return None
+
+    def _solve_from(self, elastic: ElasticProblem, result: ElasticResult) -> Gait | None:
+        """Return the gait solved from a feasible motion, or what stopped the solve; otherwise None."""
+        motion = elastic.motion(result)
+        starts: list[Guess] = [
+            FromMotion(motion, LABEL) if elastic is self._elastic else FineMotion(motion, LABEL),
+        ]
+        if self._failure.status is Status.ITERATION_LIMIT and not self._unsolved:
+            starts.insert(0, self._guesses[0])
+        for start in starts:
+            gait = solve_from_start(self._problem, start, self._solver, self._observer)
+            if gait.status.ok or gait.status in STOPPED_EARLY:
+                return gait
+            self._unsolved.append(gait)
+        return None
+
+    def _starts_agree(self) -> bool:
+        """Return whether the two least excesses are equal and large."""
+        least = sorted(map(self._elastic.excess, self._infeasible))[:2]
+        return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0] and least[0] > LARGE_EXCESS
+
+    def _give_up(self) -> Gait:
+        """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""
+        if any(status is not Status.INFEASIBLE for status in self._undecided):
+            return self._failure
+        message = f"no motion with this sequence found near any of {len(self._undecided)} starts, even without limits"
+        return self._failure.with_failure(Status.INFEASIBLE, message, seconds=self._seconds())
+
+    def _report_failure(self) -> Gait:
+        """Return the best failure from a feasible motion, which is not infeasible."""
+        gait = min(self._unsolved, key=lambda gait: rank_of(gait.solver.constraint_violation))
+        if gait.status is not Status.INFEASIBLE:
+            return gait
+        message = f"{gait.solver.message}, from a motion that satisfies all limits on a coarse grid"
+        return gait.with_failure(Status.FAILED, message)
+
+
+def scout_solver(solver: NlpSolver) -> NlpSolver:
+    """Return a solver with at most `SCOUT_ITERATIONS` iterations; a custom solver is returned as it is."""
+    if isinstance(solver, Newton):
+        return evolve(solver, fallback=_limit_iterations(solver.fallback))
+    return _limit_iterations(solver) if isinstance(solver, Ipopt) else solver
+
+
+def _limit_iterations(solver: Ipopt) -> Ipopt:
+    return evolve(solver, max_iterations=min(solver.max_iterations, SCOUT_ITERATIONS))
