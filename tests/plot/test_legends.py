@@ -25,8 +25,9 @@ def five_link(slipping):
 
     def widen(segment):
         rows = [0, 1, *(2 + number % 2 for number in range(len(ANGLES)))]
-        torque = segment.torque[[number % 2 for number in range(len(ACTUATORS))]]
-        return replace(segment, q=segment.q[rows], v=segment.v[rows], torque=torque)
+        driven = [number % 2 for number in range(len(ACTUATORS))]
+        of_actuators = {name: getattr(segment, name)[driven] for name in ("torque", "work", "power")}
+        return replace(segment, q=segment.q[rows], v=segment.v[rows], **of_actuators)
 
     motion = replace(
         slipping.motion,

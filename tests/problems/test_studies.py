@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gaitopt.model import robot_named
-from gaitopt.stability import cycle_search
+from gaitopt.stability import cycle_iteration
 from gaitopt.stability.cycle import make_cycle
 from gaitopt.study import Reproduction
 
@@ -65,7 +65,7 @@ def gaits(monkeypatch):
         found.append(make_cycle(*arguments))
         return found[-1]
 
-    monkeypatch.setattr(cycle_search, "make_cycle", keep)
+    monkeypatch.setattr(cycle_iteration, "make_cycle", keep)
     return found
 
 
