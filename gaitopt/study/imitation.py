@@ -202,6 +202,7 @@ def _thin_samples(segment: Segment, step: float) -> Segment:
     after = np.clip(np.searchsorted(segment.time, target), 1, segment.time.size - 1)
     nearer = after - (target - segment.time[after - 1] < segment.time[after] - target)
     keep = np.unique(np.concatenate([[0], nearer, [segment.time.size - 1]]))
+    keep = keep[np.append(np.diff(segment.time[keep]) > 0, True)]  # a switch at an end of the segment is sampled twice
     values = {entry.name: getattr(segment, entry.name) for entry in fields(segment)}
     series: dict[str, Any] = {name: x[..., keep] for name, x in values.items() if isinstance(x, np.ndarray)}
     return replace(segment, **series)

@@ -1,7 +1,8 @@
 """The compass biped with motors on level ground, and the line style of each contact sequence."""
 
+from published import check_optimum
+
 from gaitopt import GaitProblem, Limits, compass_biped
-from gaitopt.study import PublishedValue
 
 SPEED, STEP, FRICTION, TORQUE = 0.633, 0.4713, 0.14, 6.0
 """[m/s], [m], Coulomb coefficient, [N m]."""
@@ -22,10 +23,7 @@ def standard_numbers(costs):
     """Yield costs of transport by contact sequence, at the values above, with independent reference values (0.1 %)."""
     for sequence, reference in STANDARD.items():
         if sequence in costs:
-            name, tolerance = f"{sequence}: cost of transport of the standard gait", 1e-3 * reference
-            yield PublishedValue(
-                name, float(costs[sequence]), reference, tolerance, "independent computation, to 0.1 %"
-            )
+            yield check_optimum(f"{sequence}: cost of transport of the standard gait", costs[sequence], reference)
 
 
 def at_minimum_duration(table):

@@ -9,12 +9,12 @@ import math
 
 from compass_setup import FRICTION, SEQUENCES, gait
 from drawing import GAIT_STYLE, STYLE
-from published import OWN, check_value
+from published import check_optimum
 
 from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve, trace_branch, verify
 from gaitopt.study import Reproduction, imitate
 
-OPTIMAL = {"stick | stick": "0.01627", "slip+ stick | slip+": "0.01586"}
+OPTIMAL = {"stick | stick": 0.01627, "slip+ stick | slip+": 0.01586}
 """Cost of transport by contact sequence at friction 0.14."""
 
 
@@ -26,10 +26,10 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.24), starts=40, torque_
         for sequence in OPTIMAL
     }
     numbers = []
-    for sequence, printed in OPTIMAL.items():
+    for sequence, reference in OPTIMAL.items():
         least = optima[sequence][frictions.index(FRICTION)]
         numbers.append(
-            check_value(f"{sequence}: minimum cost of transport at friction {FRICTION:g}", least, printed, source=OWN)
+            check_optimum(f"{sequence}: minimum cost of transport at friction {FRICTION:g}", least, reference)
         )
     remarks = [_remark(name, imitations[name][FRICTION]) for name in SEQUENCES if FRICTION in imitations[name]]
     level = imitations["C"][FRICTION]
