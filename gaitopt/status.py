@@ -23,7 +23,7 @@ class Status(Enum):
         "gait; use more intervals or larger cone margins, or another contact sequence."
     )
     PLAN_INACCURATE = (
-        "The optimiser converged, but its plan is not a motion of the robot between the nodes (see the warnings): use "
+        "The optimiser converged, but the robot would not follow its plan between the nodes (see the warnings): use "
         "more intervals or larger margins, or another contact sequence."
     )
     UNCONFIRMED = (
@@ -31,8 +31,8 @@ class Status(Enum):
         "relaxation or more starts, or solve the proposed contact sequence separately."
     )
     INFEASIBLE = (
-        "No gait with this sequence satisfies the constraints near the guess; see the worst constraints, relax one "
-        "of them, or try another contact sequence or guess."
+        "No gait with this contact sequence satisfies the constraints near the initial guesses: relax the conflicting "
+        "limits or, if none are listed, the most violated constraint, or try another contact sequence or initial guess."
     )
     ITERATION_LIMIT = "Stopped at the iteration limit; increase it, or start from a gait closer to the solution."
     TIME_LIMIT = "Stopped at the time limit; increase it, or start from a gait closer to the solution."

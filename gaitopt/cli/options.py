@@ -154,7 +154,7 @@ TorqueLimit = Annotated[
 ]
 StanceAngle = Annotated[
     bool,
-    typer.Option("--stance-angle", help="Use the stance angle, not the time since touchdown, as phase variable."),
+    typer.Option("--stance-angle", help="Use the stance angle, not the time since touchdown, as the phase variable."),
 ]
 
 Sensitivity = Annotated[
@@ -193,7 +193,9 @@ Scheduler = Annotated[
 CycleStarts = Annotated[
     int, typer.Option("--starts", min=1, max=100000, help="Number of random starts in the search for periodic gaits.")
 ]
-CyclePeriod = Annotated[int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits, in steps.")]
+CyclePeriod = Annotated[
+    int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits of a script [steps].")
+]
 PushStarts = Annotated[
     int, typer.Option("--starts", min=1, max=100000, help="Number of random starts used for verification.")
 ]

@@ -15,7 +15,7 @@ VERDICTS = {
 
 @dataclass(frozen=True)
 class NearConstraint:
-    """An inequality that is not active, but close to being so.
+    """An inactive inequality that is close to its bound.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class NearConstraint:
     name : str
         Constraint or unknown.
     distance : float
-        Distance from its bound, in its scaled unit.
+        Distance from its bound, in scaled units.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class Sensitivity:
     derivative: float
 
     def change(self, share: float) -> float:
-        """Return the change of the objective, to first order, if the value increases by a share of itself."""
+        """Return the change of the objective, to first order, for a relative increase of the value."""
         return self.derivative * abs(self.value) * share
 
 
@@ -80,17 +80,17 @@ class Certificate:
         Number of active inequalities, and of those whose multiplier is zero.
     dependent : int
         Number of active constraints whose gradients depend on those of the others; 0 if the linear independence
-        constraint qualification (LICQ) holds.  While a joint rests or its torque is zero, the equations that split its
-        power depend on one another.
+        constraint qualification (LICQ) is satisfied.  While a joint is at rest or its torque is zero, the equations
+        that split its power are linearly dependent.
     free_directions : int
         Dimension of the null space of the strongly active constraints.
     curvature : float
-        Least eigenvalue of the reduced Hessian of the objective over its typical size; nan without free directions.
+        Least eigenvalue of the reduced Hessian of the scaled objective; nan if there are no free directions.
     nearest : tuple of NearConstraint
-        Inactive inequalities of least distance from their bound, one for each name in each phase.
+        Inactive inequalities that are nearest to their bounds, one for each name in each phase.
     sensitivities : tuple of Sensitivity
-        Derivatives of the optimal objective with respect to the numbers that affect it, the largest relative effect
-        first: the derivatives of the Lagrangian (envelope theorem).
+        Derivatives of the optimal objective with respect to the numbers that affect it, in order of decreasing relative
+        effect.  They are the derivatives of the Lagrangian (envelope theorem).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Limits of a gait problem that conflict."""
+"""Conflicting limits of a gait problem."""
 
 import math
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ class Conflict:
     name : str
         The limit, such as ``"torque limit of hip"``, or a condition of the contact sequence.
     setting : str
-        Argument of the problem that states it, such as ``"Limits.torque"``.
+        Argument of the problem that specifies it, such as ``"Limits.torque"``.
     limit : float
-        Its value, the exceeded bound of a range.
+        Its value; for a range, the bound that is exceeded.
     missing : float
-        Least excess over the limit in a motion that satisfies all other limits; in an inseparable conflict, all other
-        limits that do not conflict.
+        Least excess over the limit in a motion that satisfies all other limits; if the conflict is not separable, in
+        one that satisfies all limits that do not conflict.
     sufficient : float
-        Value of the limit at which such a motion exists, with a reserve; nan if no admissible value is known.
+        Value of the limit at which such a motion exists, with a margin; nan if no admissible value is known.
     unit : str
         Unit of `limit`, `missing` and `sufficient`.
     separable : bool
@@ -30,7 +30,7 @@ class Conflict:
     --------
     >>> print(Conflict(name="torque limit of hip", setting="Limits.torque", limit=6.0, missing=2.1, sufficient=8.15,
     ...                unit="N m", separable=True))
-    torque limit of hip (Limits.torque) is 6 N m: 8.15 N m would do
+    torque limit of hip (Limits.torque) is 6 N m: 8.15 N m would suffice
     """
 
     name: str
@@ -45,6 +45,6 @@ class Conflict:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         if math.isnan(self.sufficient):
             text = f"{self.name} ({self.setting}) is violated by {self.missing:.3g}{unit}"
-        else:
-            text = f"{self.name} ({self.setting}) is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit} would do"
-        return text if self.separable else f"{text}, together with the other conflicting limits"
+            return text if self.separable else f"{text}, together with the other conflicting limits"
+        text = f"{self.name} ({self.setting}) is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit} would suffice"
+        return text if self.separable else f"{text} if the other conflicting limits were relaxed too"

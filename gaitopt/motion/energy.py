@@ -10,13 +10,13 @@ from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.reductions import worst
 
 CONTINUOUS = 1e-9
-"""Relative difference of the kinetic energies before and after a transition that is due to its location."""
+"""Relative difference of the kinetic energies before and after a transition that is due to its location error."""
 
 STRAIGHT = 1e-9
 """Deviation of a torque from a straight line, relative to the largest torque, below which no corner is assumed."""
 
 UNEVEN = 4
-"""Ratio of neighbouring sampling intervals above which no polynomial is laid through both."""
+"""Ratio of neighbouring sampling intervals above which no polynomial is fitted through both."""
 
 ROUNDING = 1e-12
 """Share of the largest work between samples below which a power is zero."""
@@ -118,7 +118,7 @@ def ledger(motion: Motion) -> Ledger:
 def absolute_work(motion: Motion) -> float:
     """Return the integral of the sum of absolute joint powers [J].
 
-    A plan states the positive work of each actuator.  Otherwise its work is known at the samples together with its
+    A plan contains the positive work of each actuator.  Otherwise the work is known at the samples together with its
     rate, the power; where the power changes its sign between samples, the turning points of a Hermite interpolant of
     the work are used, so no kink is integrated over.
 
@@ -180,7 +180,7 @@ def cost_of_transport(motion: Motion) -> float:
 
 
 def _transition_loss(before: Segment, after: Segment) -> float:
-    """Return the kinetic energy lost between two segments of a step, 0 if it is rounding."""
+    """Return the kinetic energy lost between two segments of a step, 0 if it is within the error of event location."""
     if before.step != after.step:
         return 0.0
     loss = float(before.kinetic[-1] - after.kinetic[0])
@@ -195,8 +195,8 @@ def _rise(values: Array) -> float:
 def integrate_absolute(time: Array, work: Array, power: Array, torque: Array) -> Array:
     """Return the integral of the absolute power of an actuator over each sampling interval, shape (K-1,) [J].
 
-    The zeros of the power between samples are those of the Hermite interpolant of the work: through both ends and, if
-    the torque is straight across a sample next to them, through that one too.
+    The zeros of the power between samples are the turning points of a Hermite interpolant of the work, which passes
+    through both ends and, if the torque is linear across a neighbouring sample, through that sample too.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def _may_vanish(step: Array, rise: Array, power: Array, slack: float) -> NDArray
 
 
 def _is_straight(time: Array, torque: Array) -> NDArray[np.bool_]:
-    """Return whether a torque is straight across each sample, False at both ends, shape (K,)."""
+    """Return whether a torque is linear across each sample, False at both ends, shape (K,)."""
     before, after = np.diff(time)[:-1], np.diff(time)[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         line = torque[:-2] + before / (before + after) * (torque[2:] - torque[:-2])
@@ -267,7 +267,7 @@ def _variation_between(time: Array, work: Array, power: Array) -> float:
 
 
 def _hermite(at: Array, values: Array, slopes: Array) -> Polynomial:
-    """Return the polynomial with given values and slopes at some points."""
+    """Return the polynomial with the given values and slopes at some points."""
     count = 2 * at.size
     matrix = np.vander(at, count, increasing=True)
     derivative = np.hstack([np.zeros((at.size, 1)), matrix[:, :-1] * np.arange(1, count)])

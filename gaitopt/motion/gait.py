@@ -68,11 +68,11 @@ class SolverReport(LazyRecord):
     message : str
         Return status of the solver.
     violations : tuple of Violation
-        The worst constraints, largest first; empty for a solution.
+        The most violated constraints, in order of decreasing violation; empty for a solution.
     warnings : tuple of str
-        Remarks on a solution that need attention, such as a duration at its bound; if the plan is inaccurate, why.
+        Remarks on a solution that need attention, such as a duration at its bound; reasons why a plan is inaccurate.
     conflicts : tuple of Conflict
-        Limits that conflict, if the problem was found to be infeasible: each excludes all gaits near the starts.
+        Conflicting limits, if the problem was found to be infeasible: each excludes all gaits near the starts.
 
     Examples
     --------
@@ -260,7 +260,7 @@ class Gait(LazyRecord):
     def with_failure(
         self, status: Status, message: str, conflicts: tuple[Conflict, ...] = (), *, seconds: float = 0.0
     ) -> "Gait":
-        """Return the gait with the conclusion from its failure.
+        """Return the gait with the conclusion drawn from its failure.
 
         Parameters
         ----------
@@ -268,7 +268,7 @@ class Gait(LazyRecord):
         message : str
             Reason, instead of the return status of the solver.
         conflicts : tuple of Conflict
-            Limits that conflict.
+            Conflicting limits.
         seconds : float
             Time by which `solver.solve_seconds` increases [s].
         """

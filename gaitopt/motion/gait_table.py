@@ -82,7 +82,7 @@ def _certificate(gait: Gait) -> Facts:
         f"{one.name} {100 * one.change(0.01) / abs(gait.solver.objective):+.2g} %"
         for one in certificate.sensitivities[:MOST_SENSITIVITIES]
     ]
-    return [*facts, ("1 % more of", ", ".join(effects) + " objective")] if effects else facts
+    return [*facts, ("sensitivity", ", ".join(effects) + " of the objective per 1 % increase")] if effects else facts
 
 
 def _forces(energy: Ledger) -> str:

@@ -27,7 +27,7 @@ _SEGMENT_UNITS = {
 _FORCE_UNITS = {"damping_work": "J", "elastic": "J"}
 """Arrays of a segment that are written only if they are not zero: those of robots with dampers or springs."""
 _OPTIONAL = {"rims", "positive_work"}
-"""Arrays that only some segments have: round feet have rims, plans a positive work, earlier files neither."""
+"""Arrays that only some segments have: rims for round feet, and positive work for plans; earlier files have neither."""
 
 _JUMP_UNITS = {
     "impulse": "N s",

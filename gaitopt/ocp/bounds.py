@@ -68,9 +68,9 @@ def nlp_data(
     transcription : Transcription
     problem : GaitProblem
     x : (n_variables,) array, optional
-        Decision vector.  Without it, the absolute work is bounded.
+        Decision vector.  Without it, the absolute work is bounded from above.
     exact : bool
-        Whether the data serve to evaluate the objective at `x`, not to solve from it.
+        Whether the data are used to evaluate the objective at `x` instead of solving from it.
     """
     return np.concatenate([data_vector(problem), transcription.locate_sign_changes(x, touching=exact)])
 

@@ -10,7 +10,7 @@ from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, scout_solver
+from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
@@ -32,9 +32,9 @@ def solve(
 ) -> Gait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
-    After a failure on the coarsest grid a motion that satisfies all limits is searched near the first start and three
-    others.  The problem is solved from it if there is one; otherwise it is reported as infeasible, with the limits that
-    conflict in ``gait.solver.conflicts``.  If neither is found, up to three other starts are tried.
+    After a failure on the coarsest grid, a motion that satisfies all limits is sought near the first start and three
+    others.  The problem is solved from it if there is one; otherwise it is reported as infeasible, with the
+    conflicting limits in ``gait.solver.conflicts``.  If neither is found, up to three other starts are tried.
 
     Open places of the sequence, as in ``"slip+ stick | any"``, are formulated as relaxed complementarity pairs; their
     solution proposes closed sequences, which are then solved.  ``gait.proposal`` is the record of this.
@@ -94,14 +94,15 @@ def _solve_first(
     problem: GaitProblem, starts: int, solver: NlpSolver, observer: SolveObserver
 ) -> tuple[list[Gait], list[Gait]]:
     """Return the gait of the first start, or none if it is to be repeated, and the conclusion from its failure."""
-    guesses, scout = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))], scout_solver(solver)
-    first = solve_from_start(problem, guesses[0], solver, observer, scout)
+    guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
+    limited = limit_iterations(solver)
+    first = solve_from_start(problem, guesses[0], solver, observer, limited)
     if first.status not in RETRY or first.status is Status.PLAN_INACCURATE:
         return [first], []
     conclusion = conclude_failure(problem, first, guesses, solver, observer)
     if conclusion is not first:
         return [first], [conclusion]
-    return ([] if first.status is Status.ITERATION_LIMIT and scout != solver else [first]), []
+    return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
 
 
 def _check_solver(solver: NlpSolver) -> NlpSolver:

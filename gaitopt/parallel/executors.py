@@ -27,7 +27,7 @@ class TaskExecutor(ABC):
     """Runs tasks one by one; a context that shuts its workers down."""
 
     most_deaths: int
-    """How many workers may die of one task, running alone, before it is given up."""
+    """Number of workers that one task, running alone, may terminate before it is abandoned."""
 
     @abstractmethod
     def capacity(self) -> int:

@@ -54,7 +54,7 @@ def delay_readings(law: Law) -> Law:
 
 
 class _Reading(NamedTuple):
-    """A state (q, v) and its time of arrival; a reading of a touchdown also carries the values latched by the law."""
+    """A state (q, v) and its time of arrival; a reading of a touchdown also contains the values latched by the law."""
 
     arrival: float
     state: Array

@@ -18,7 +18,7 @@ PROBE_FRACTION = 1e-4
 """Fraction of a span after which the sign of a guard that starts at zero is checked."""
 
 MAX_HALVINGS = 40
-"""Maximum number of times the interval is halved in which a guard rises and falls again."""
+"""Maximum number of bisections of an interval in which a guard rises and falls again."""
 
 GUARD_TOLERANCE = 1e-9
 """Guards that start below zero by less than this (N, m/s, rad) count as zero."""
@@ -52,7 +52,7 @@ class EventWatch:
         """Return the first event in the time span that follows the previous one, and its time.
 
         A guard that starts at zero (a slide from rest, a force exactly on the cone) is an event at the start only if it
-        falls immediately: if its rate is positive, it rises first, however soon it falls again.  A guard that starts
+        falls immediately: if its rate is positive, it rises first, even if it falls again soon.  A guard that starts
         below zero is an event at the start.
         """
         previous, self._previous = self._previous, self._values(dense, span[1]).copy()
@@ -139,7 +139,7 @@ def _find_dip(
 ) -> float | None:
     """Return a time in a span at which a guard that is positive at both ends is negative, or None.
 
-    The minimum is searched only if the parabola through the ends and the middle comes close to zero inside.
+    The minimum is located only if the parabola through the ends and the middle comes close to zero inside.
     """
     left, middle, right = values
     bend, lean = 2 * (left - 2 * middle + right), right - left

@@ -1,4 +1,4 @@
-"""Close returns of walks: points near which a walk is again some steps later, starts of gaits of that period."""
+"""Close returns of walks: points to which a walk returns closely after some steps, starts for gaits of that period."""
 
 from collections.abc import Iterable
 
@@ -9,14 +9,14 @@ from gaitopt.motion.motion import Array
 LARGEST_DISTANCE = 0.3
 """Largest distance of a return, relative to the natural size of the coordinates."""
 RETURNS_PER_PERIOD = 4
-"""Number of returns that are starts, for each period."""
+"""Number of returns used as starts, for each period."""
 
 
 def close_returns(walks: Iterable[Array], period: int) -> list[tuple[int, int]]:
     """Return the points with the closest returns after a number of steps, closest first, as (walk, number in the walk).
 
-    Each walk contributes one point.  A point is left out if the walk is at least half as close after a divisor of the
-    period.
+    Each walk contributes one point.  A point is omitted if the distance after a divisor of the period is less than
+    twice that after the period.
 
     Parameters
     ----------

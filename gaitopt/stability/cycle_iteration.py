@@ -18,7 +18,7 @@ STANDING = 1e-6
 
 
 def search_section(walker: Walker) -> Section:
-    """Return the section on which gaits are searched: with foot speed, unless the foot cannot slip."""
+    """Return the section on which gaits are sought: with foot speed, unless the foot cannot slip."""
     return Section(walker.robot, walker.p, sliding=bool(np.isfinite(walker.contact.friction)))
 
 
@@ -42,7 +42,7 @@ def find_cycle(
         Steps after which the gait repeats itself; its period may be a divisor.
     options : FixedPointOptions, optional
     deflation : Deflation, optional
-        Known gaits, to which the iteration does not converge; complete slip is excepted.
+        Known gaits, to which the iteration does not converge; ignored for complete slip.
     linearisation : Linearisation, optional
         Derivatives of the walker's steps, if several calls share them.
     """
@@ -76,7 +76,7 @@ def same_gait(one: Cycle, other: Cycle, tolerance: float = 1e-6) -> bool:
     return any(bool(np.allclose(one.z, point, atol=tolerance)) for point in other.points)
 
 
-def own_period(cycle: Cycle, tolerance: float = 1e-6) -> int:
+def shortest_period(cycle: Cycle, tolerance: float = 1e-6) -> int:
     """Return the smallest number of steps, a divisor of those of a cycle, after which the gait repeats itself."""
     steps = len(cycle.points)
     divisors = (n for n in range(1, steps) if steps % n == 0)

@@ -22,7 +22,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.stability.close_returns import close_returns
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.cycle_iteration import find_cycle, own_period, same_gait, search_section
+from gaitopt.stability.cycle_iteration import find_cycle, same_gait, search_section, shortest_period
 from gaitopt.stability.deflation import Deflation, KnownPoint
 from gaitopt.stability.fixed_point import FixedPointOptions
 from gaitopt.stability.linearisation import Linearisation
@@ -36,11 +36,11 @@ STARTS = 32
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
 LARGEST_FACTOR = 1e4
-"""Starts at which the factor of the deflation is larger are known gaits."""
+"""Factor of the deflation above which a start is considered a known gait."""
 ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 27, reduction=3)
-"""Newton's method in the search: starts far from a gait are many, so each is given up early."""
+"""Newton's method in the search: most starts are far from any gait, so each is abandoned early."""
 WALK_PERIODS = 4
-"""Length of the walks in which close returns are searched, relative to the longest period."""
+"""Length of the walks in which close returns are sought, relative to the longest period."""
 MAX_STEP_TIME = 20.0
 """Longest step, relative to the natural time sqrt(l / g)."""
 
@@ -59,7 +59,7 @@ def find_cycles(
     """Search for periodic gaits systematically and return every distinct one.
 
     Newton's method on the return map starts from random states and is deflated by the gaits already found.  Gaits of
-    several steps are searched near gaits of half their period with a multiplier near or below -1, and where walks from
+    several steps are sought near gaits of half their period with a multiplier near or below -1, and where walks from
     the random states return closely.
 
     Parameters
@@ -208,7 +208,7 @@ class _CycleSearch:
             return
         with defer_interrupt():
             cycle = self._iterate(z, period, deflation)
-            if cycle is not None and (shortest := own_period(cycle)) < period:
+            if cycle is not None and (shortest := shortest_period(cycle)) < period:
                 cycle = self._iterate(self._lift(cycle, cycle.z), shortest)
         if cycle is not None and not any(same_gait(cycle, other) for other in self._known):
             points = [self._lift(cycle, point) for point in cycle.points]

@@ -1,7 +1,7 @@
-"""Deflation of known fixed points, so that Newton's method converges to other ones.
+"""Deflation of known fixed points, so that Newton's method converges to others.
 
 The residual F(z) = P(z) - z is multiplied by m(z), the product of 1 + 1 / |(z - z_k) / s_k|^2 over known points z_k.
-The product m F has no zero at a known point, and the zeros of F elsewhere (Farrell, Birkisson & Funke 2015).
+The product m F has no zero at a known point; elsewhere it has the zeros of F (Farrell, Birkisson & Funke 2015).
 """
 
 from collections.abc import Sequence
@@ -52,9 +52,9 @@ class Deflation:
             return float(np.prod([1 + 1 / np.sum(((z - k.z) / k.scale) ** 2) for k in self._points]))
 
     def step_ratio(self, z: Array, direction: Array) -> float:
-        """Return the ratio of the Newton step of m F to the Newton step of F, a number t with the direction t d.
+        """Return the ratio of the Newton step of m F to the Newton step d of F, which are parallel.
 
-        It is 1 / (1 - grad m . d / m), negative if the deflated step leads away from a known point.
+        It is 1 / (1 - grad m . d / m), which is negative if the deflated step leads away from a known point.
         """
         slope = 0.0
         for known in self._points:

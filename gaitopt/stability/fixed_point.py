@@ -26,7 +26,7 @@ class FixedPointOptions:
     smallest_step : float
         Smallest damping s tried.
     reduction : float
-        Ratio of a damping s to the next one tried.
+        Ratio of a damping s to the next smaller one tried.
     """
 
     tolerance: float = 1e-11
@@ -77,7 +77,7 @@ def find_fixed_point(
     deflation : Deflation, optional
         Known fixed points, to which the iteration does not converge.
     passage : Passage, optional
-        The steps from the start, if they were simulated before.
+        The steps from the start, if they have already been simulated.
     """
     options, deflation = options or FixedPointOptions(), deflation or Deflation()
     z = np.array(z, dtype=float)

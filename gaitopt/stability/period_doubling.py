@@ -1,4 +1,4 @@
-"""Starts of gaits of doubled period near a gait with a negative real multiplier."""
+"""Starts for gaits of doubled period near a gait with a negative real multiplier."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.stability.cycle import Cycle
 
 FLIP_MULTIPLIER = -0.7
-"""Real multipliers below this value lead to starts: a doubled gait exists beyond -1, or before it if subcritical."""
+"""Real multiplier below which starts are generated: near -1, because a period doubling may be subcritical."""
 DISPLACEMENTS = (0.01, 0.03, 0.1, 0.3)
 """Displacements along an eigenvector relative to the natural size of the coordinates."""
 

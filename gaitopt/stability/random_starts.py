@@ -21,8 +21,8 @@ DRAWS_PER_START = 40
 def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[Array]:
     """Yield the points of walks of at least one step from random starts, each of shape (K, n_z).
 
-    A start is the state after the touchdown of a random pose at random rates, so that its angles, rates and foot speed
-    agree with the impact, as those of every gait do.  The trailing foot moves before every other touchdown.
+    A start is the state after a touchdown in a random pose with random rates, so that its angles, rates and foot speed
+    are consistent with the impact, as in every gait.  Before every other touchdown the trailing foot slips.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class _TouchdownSampler:
     Attributes
     ----------
     size : int
-        Number of numbers: one for each angle but one, each rate, and the speed of the trailing foot.
+        Length of a sample: one number for each angle but one, for each rate, and for the speed of the trailing foot.
     """
 
     def __init__(self, walker: Walker, section: Section) -> None:

@@ -72,7 +72,7 @@ class Comparison:
 def energy_per_distance(gait: Gait) -> dict[str, float]:
     """Return the absolute work of a gait per distance and the terms that add up to it [J/m].
 
-    The terms ``damping_loss`` and ``transition_loss`` are there if they are not zero.
+    The terms ``damping_loss`` and ``transition_loss`` are included if they are not zero.
 
     Examples
     --------

@@ -32,10 +32,10 @@ COARSE_SOLVER = Newton(fallback=Ipopt(tolerance=1e-5, max_iterations=100))
 FINE_SOLVER = Newton(fallback=Ipopt(max_iterations=300))
 
 CONCLUDE = Newton()
-"""Solver of :func:`gaitopt.solve`, by which failures are concluded, so that studies and `solve` classify them alike."""
+"""Solver of :func:`gaitopt.solve`, used after a failure, so that studies and `solve` classify failures alike."""
 
 CONCLUDING_STARTS = 3
-"""Number of starts near which a feasible motion is searched after a failure."""
+"""Number of starts near which a feasible motion is sought after a failure."""
 
 LARGE_VIOLATION, MAX_FAILED_STARTS = 1e-3, 2
 """Constraint violation above which a start has failed, and the number of such failures after which none is tried."""
@@ -142,7 +142,7 @@ def best(gaits: Sequence[Gait]) -> Gait:
 
 
 def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
-    """Return the gait of lowest cost that passes replay, otherwise that of lowest cost, or the concluded failure."""
+    """Return the gait of lowest cost that passes replay, otherwise that of lowest cost, or the explained failure."""
     result = _verify_by_cost(problem, gaits)
     if result.status not in RETRY or result.solver.conflicts:
         return result

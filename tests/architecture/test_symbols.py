@@ -25,7 +25,7 @@ SYMBOLIC = {
     "simulation/event_location.py",  # derivatives of the guards
     "cli/setup.py",  # the check of an installation solves min x^2
 }
-"""Wings, rooms and files that make or take symbols."""
+"""Packages, sub-packages and files that make or take symbols."""
 TAKEN = {"sx_in", "mx_in", "symvar"}
 """Calls that return the symbols of a Function or of an expression."""
 

@@ -108,7 +108,10 @@ def test_a_plan_too_coarse_is_inaccurate(transcription, reference_problem):
     ("between", "text"),
     [
         (BetweenNodes(0.0, 2e-3), "the contact mode is violated by 2.0e-03 between nodes"),
-        (BetweenNodes(0.0, 0.0, -2e-8), "the foot changes its contact mode between nodes: -2.0e-08 is the least"),
+        (
+            BetweenNodes(0.0, 0.0, -2e-8),
+            "the foot changes its contact mode between nodes: its least distance from another mode is -2.0e-08",
+        ),
     ],
 )
 def test_a_mode_left_between_nodes_is_an_inaccuracy(transcription, reference_problem, between, text):

@@ -8,7 +8,7 @@ from gaitopt import Collocation, Ipopt, Limits, RandomPerturbation, Status, solv
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.solution.feasibility import elastic_solver
 from gaitopt.ocp.solution.grid_solve import SingleStart
-from gaitopt.ocp.solution.infeasibility import SCOUT_ITERATIONS, conclude_failure, scout_solver
+from gaitopt.ocp.solution.infeasibility import COLD_START_ITERATIONS, conclude_failure, limit_iterations
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.progress import silent
@@ -56,7 +56,7 @@ def test_limits_that_only_suffice_together_are_marked(reference_problem):
     changes = {conflict.setting: conflict.sufficient for conflict in gait.solver.conflicts}
     assert set(changes) == {"speed", "step_length"}
     assert not any(conflict.separable for conflict in gait.solver.conflicts)
-    assert str(gait.solver.conflicts[0]).endswith("together with the other conflicting limits")
+    assert str(gait.solver.conflicts[0]).endswith("would suffice if the other conflicting limits were relaxed too")
     assert solve(problem.replace(**changes)).status is Status.SOLVED
     assert solve(problem.replace(speed=changes["speed"])).status is Status.INFEASIBLE
 
@@ -112,7 +112,7 @@ def test_a_start_that_needs_more_iterations_is_repeated_with_all_of_them(referen
     """The search for a feasible motion begins early, but a start that succeeds gives the same gait as without it."""
     problem = reference_problem(transcription=COARSE)
     expected = solve(problem)
-    monkeypatch.setattr("gaitopt.ocp.solution.infeasibility.SCOUT_ITERATIONS", 5)
+    monkeypatch.setattr("gaitopt.ocp.solution.infeasibility.COLD_START_ITERATIONS", 5)
     gait = solve(problem)
     assert gait.status is Status.SOLVED
     assert gait.solver.objective == expected.solver.objective
@@ -158,8 +158,8 @@ def test_solvers_of_the_search_keep_the_options_of_the_user():
     for solver in (given, Newton(fallback=given)):
         ipopt = elastic_solver(solver)
         assert (ipopt.max_iterations, ipopt.time_limit, ipopt.linear_solver) == (30, 5, "spral")
-    assert scout_solver(given) == given
-    assert scout_solver(Newton()).fallback.max_iterations == SCOUT_ITERATIONS
+    assert limit_iterations(given) == given
+    assert limit_iterations(Newton()).fallback.max_iterations == COLD_START_ITERATIONS
     custom = object()
-    assert scout_solver(custom) is custom
+    assert limit_iterations(custom) is custom
     assert elastic_solver(custom) is custom

@@ -84,7 +84,7 @@ def test_errors_that_are_nan_are_inaccuracies(planned):
     assert "contact mode is violated by nan" in said
     assert "is nan" not in " ".join(report_inaccuracies(transcription, problem, x, 0.0, BetweenNodes(0.0, 0.0)))
     between = BetweenNodes(0.0, 0.0, math.nan)
-    assert "between nodes: nan is the least" in " ".join(report_inaccuracies(transcription, problem, x, 0.0, between))
+    assert "distance from another mode is nan" in " ".join(report_inaccuracies(transcription, problem, x, 0.0, between))
 
 
 def test_violations_that_are_nan_come_first(planned):

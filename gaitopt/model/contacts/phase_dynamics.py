@@ -165,7 +165,7 @@ class PhaseDynamics:
         return self.mode.sign * state[self.speed_entry] if self.mode.slips else ca.SX(0)
 
     def sliding_inertia(self, state: ca.SX, p: ca.SX) -> ca.SX:
-        """Return the effective mass of the sliding foot over that without friction, positive in well-posed slip.
+        """Return the effective mass of the sliding foot relative to that without friction, positive in well-posed slip.
 
         It is 1 + s mu S_tn / S_tt with the sign s of the slip and the inverse S of the foot's mobility W M^-1 W^T.
         """

@@ -1,4 +1,4 @@
-"""Elastic form of an NLP: chosen limits are relaxed by a slack each, whose weighted sum is minimised.
+"""Elastic form of an NLP: each selected limit is relaxed by a slack, and the weighted sum of the slacks is minimised.
 
 minimise    prices' s + 1/2 proximal |(x - reference) / sizes|^2
 subject to  lower <= g <= upper  without the relaxed sides,
@@ -60,7 +60,7 @@ class ElasticResult:
     x : (n_variables,) array
         Unknowns of the original NLP.
     slacks : (n_limits,) array
-        By how much each limit is exceeded, in its unit.
+        Excess over each limit, in its unit.
     active : (n_limits,) array
         Sum of the absolute multipliers of each limit, relative to its price: 0 for a limit that is not active.
     iterations : int
@@ -116,7 +116,7 @@ class ElasticNlp:
         )
 
     def find_excesses(self, x: Array, data: Array) -> tuple[Array, list[RelaxedSide | None]]:
-        """Return by how much a point exceeds each limit, shape (n_limits,), and the side exceeded most, if any."""
+        """Return the excess of a point over each limit, shape (n_limits,), and the side of largest excess, if any."""
         g = np.asarray(self._original.derivatives["jac_g"](x, data)[0]).ravel()
         excesses = np.zeros(self.n_limits)
         worst: list[RelaxedSide | None] = [None] * self.n_limits
@@ -166,15 +166,15 @@ def _assemble(nlp: Nlp, sides: tuple[RelaxedSide, ...], n_limits: int) -> Nlp:
     gradient = ca.vertcat(PROXIMAL * shift * inverse, prices)
 
     g, jacobian = nlp.derivatives["jac_g"](inner, data)
-    taken = _select(sides, n, m)
+    selection = _select(sides, n, m)
     signs = [side.scale if side.is_lower else -side.scale for side in sides]
     slack_part = ca.DM.triplet(list(range(count)), [side.limit for side in sides], signs, count, n_limits)
     both = ca.vertcat(g, inner)
-    g_all = ca.vertcat(g, ca.mtimes(taken, both) + ca.mtimes(slack_part, slacks))
+    g_all = ca.vertcat(g, ca.mtimes(selection, both) + ca.mtimes(slack_part, slacks))
     stacked = ca.vertcat(jacobian, ca.MX(ca.DM.eye(n)))
-    jac_all = ca.blockcat([[jacobian, ca.MX(m, n_limits)], [ca.mtimes(ca.MX(taken), stacked), ca.MX(slack_part)]])
+    jac_all = ca.blockcat([[jacobian, ca.MX(m, n_limits)], [ca.mtimes(ca.MX(selection), stacked), ca.MX(slack_part)]])
     weight, multipliers = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", m + count)
-    on_rows = multipliers[:m] + ca.mtimes(taken[:, :m].T, multipliers[m:])
+    on_rows = multipliers[:m] + ca.mtimes(selection[:, :m].T, multipliers[m:])
     curvature = nlp.derivatives["hess_lag"](inner, data, 0, on_rows)
     hessian = ca.diagcat(curvature + weight * PROXIMAL * ca.diag(inverse * inverse), ca.MX(n_limits, n_limits))
     derivatives = {

@@ -5,8 +5,8 @@ local minimum if the Hessian of the Lagrangian is positive definite on the null 
 Optimization, theorem 12.6); this needs no linear independence.  If the null space is {0} the minimum is sharp: the
 cost increases at first order in every admissible direction, as at the vertex of a linear program.
 
-An interior point ends at a distance from such a vertex, where many multipliers and slacks are equally small.  A linear
-program in a small box about the solution then determines which constraints are active (crossover).
+An interior-point method stops at a distance from such a vertex, where many multipliers and slacks are equally small.  A
+linear program in a small box around the solution then determines which constraints are active (crossover).
 """
 
 from collections.abc import Callable
@@ -28,13 +28,13 @@ SMALL = 1e-7
 """Scaled multiplier, and distance from a bound, that count as zero."""
 
 CURVED = 1e-9
-"""Least curvature that is positive, relative to the largest entry of the Hessian."""
+"""Least curvature that counts as positive, relative to the largest entry of the Hessian."""
 
 BOX = 1e-3
 """Half-width of the box of the linear program relative to the size of an unknown, at least 1."""
 
 NEGLIGIBLE_GAIN = 1e-5
-"""Decrease of the scaled objective in the linear program that is due to the tolerance of the interior point."""
+"""Decrease of the scaled objective in the linear program that is due to the tolerance of the interior-point method."""
 
 ROUNDING = 1e-12
 """Scaled multiplier of a linear program that counts as zero."""
@@ -43,7 +43,7 @@ REGULARISATION = 1e-14
 """Square of the relative size below which a singular value of the constraint gradients is zero."""
 
 PROBES = 16
-"""Random vectors that are projected on the null space at a time."""
+"""Number of random vectors that are projected onto the null space at a time."""
 
 
 class Verdict(StrEnum):
@@ -75,7 +75,7 @@ class SecondOrder:
     free_directions : int
         Dimension of the null space of equalities and strongly active inequalities.
     curvature : float
-        Least eigenvalue of the reduced Hessian of the scaled Lagrangian; nan without free directions.
+        Least eigenvalue of the reduced Hessian of the scaled Lagrangian; nan if there are no free directions.
     slacks : (n_variables + n_constraints,) array
         Distance of each unknown and of each row to its nearer bound; inf without one, and for equalities.
     """
@@ -131,7 +131,7 @@ class _Conditions:
         gaps = np.minimum(self.values - self.lower, self.upper - self.values)
         self.slacks = np.where(self.equal, np.inf, gaps)
         sizes = np.abs(self.multipliers)
-        # An interior point leaves a product of slack and multiplier: the larger of the two is the one that is not zero.
+        # An interior-point method leaves a small product of slack and multiplier: the larger of the two is not zero.
         self.active = ~self.equal & (self.slacks < np.maximum(SMALL, sizes))
         self.strong = self.active & (sizes > np.maximum(SMALL, self.slacks))
 
@@ -162,7 +162,7 @@ class _Conditions:
         )
 
     def cross_over(self) -> "_Conditions | None":
-        """Return the check at the vertex of the linear program about the solution; None if it has none nearby."""
+        """Return the check at the vertex of the linear program around the solution; None if no vertex is nearby."""
         slope = np.asarray(self.nlp.derivatives["grad_f"](self.x, self.data)[1]).ravel() / self.nlp.typical
         n, size = self.x.size, BOX * np.maximum(1.0, np.abs(self.x))
         lower = np.maximum(self.lower[:n] - self.x, -size)
@@ -203,7 +203,7 @@ class _Conditions:
 
 
 def _sparse(matrix: ca.DM) -> sp.csr_matrix:
-    """Return a CasADi matrix as one of SciPy."""
+    """Return a CasADi matrix as a SciPy matrix."""
     pattern = matrix.sparsity()
     values = np.asarray(matrix.nz[:]).ravel()
     return sp.csc_matrix((values, pattern.row(), pattern.colind()), shape=matrix.shape).tocsr()
@@ -212,7 +212,7 @@ def _sparse(matrix: ca.DM) -> sp.csr_matrix:
 def _null_space(gradients: sp.csr_matrix) -> Array:
     """Return an orthonormal basis of the null space of a sparse matrix, shape (n, dimension).
 
-    Random vectors are projected on the null space until a projection depends on the former ones.
+    Random vectors are projected onto the null space until a projection depends linearly on the previous ones.
     """
     n = gradients.shape[1]
     fixed = np.zeros(n, dtype=bool)
@@ -230,9 +230,9 @@ def _null_space(gradients: sp.csr_matrix) -> Array:
             sizes = np.linalg.norm(probes, axis=0)
             for _ in range(2):
                 probes -= basis @ (basis.T @ probes)
-            fresh, triangle = np.linalg.qr(probes)
+            columns, triangle = np.linalg.qr(probes)
             new = np.abs(np.diag(triangle)) > 1e-6 * np.maximum(sizes, 1.0)
-            basis = np.hstack([basis, fresh[:, new]])
+            basis = np.hstack([basis, columns[:, new]])
             if not np.all(new):
                 break
     full = np.zeros((n, basis.shape[1]))
@@ -241,7 +241,7 @@ def _null_space(gradients: sp.csr_matrix) -> Array:
 
 
 def _projection(rows: sp.csr_matrix) -> Callable[[Array], Array]:
-    """Return the function that projects columns orthogonally on the null space of some rows."""
+    """Return the function that projects columns orthogonally onto the null space of some rows."""
     n, m = rows.shape[1], rows.shape[0]
     if not m:
         return lambda vectors: vectors
@@ -249,7 +249,7 @@ def _projection(rows: sp.csr_matrix) -> Callable[[Array], Array]:
     factors: SuperLU = splu(matrix)
 
     def project(vectors: Array) -> Array:
-        for _ in range(2):  # the second removes the rounding errors of the first
+        for _ in range(2):  # the second projection removes the rounding errors of the first
             vectors = factors.solve(np.vstack([vectors, np.zeros((m, vectors.shape[1]))]))[:n]
         return vectors
 

@@ -18,7 +18,7 @@ AUXILIARY = (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER, Kind.SLACK)
 
 
 def certify(solution: GridSolution) -> Certificate | None:
-    """Return the certificate of a solution; None if it is not a solution.
+    """Return the certificate of a solution on one grid; None if the solve failed.
 
     Parameters
     ----------

@@ -15,13 +15,13 @@ from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
 
 SHORT_STEP = 0.03
-"""Step length, as a fraction of the longest one, below which steps are shorter than any usual ones."""
+"""Step length, as a fraction of the longest possible one, below which a step is unusually short."""
 
 ROUNDING = 1e-7
 """Violation of a contact mode below which it is due to the tolerance of the solver."""
 
 LEAST_RESERVE = 1e-9
-"""Least distance to another contact mode inside a phase at which the simulator stays in the mode."""
+"""Least distance from another contact mode inside a phase at which the simulator remains in the mode."""
 
 
 def violations(
@@ -59,7 +59,7 @@ def violations(
 def report_inaccuracies(
     transcription: Transcription, problem: GaitProblem, x: Array, error: float, between: BetweenNodes
 ) -> tuple[str, ...]:
-    """Return why the plan of a solution is inaccurate, one sentence each; empty if it is accurate.
+    """Return the reasons why the plan of a solution is inaccurate, one sentence each; empty if it is accurate.
 
     The sentences concern the error between nodes, contact modes violated there, and a swing foot that is too low or
     touches down before the end.
@@ -86,8 +86,9 @@ def report_inaccuracies(
         )
     elif not between.reserve > LEAST_RESERVE:
         sentences.append(
-            f"the foot changes its contact mode between nodes: {between.reserve:.1e} is the least of its share of the "
-            f"friction cone in stick and its speed in slip [m/s]; use larger Margins (cone, slip_speed)."
+            f"the foot changes its contact mode between nodes: its least distance from another mode is "
+            f"{between.reserve:.1e} (share of the friction cone in stick, foot speed [m/s] in slip); use larger "
+            f"Margins (cone, slip_speed)."
         )
     low = lack_of_height(transcription, problem, x)
     if not low <= SCUFF:
@@ -95,8 +96,9 @@ def report_inaccuracies(
     early = early_touchdown(transcription, problem, x)
     if early is not None and early.grazes:
         sentences.append(
-            f"the swing foot does not come from above after {early.place}: the touchdown at the end of the plan is not "
-            f"located by a replay; try a larger Margins.touchdown_rate, or another step_length or speed."
+            f"the swing foot does not approach the ground from above after {early.place}, so a replay does not locate "
+            f"the touchdown at the end of the plan; try a larger Margins.touchdown_rate, or another step_length or "
+            f"speed."
         )
     elif early is not None:
         sentences.append(
@@ -118,7 +120,7 @@ def report_short_phases(transcription: Transcription, problem: GaitProblem, x: A
 
 
 def report_short_steps(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:
-    """Return a sentence if the speed is free and the step as short as its bound, or shorter than any usual one."""
+    """Return a sentence if the speed is free and the step length is at its lower bound or unusually short."""
     step, travel = problem.step_length_range, float(x[transcription.variables[Unknown.TRAVEL][0, 0]])
     if problem.speed_range.lower > 0 or step.lower == step.upper:
         return ()
@@ -127,6 +129,6 @@ def report_short_steps(transcription: Transcription, problem: GaitProblem, x: Ar
         return ()
     reason = f"far shorter than the reach of {reach:.3g} m" if step.lower == 0 else "its lower bound"
     return (
-        f"the speed is free, and the step length decreases to {travel:.3g} m, {reason}: the cost decreases "
-        f"with both, so the problem has no inner optimum. Fix the speed, or give it a lower bound.",
+        f"the speed is free, and the step length decreases to {travel:.3g} m, {reason}: the cost decreases with speed "
+        f"and step length, so the problem has no interior optimum. Fix the speed, or specify a lower bound for it.",
     )

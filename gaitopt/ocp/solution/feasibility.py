@@ -1,4 +1,4 @@
-"""Feasibility of a problem: its elastic form on the coarsest grid, and the limits that conflict."""
+"""Feasibility of a problem: its elastic form on the coarsest grid, and the conflicting limits."""
 
 import math
 
@@ -26,7 +26,7 @@ from gaitopt.progress import Observer
 from gaitopt.status import Status
 
 FEASIBLE = 1e-5
-"""Weighted sum of the slacks below which a motion satisfies all limits; those of a feasible problem end below 1e-7."""
+"""Weighted sum of the slacks below which a motion satisfies all limits; for feasible problems it is below 1e-7."""
 
 FARTHEST = 5.0
 """Largest change of a limit, in units of its size, that is predicted by its multiplier and tried."""
@@ -34,7 +34,7 @@ FARTHEST = 5.0
 PROHIBITIVE = 100.0
 """Factor of the price of limits that are not to be exceeded."""
 
-RESERVE = 1.02
+SAFETY_FACTOR = 1.02
 """Factor of the missing amount in the value that is reported as sufficient."""
 
 ELASTIC_TOLERANCE, ELASTIC_ITERATIONS = 1e-6, 80
@@ -57,7 +57,7 @@ class ElasticProblem:
     """
 
     def __init__(self, problem: GaitProblem, method: Method, solver: NlpSolver, observer: Observer) -> None:
-        # The conditions on a motion do not depend on the objective: one without further unknowns is used.
+        # The conditions on a motion do not depend on the objective: an objective without further unknowns is used.
         self.problem, self._solver, self._observer = problem.replace(objective=TorqueSquared()), solver, observer
         with defer_interrupt():
             self.transcription = transcribe(structure(self.problem, method))
@@ -77,7 +77,7 @@ class ElasticProblem:
         return self._minimise(x, self.prices)
 
     def exceed_only(self, members: list[int], near: ElasticResult) -> ElasticResult:
-        """Return the motion that exceeds some limits as little as possible, and no others if that is possible."""
+        """Return the motion that exceeds the given limits as little as possible and, if possible, no others."""
         prices = PROHIBITIVE * self.prices
         prices[members] = self.prices[members]
         return self._minimise(near.x, prices)
@@ -101,7 +101,7 @@ class ElasticProblem:
             return reconstruct_motion(self.transcription, values, result.x)
 
     def find_conflicts(self, result: ElasticResult) -> tuple[Conflict, ...] | ElasticResult:
-        """Return the limits that conflict: each that suffices alone if relaxed, otherwise a smallest set found.
+        """Return the conflicting limits: each one whose relaxation alone suffices or, if there is none, a smallest set.
 
         A limit that suffices alone belongs to every set of conflicting limits.  Conditions of the contact sequence,
         for which no value suffices, are listed only if no limit suffices.  If nothing suffices alone, there are
@@ -115,7 +115,7 @@ class ElasticProblem:
         Returns
         -------
         tuple of Conflict, or ElasticResult
-            A feasible motion if one is found on the way: `result` is then not the motion of least excess.
+            A feasible motion if one is found in the process: `result` is then not the motion of least excess.
         """
         conflicts = []
         for number in map(int, np.flatnonzero(result.active * FARTHEST > self.excess(result))):
@@ -167,12 +167,12 @@ class ElasticProblem:
         if limit.setting == "friction":
             return self._sufficient_friction(x)
         if limit.is_least or (isinstance(limit.value, tuple) and is_lower):
-            least = value - RESERVE * missing
+            least = value - SAFETY_FACTOR * missing
             return least if least >= 0 or limit.unit == "rad" else math.nan
-        return value + RESERVE * missing
+        return value + SAFETY_FACTOR * missing
 
     def _sufficient_friction(self, x: Array) -> float:
-        """Return the coefficient of friction whose cones contain all forces of a motion; nan with slip or a pull."""
+        """Return the friction coefficient whose cones contain all forces of a motion; nan with slip or tension."""
         sequence, rows = self.problem.sequence, self.transcription.constraints
         if any(mode.slips for mode in (*sequence.phases, sequence.impact)):
             return math.nan  # friction also determines how the foot slides
@@ -187,7 +187,7 @@ class ElasticProblem:
         if (forward + backward <= 0).any():
             return math.nan
         ratio = float(np.max(np.abs(forward - backward) / (forward + backward)))
-        return self.problem.friction * max(1.0, RESERVE * ratio)
+        return self.problem.friction * max(1.0, SAFETY_FACTOR * ratio)
 
 
 def elastic_solver(solver: NlpSolver) -> NlpSolver:

@@ -160,8 +160,8 @@ class GridSolution:
         """Return the warnings of a solution, the inaccuracies of its plan first."""
         if self.outcome.status not in (Status.SOLVED, Status.PLAN_INACCURATE):
             return ()
-        given = self.transcription, self.problem, self.outcome.x
-        return self.inaccuracies + report_short_steps(*given) + report_short_phases(*given)
+        arguments = self.transcription, self.problem, self.outcome.x
+        return self.inaccuracies + report_short_steps(*arguments) + report_short_phases(*arguments)
 
 
 class SingleStart:
@@ -173,7 +173,7 @@ class SingleStart:
     guess : Guess
     solver : NlpSolver
     observer : Observer
-    scout : NlpSolver, optional
+    cold_solver : NlpSolver, optional
         Solver of grids without a warm start; `solver` by default.
     """
 
@@ -183,10 +183,10 @@ class SingleStart:
         guess: Guess,
         solver: NlpSolver,
         observer: Observer,
-        scout: NlpSolver | None = None,
+        cold_solver: NlpSolver | None = None,
     ) -> None:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
-        self.scout = solver if scout is None else scout
+        self.cold_solver = solver if cold_solver is None else cold_solver
         self.iterations, self.build_seconds = 0, 0.0
         self.schedule: GuardSchedule | None = None
 
@@ -232,7 +232,7 @@ class SingleStart:
                     x, multipliers = transfer_solution(warm_start, transcription, x)
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
-        solver = self.scout if warm_start is None else self.solver
+        solver = self.cold_solver if warm_start is None else self.solver
         outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):

@@ -1,4 +1,4 @@
-"""Conclusion from a failed solve: a gait from a motion that satisfies all limits, or the limits that conflict."""
+"""Conclusion from a failed solve: a gait from a motion that satisfies all limits, or the conflicting limits."""
 
 import time
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ RETRY = (
 )
 """Statuses after which another start may converge."""
 
-SCOUT_ITERATIONS = 60
+COLD_START_ITERATIONS = 60
 """Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
 
 AGREEMENT, LARGE_EXCESS = 0.01, 0.03
@@ -54,9 +54,9 @@ def conclude_failure(
 ) -> Gait:
     """Return a gait solved from a feasible motion, or the failure with its reason.
 
-    The motion of least excess over all limits is found near each guess on the coarsest grid.  If it exceeds none, the
-    problem is solved from it; if every one exceeds some, the problem is infeasible near the guesses, and the limits
-    that conflict are reported.
+    The motion of least excess over all limits is determined near each guess on the coarsest grid.  If one exceeds no
+    limit, the problem is solved from it; if all exceed some limit, the problem is infeasible near the guesses, and the
+    conflicting limits are reported.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class _Search:
         if self._unsolved:
             return self._report_failure()
         if not self._infeasible:
-            return self._give_up()
+            return self._conclude_without_result()
         nearest, count = min(self._infeasible, key=self._elastic.excess), len(self._infeasible)
         if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
             fine = ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
@@ -128,7 +128,7 @@ class _Search:
         return self._failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=self._seconds())
 
     def _try(self, elastic: ElasticProblem, guess: Guess) -> Gait | None:
-        """Return the gait solved from the feasible motion near a guess, or what stopped the solve; otherwise None."""
+        """Return the gait solved from the feasible motion near a guess, or that of a stopped solve; otherwise None."""
         result = elastic.minimise_excess(guess)
         if result.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
@@ -143,7 +143,7 @@ class _Search:
         return None
 
     def _solve_from(self, elastic: ElasticProblem, result: ElasticResult) -> Gait | None:
-        """Return the gait solved from a feasible motion, or what stopped the solve; otherwise None."""
+        """Return the gait solved from a feasible motion, or that of a stopped solve; otherwise None."""
         motion = elastic.motion(result)
         starts: list[Guess] = [
             FromMotion(motion, LABEL) if elastic is self._elastic else FineMotion(motion, LABEL),
@@ -162,7 +162,7 @@ class _Search:
         least = sorted(map(self._elastic.excess, self._infeasible))[:2]
         return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0] and least[0] > LARGE_EXCESS
 
-    def _give_up(self) -> Gait:
+    def _conclude_without_result(self) -> Gait:
         """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""
         if any(status is not Status.INFEASIBLE for status in self._undecided):
             return self._failure
@@ -178,12 +178,12 @@ class _Search:
         return gait.with_failure(Status.FAILED, message)
 
 
-def scout_solver(solver: NlpSolver) -> NlpSolver:
-    """Return a solver with at most `SCOUT_ITERATIONS` iterations; a custom solver is returned as it is."""
+def limit_iterations(solver: NlpSolver) -> NlpSolver:
+    """Return a solver with at most `COLD_START_ITERATIONS` iterations; a custom solver is returned unchanged."""
     if isinstance(solver, Newton):
-        return evolve(solver, fallback=_limit_iterations(solver.fallback))
-    return _limit_iterations(solver) if isinstance(solver, Ipopt) else solver
+        return evolve(solver, fallback=_limit_ipopt(solver.fallback))
+    return _limit_ipopt(solver) if isinstance(solver, Ipopt) else solver
 
 
-def _limit_iterations(solver: Ipopt) -> Ipopt:
-    return evolve(solver, max_iterations=min(solver.max_iterations, SCOUT_ITERATIONS))
+def _limit_ipopt(solver: Ipopt) -> Ipopt:
+    return evolve(solver, max_iterations=min(solver.max_iterations, COLD_START_ITERATIONS))

@@ -144,7 +144,7 @@ def _keep_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
 
 
 def _exclude_early_touchdown(start: SingleStart, solution: GridSolution, refine: Refinement) -> GridSolution:
-    """Return a nearby solution with guard constraints if the given one touches down early and there is one."""
+    """Return a nearby solution with guard constraints if the given one touches down early and one exists."""
     tries = MAX_GUARD_REPAIRS if math.isfinite(start.problem.transcription.tolerance) else 0
     for number in range(tries):
         early = None
@@ -164,7 +164,7 @@ def _exclude_early_touchdown(start: SingleStart, solution: GridSolution, refine:
 def _solve_with_guard(
     start: SingleStart, solution: GridSolution, schedule: GuardSchedule | None, refine: Refinement = refine_mesh
 ) -> GridSolution:
-    """Solve again from a solution with guard constraints or without; if interrupted, return the given solution."""
+    """Solve again from a solution, with or without guard constraints; if interrupted, return the given solution."""
     start.schedule = schedule
     warm_start = solution_of(solution.transcription, solution.outcome)
     constrained = refine(start, start.solve_on_grid(solution.method, warm_start, BARRIER_NEARBY_PROBLEM))

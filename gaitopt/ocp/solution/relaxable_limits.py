@@ -23,9 +23,9 @@ class RelaxableLimit:
     Attributes
     ----------
     name : str
-        Its meaning, such as ``"torque limit of hip"``.
+        Its description, such as ``"torque limit of hip"``.
     setting : str
-        The argument of the problem that states it, such as ``"Limits.torque"``.
+        The argument of the problem that specifies it, such as ``"Limits.torque"``.
     value : float or (float, float)
         Its value; a pair for bounds.
     unit : str
@@ -36,7 +36,7 @@ class RelaxableLimit:
     sides : str
         Sides of the bounds that belong to it: ``"lower"``, ``"upper"`` or ``"both"``.
     is_least : bool
-        Whether the value is the least admissible one of a quantity.
+        Whether the value is the least admissible value of a quantity.
     keeps_fixed : bool
         Whether quantities with equal bounds are fixed by the contact sequence and are not relaxed.
     """
@@ -59,7 +59,7 @@ def list_limits(transcription: Transcription, problem: GaitProblem) -> list[Rela
 
 
 def relaxed_sides(limits: list[RelaxableLimit], bounds: Bounds) -> tuple[RelaxedSide, ...]:
-    """Return the finite sides of all limits; unknowns that are fixed by the contact sequence are left out."""
+    """Return the finite sides of all limits; unknowns that are fixed by the contact sequence are omitted."""
     sides = []
     for number, limit in enumerate(limits):
         for is_row, places, scale in limit.quantities:
@@ -142,7 +142,7 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
     variables, rows = transcription.variables, transcription.constraints
     for angle, pair in zip(robot.angles, limits.angles(robot.angles), strict=True):
         if pair == (-math.pi / 2, math.pi / 2):
-            continue  # the default, which is no limit of the user
+            continue  # the default, which is not a limit set by the user
         yield RelaxableLimit(
             name=f"limit of angle {angle}",
             setting="Limits.angle",

@@ -17,7 +17,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.transcription import Transcription
 
 STEP = 1e-6
-"""Relative step of the differences of the Lagrangian, which is evaluated to rounding."""
+"""Relative step of the finite differences of the Lagrangian, which is evaluated with rounding errors only."""
 
 NEGLIGIBLE = 1e-8
 """Change of the objective over its typical size, per relative change of a number, that counts as zero."""
@@ -61,7 +61,7 @@ def cost_sensitivities(
     Returns
     -------
     tuple of Sensitivity
-        The largest relative effect first.  Numbers without effect are left out.
+        In order of decreasing relative effect.  Numbers without effect are omitted.
     """
 
     def evaluate(changed: GaitProblem) -> float:
@@ -76,7 +76,7 @@ def cost_sensitivities(
 
 
 def _differentiate(number: Number, evaluate: Callable[[GaitProblem], float]) -> float:
-    """Return a central difference; a one-sided one at the end of the range of valid values."""
+    """Return a central difference, or a one-sided difference at the end of the range of valid values."""
     step, ends, values = STEP * max(1e-3, abs(number.value)), [], []
     for end in (number.value + step, number.value - step, number.value):
         try:

@@ -21,7 +21,7 @@ from gaitopt.progress import Observer
 
 
 def solve_from_start(
-    problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer, scout: NlpSolver | None = None
+    problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer, cold_solver: NlpSolver | None = None
 ) -> Gait:
     """Solve a problem with a closed contact sequence from one start.
 
@@ -31,10 +31,10 @@ def solve_from_start(
     guess : Guess
     solver : NlpSolver
     observer : Observer
-    scout : NlpSolver, optional
+    cold_solver : NlpSolver, optional
         Solver of grids without a warm start, such as `solver` with fewer iterations.
     """
-    started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer, scout)
+    started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer, cold_solver)
     solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start)))
     if math.isfinite(problem.transcription.tolerance):
         solution = solution.check_plan()

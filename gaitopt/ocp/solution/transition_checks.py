@@ -1,4 +1,4 @@
-"""Checks of a plan against the choices of the simulator: starts of slip from rest, and the outcome of the impact."""
+"""Checks of a plan against the rules of the simulator: starts of slip from rest, and the outcome of the impact."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from gaitopt.ocp.transcription.grid import Phase
 
 
 def report_inconsistent_transitions(robot: Robot, phases: tuple[Phase, ...], motion: Motion) -> tuple[str, ...]:
-    """Return a sentence for each transition of a plan at which a foot would choose another mode.
+    """Return a sentence for each transition of a plan at which the simulator would select another mode.
 
     The start of a sticking phase and the onset of slip after it are not included, since the forces are compared with
     the friction cone over the whole phase.

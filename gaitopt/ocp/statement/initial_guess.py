@@ -50,12 +50,12 @@ class Setting:
 
 
 class Guess(ABC):
-    """Base of the initial guesses of a step; a subclass adds a custom one.
+    """Base class of the initial guesses of a step; a subclass defines a custom guess.
 
     Attributes
     ----------
     needs_coarse_grids : bool
-        Whether the problem is solved on coarse grids first, as for all guesses that are not accurate.
+        Whether the problem is solved on coarse grids first, which is the case unless a guess is accurate.
     """
 
     needs_coarse_grids: ClassVar[bool] = True

@@ -123,8 +123,8 @@ class Margins:
     Attributes
     ----------
     cone : float
-        For a sticking foot abs(f_t) <= (1 - cone) mu f_n.  Where a slip starts from rest without a sticking phase
-        before it, after a sticking impact or at a direct reversal, the sticking force is outside the cone:
+        For a sticking foot abs(f_t) <= (1 - cone) mu f_n.  If a slip starts from rest without a preceding sticking
+        phase, that is, after a sticking impact or at a direct reversal, the sticking force lies outside the cone:
         abs(f_t) >= (1 + cone) mu f_n.
     impact_cone : float
         For a sticking impact abs(L_t) <= (1 - impact_cone) mu L_n.
@@ -132,7 +132,7 @@ class Margins:
         Least speed of a sliding foot in mid-slide; towards a start or an end at rest the bound decreases to zero.
     sliding_inertia : float
         Least effective mass of a sliding foot relative to that without friction.  Slip is well posed while it is
-        positive; at zero contact forces are unbounded, and beyond it Painleve's paradox occurs.
+        positive; at zero, contact forces are unbounded, and below zero Painleve's paradox occurs.
     separation : float [m/s]
         Least upward speed of the trailing foot after the impact.
     normal_force : float

@@ -34,7 +34,7 @@ class Objective:
         Whether integral and boundary term are divided by weight times travel.
     smooth : bool
         Whether the integrand, apart from the joint powers, is smooth in time; otherwise it is integrated by
-        trapezoids.  The parts of the joint powers are integrated exactly in either case.
+        the trapezoidal rule.  The parts of the joint powers are integrated exactly in either case.
     typical : float
         Size of a typical optimum.  The solver minimises the objective divided by it, so that its tolerance is relative
         to the size of the objective.

@@ -11,7 +11,7 @@ POSES = 1024
 """Number of poses at which the sliding inertia is computed."""
 
 SAMPLING_MARGIN = 0.2
-"""Sliding inertia above the margin below which it is constrained; it covers the minima between the sampled poses."""
+"""Distance from the margin within which the sliding inertia is constrained, to include minima between sampled poses."""
 
 
 def allows_paradox(robot: Robot, values: dict[str, float], angles: list[tuple[float, float]], margin: float) -> bool:

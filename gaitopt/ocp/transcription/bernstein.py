@@ -1,7 +1,7 @@
 """Bernstein polynomials: the power of an actuator within an interval.
 
-The power in an interval is represented by the polynomial through its values at the points of the scheme, in the basis
-of Bernstein.  The basis is non-negative and its polynomials have equal integrals, so the mean of the absolute
+The power in an interval is represented by the polynomial through its values at the points of the scheme, in the
+Bernstein basis.  The basis polynomials are non-negative and have equal integrals, so the mean of the absolute
 coefficients is an upper bound of the mean absolute power, and equal to it if no two coefficients differ in sign
 (G. Farin, Curves and Surfaces for CAGD, 5th ed., section 5.1).
 """

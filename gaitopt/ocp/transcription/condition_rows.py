@@ -59,5 +59,6 @@ def check_reset(transition: Transition, mode: Mode, following: Mode, entries: St
     if restarts or not np.array_equal(reset[others], np.eye(size)[others]):
         raise InputError(
             f"An optimisation cannot place the transition {transition.event.label!r} from {mode.value!r} to "
-            f"{following.value!r}: its reset must leave angles and rates unchanged, and a slip after a slip at rest."
+            f"{following.value!r}: its reset must leave angles and rates unchanged and, between two slip phases, set "
+            f"the foot speed to zero."
         )

@@ -141,7 +141,7 @@ def mean_integrand(builder: NlpBuilder, instants: IntervalInstants) -> tuple[ca.
     """Return the means over an interval of the plain integrands and of those per weight and travel.
 
     Within an interval the parts of the joint powers are polynomials that are integrated exactly; their sum bounds the
-    absolute power from above.  The mean of an integrand that is linear in them only depends on their means, which are
+    absolute power from above.  The mean of an integrand that is linear in them depends only on their means, which are
     exact once sign changes are located.
     """
     plain, relative = ca.SX(0), ca.SX(0)

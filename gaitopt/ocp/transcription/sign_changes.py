@@ -7,7 +7,7 @@ power in a solution.  About that solution the mean absolute power is
     beta b + sum over the zeros of p(c)^2 / |p'(c)|,    beta_k = integral of sigma B_k,
 
 up to third order, because the zeros move with the power and the power vanishes there.  The data of an interval replace
-the bound by this expression as long as no coefficient changes its sign; beyond, the expression increases like the
+the bound by this expression as long as no coefficient changes its sign; beyond that, the expression increases like the
 bound, so that the cost is bounded from below.
 """
 
@@ -29,13 +29,13 @@ from gaitopt.ocp.transcription.bernstein import (
 from gaitopt.ocp.transcription.grid import Phase
 
 MAX_ZEROS = 2
-"""Number of sign changes per interval and actuator whose movement is part of the data."""
+"""Number of sign changes per interval and actuator whose movement is included in the data."""
 
 NEGLIGIBLE_WORK = 1e-6
 """Share of the work of the step below which the excess of a bound is ignored: idle joints have powers near zero."""
 
 LEAST_SLOPE = 1e-3
-"""Least slope at a zero relative to the largest coefficient; a flatter zero moves too far for an expansion."""
+"""Least slope at a zero relative to the largest coefficient; at smaller slopes the expansion is invalid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +113,8 @@ def locate_sign_changes(
     x : (n_variables,) array
         Decision vector, whose parts of the powers satisfy their equations.
     touching : bool
-        Whether intervals are included whose coefficients differ in sign although the power does not.  The data are then
-        exact in the solution, but less than the work about it if the power touches zero.
+        Whether intervals are included whose coefficients differ in sign although the power does not.  The work is then
+        exact at the solution, but underestimated near it if the power touches zero.
     """
     data = np.zeros(layout.size)
     if not layout.size or not np.all(np.isfinite(x)):

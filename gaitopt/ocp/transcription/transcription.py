@@ -123,9 +123,9 @@ class Transcription:
         return () if self.structure.relaxation is None else self.structure.relaxation.slacks
 
     def locate_sign_changes(self, x: Array | None = None, *, touching: bool = False) -> Array:
-        """Return the data on sign changes of the joint powers in a decision vector, or without one zeros.
+        """Return the data on sign changes of the joint powers in a decision vector; zeros without one.
 
-        With `touching` they are exact in `x`, otherwise suited to a solve from it; see
+        With `touching` they are exact at `x`, otherwise suitable for a solve from it; see
         :func:`gaitopt.ocp.transcription.sign_changes.locate_sign_changes`.
         """
         if self.sign_changes is None:

@@ -170,7 +170,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     sequence : str
     **coordinates : float
         Value of each axis, such as ``friction=0.14``, in the unit of the dataset; the nearest point is taken, and a
-        value outside the axis is refused.
+        value outside the axis is rejected.
 
     Returns
     -------
