@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.certificate import Certificate, NearConstraint
 from gaitopt.ocp.nlp.keys import Key, Kind, Place
 from gaitopt.ocp.nlp.second_order import SecondOrder, check_second_order
@@ -18,7 +17,6 @@ AUXILIARY = (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER, Kind.SLACK)
 """Kinds of unknowns without a physical bound."""
 
 
-@defer_interrupt()
 def certify(solution: GridSolution) -> Certificate | None:
     """Return the certificate of a solution; None if it is not a solution.
 
