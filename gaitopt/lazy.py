@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, Generic, Self, TypeVar, overload
 
 T = TypeVar("T")
 
@@ -74,6 +74,21 @@ class LazyField(Generic[T]):
 
 class LazyRecord:
     """A dataclass with fields of type :class:`LazyField`, which are evaluated before it is pickled or copied."""
+
+    def replace_fields(self, **changes: Any) -> Self:
+        """Return the record with some fields changed; unlike :func:`dataclasses.replace` it evaluates no other field.
+
+        Examples
+        --------
+        >>> @dataclass(frozen=True)
+        ... class Report(LazyRecord):
+        ...     name: str
+        ...     size: LazyField[int] = LazyField()
+        >>> Report(name="a", size=Deferred(lambda: 1 / 0)).replace_fields(name="b").name
+        'b'
+        """
+        stored = {entry.name: vars(self)[entry.name] for entry in fields(self)}  # type: ignore[arg-type]
+        return type(self)(**{**stored, **changes})
 
     def __getstate__(self) -> dict[str, Any]:
         return {entry.name: self._portable(entry.name) for entry in fields(self)}  # type: ignore[arg-type]

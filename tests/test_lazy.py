@@ -67,3 +67,10 @@ def test_threads_share_one_working_out():
 
     with ThreadPoolExecutor(4) as pool:
         assert set(pool.map(read, range(4))) == {1}
+
+
+def test_other_fields_are_not_read_when_one_is_replaced():
+    calls, report = counting()
+    other = report.replace_fields(name="other")
+    assert (other.name, calls) == ("other", [])
+    assert (other.size, calls) == (7, [1])

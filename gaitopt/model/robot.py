@@ -276,9 +276,7 @@ class Robot(LazyRecord):
         """
         if not isinstance(model, ContactModel):
             raise InputError(f"The contact model of a robot must be a ContactModel, got {model!r}.")
-        # vars instead of getattr: lazy fields are not evaluated.
-        copied = {entry.name: vars(self)[entry.name] for entry in fields(self)}
-        return Robot(**{**copied, "contact_model": model})
+        return self.replace_fields(contact_model=model)
 
     def resolve(self, values: Mapping[str, object]) -> dict[str, float]:
         """Return every parameter by name, with defaults; raise InputError for an invalid name or value.

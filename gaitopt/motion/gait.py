@@ -1,6 +1,6 @@
 """Gait: one optimised step with its problem, the report of the solver and its verification by replay."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -251,11 +251,11 @@ class Gait(LazyRecord):
         status = self.status
         if status in (Status.SOLVED, Status.NOT_VERIFIED):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
-        return self._with(verification=verification, status=status)
+        return self.replace_fields(verification=verification, status=status)
 
     def without_certificate(self) -> "Gait":
         """Return the gait without its certificate, which is then not evaluated when the gait is saved."""
-        return self._with(certificate=None)
+        return self.replace_fields(certificate=None)
 
     def with_failure(
         self, status: Status, message: str, conflicts: tuple[Conflict, ...] = (), *, seconds: float = 0.0
@@ -273,8 +273,8 @@ class Gait(LazyRecord):
             Time by which `solver.solve_seconds` increases [s].
         """
         total = self.solver.solve_seconds + seconds
-        report = replace(self.solver, message=message, conflicts=conflicts, solve_seconds=total)
-        return self._with(status=status, solver=report)
+        report = self.solver.replace_fields(message=message, conflicts=conflicts, solve_seconds=total)
+        return self.replace_fields(status=status, solver=report)
 
     def with_robot(self, robot: "Robot") -> "Gait":
         """Return the gait with a robot of the same physics instead of the present one.
@@ -296,11 +296,7 @@ class Gait(LazyRecord):
         from gaitopt.motion.robot_check import require_same_physics
 
         require_same_physics(self.robot_source, self.motion, robot)
-        return self._with(robot=robot)
-
-    def _with(self, **changes: Any) -> "Gait":
-        """Return the gait with some fields changed; fields that were never read stay unread."""
-        return Gait(**{**{entry.name: vars(self)[entry.name] for entry in fields(self)}, **changes})
+        return self.replace_fields(robot=robot)
 
 
 def cone_margin(motion: Motion) -> float:

@@ -77,10 +77,11 @@ def _certificate(gait: Gait) -> Facts:
     certificate = gait.certificate
     if certificate is None:
         return []
-    facts = [("optimum", certificate.sentence)]
+    facts, cost = [("optimum", certificate.sentence)], abs(gait.solver.objective)
     effects = [
-        f"{one.name} {100 * one.change(0.01) / abs(gait.solver.objective):+.2g} %"
+        f"{one.name} {100 * one.change(0.01) / cost:+.2g} %"
         for one in certificate.sensitivities[:MOST_SENSITIVITIES]
+        if cost > 0
     ]
     return [*facts, ("sensitivity", ", ".join(effects) + " of the objective per 1 % increase")] if effects else facts
 

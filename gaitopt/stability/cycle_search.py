@@ -15,7 +15,7 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import Parameter, check_type
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -125,7 +125,7 @@ def search_cycles(
     engine: Engine | None = None,
 ) -> Iterator[Cycle]:
     """Yield each distinct periodic gait when it is found; see :func:`find_cycles`."""
-    Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
+    steps = int(Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps))
     p = robot.vector(robot.resolve(parameters))
     law, limit = law or passive(robot), MAX_STEP_TIME / natural_rate(robot, p)[0]
     walker = Walker(robot, law, p, engine or default_engine(law, robot), step_limits=StepLimits(duration=limit))
@@ -133,14 +133,15 @@ def search_cycles(
     if isinstance(starts, Sequence) and not isinstance(starts, str):
         yield from search.find_from(_read_starts(walker, starts))
         return
-    Parameter("starts", 1, "1", "", lower=1, whole=True).check(starts)
-    yield from search.find_from_random_starts(starts, seed)
+    count = int(Parameter("starts", 1, "1", "", lower=1, whole=True).check(starts))
+    yield from search.find_from_random_starts(count, seed)
 
 
 def _read_starts(walker: Walker, starts: Sequence[Mapping[str, float]]) -> list[Array]:
     """Return states given by name as points of the section of the search."""
     names, points = search_section(walker).names, []
     for start in starts:
+        check_type("a start", start, Mapping, "a state by name such as cycle.state")
         state = choose_start(walker.robot, walker.p, start)
         if "foot_speed" not in names and state["foot_speed"]:
             raise InputError(

@@ -149,7 +149,7 @@ def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
     concluded = conclude_failure(problem, result, default_starts(problem, CONCLUDING_STARTS), CONCLUDE, silent)
     if concluded.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    return _verify_by_cost(problem, [concluded])
+    return _verify_by_cost(problem, [concluded.without_certificate()])
 
 
 def _verify_by_cost(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, load, save, solve
+from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import summarise
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.solution.sensitivity import list_numbers
@@ -82,3 +83,9 @@ def test_a_certificate_is_in_file_and_json(smooth, tmp_path):
 
 def test_a_gait_that_is_not_solved_has_none():
     assert solve(REFERENCE.replace(limits=Limits(torque=0.1))).certificate is None
+
+
+def test_the_table_of_a_gait_without_cost_has_no_relative_sensitivities(smooth):
+    assert "1 % more of" in dict(tabulate_gait(smooth))
+    free = smooth.replace_fields(solver=smooth.solver.replace_fields(objective=0.0))
+    assert "1 % more of" not in dict(tabulate_gait(free))

@@ -61,6 +61,20 @@ def test_limits_that_only_suffice_together_are_marked(reference_problem):
     assert solve(problem.replace(speed=changes["speed"])).status is Status.INFEASIBLE
 
 
+def test_both_ends_of_a_range_of_an_angle_are_named_if_both_conflict(reference_problem):
+    limits = Limits(torque=6, angle={"th1": (-0.05, 0.05)})
+    gait = solve(reference_problem(limits=limits, **SMOOTH))
+    values = {conflict.name: conflict.sufficient for conflict in gait.solver.conflicts}
+    lower, upper = values["lower limit of angle th1"], values["upper limit of angle th1"]
+    assert not any(conflict.separable for conflict in gait.solver.conflicts)
+
+    def status(*ends):
+        return solve(reference_problem(limits=Limits(torque=6, angle={"th1": ends}), **SMOOTH)).status
+
+    assert status(lower, upper) is Status.SOLVED
+    assert status(lower, 0.05) is status(-0.05, upper) is Status.INFEASIBLE
+
+
 def test_the_hidden_gait_needs_a_little_more_torque(reference_problem):
     """Infeasible only under 6 N m, see the findings on "slip+ stick slip- | slip+": with 12 N m there is a gait."""
     gait = solve(reference_problem(sequence="slip+ stick slip- | slip+", friction=0.25, **SMOOTH))

@@ -129,6 +129,16 @@ def test_an_interrupt_ends_it_all(reference_problem):
     assert len(told) < 10
 
 
+def test_the_certificate_is_not_evaluated_by_the_solve(reference_problem, monkeypatch):
+    calls = []
+    monkeypatch.setattr("gaitopt.ocp.solution.single_start.certify", lambda solution: calls.append(solution))
+    gait = solve(reference_problem(sequence=OPEN, intervals=10))
+    assert gait.proposal is not None
+    assert calls == []
+    assert gait.certificate is None
+    assert len(calls) == 1
+
+
 def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypatch):
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 1)
     problem = reference_problem(sequence=OPEN, torque=0.3, intervals=10)
@@ -157,6 +167,7 @@ def test_a_wrong_proposal_is_unconfirmed(reference_problem, monkeypatch):
     gait = solve(reference_problem(sequence=OPEN, intervals=10))
     assert str(gait.sequence) == "slip+ stick | stick"
     assert gait.status is Status.UNCONFIRMED
+    assert gait.certificate is None
     assert "has cost" in gait.proposal.reason
 
 

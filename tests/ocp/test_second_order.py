@@ -84,3 +84,20 @@ def test_dependent_constraints_are_counted():
     )
     assert x == pytest.approx([1, 1], abs=1e-6)
     assert (result.verdict, result.active.size, result.dependent) == (Verdict.SHARP, 3, 1)
+
+
+def test_active_constraints_without_multiplier_exclude_a_saddle():
+    """At (0, 0) the cost x^2 - y^2 has no slope, so none of the three constraints on y has a multiplier."""
+    block = Block(
+        name="toy",
+        variables=ca.vertcat(X, Y),
+        cost=X**2 - Y**2,
+        constraints=ca.vertcat(Y, -Y),
+        columns=np.array([[0], [1]]),
+        rows=np.arange(2)[:, None],
+    )
+    limits = Bounds(np.array([-np.inf, 0]), np.full(2, np.inf), np.array([0, -np.inf]), np.array([np.inf, 0]))
+    nlp, data = assemble_nlp([block], ca.SX.sym("z", 1), 2, 2, smooth=True), np.array([0.0])
+    result = check_second_order(nlp, np.zeros(2), (np.zeros(2), np.zeros(2)), data, limits)
+    assert (result.verdict, result.weak.size, result.dependent) == (Verdict.UNDECIDED, 3, 2)
+    assert (result.free_directions, result.curvature) == (2, pytest.approx(-2.0))

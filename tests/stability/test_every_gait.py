@@ -138,12 +138,17 @@ def test_a_state_starts_a_gait_of_several_steps():
         ([{"theta_rat": 2.0}], "no coordinate 'theta_rat'"),
         ([{}], "needs a value for theta_rate"),
         ([{"theta_rate": 2.0, "foot_speed": 0.1}], "must have foot_speed 0"),
+        ([2.0], "a start must be a state by name such as cycle.state, got 2.0"),
         ("many", "starts must be"),
     ],
 )
 def test_invalid_starts_are_reported(starts, says):
     with pytest.raises(InputError, match=says):
         find_on_slope(WHEEL, 13, starts=starts)
+
+
+def test_counts_may_be_whole_floats():
+    assert len(find_on_slope(WHEEL, 13, steps=1.0, starts=3.0)) == 1
 
 
 def test_infinite_friction_never_moves_the_foot():

@@ -27,6 +27,19 @@ def test_a_start_that_only_needed_more_iterations_becomes_a_gait():
     solved = multistart.solve_cold(problem, 1)[0]
     stopped = replace(solved, status=Status.ITERATION_LIMIT)
     concluded = multistart.verify_best(problem, [stopped])
+    assert concluded.certificate is None  # like those of all gaits of studies
     assert concluded.status is Status.SOLVED
     assert concluded.verification.passed
     assert concluded.problem["intervals"] == solved.problem["intervals"]
+
+
+def test_an_inaccurate_plan_is_not_infeasible():
+    """It satisfies all limits at its nodes, also if no motion that does is found near other starts."""
+    problem = quick_problem(friction=0.02, speed=1.5)
+    failure = multistart.solve_cold(problem, 1)[0]
+    inaccurate = failure.replace_fields(
+        status=Status.PLAN_INACCURATE, solver=failure.solver.replace_fields(warnings=("it is inaccurate.",))
+    )
+    concluded = multistart.verify_best(problem, [inaccurate])
+    assert concluded.status is Status.PLAN_INACCURATE
+    assert concluded.solver.conflicts == ()

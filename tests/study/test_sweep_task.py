@@ -26,7 +26,7 @@ def two_points(sequence, frictions):
 @pytest.fixture(scope="module")
 def jump():
     """Return two points of which the second, continued from the first, lands on another, cheaper branch."""
-    return two_points("slip+ stick slip- | slip+", [0.1, 0.106])
+    return two_points("slip+ stick slip- | slip+", [0.11, 0.1166])
 
 
 @pytest.fixture(scope="module")

@@ -52,9 +52,10 @@ def evaluate_lagrangian(nlp: Nlp, x: Array, multipliers: tuple[Array, Array], da
     bounds : Bounds
     """
     on_bounds, on_rows = multipliers
-    cost, g = float(nlp.derivatives["grad_f"](x, data)[0]), np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
+    cost, rows = nlp.values(x, data)
+    g = np.asarray(rows).ravel()
     return (
-        cost
+        float(cost)
         + _complementarity(on_bounds, x, bounds.x_lower, bounds.x_upper)
         + _complementarity(on_rows, g, bounds.g_lower, bounds.g_upper)
     )

@@ -60,7 +60,7 @@ def solve_open_sequence(
     if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):  # the last iterate, without further iterations
         closed = problem.replace(sequence=candidates.sequences[0])
         gait = solve_from_start(closed, candidates.guesses[0], Ipopt(max_iterations=0), silent)
-        return _judge_candidate(problem, homotopy, candidates, [], replace(gait, status=ending))
+        return _judge_candidate(problem, homotopy, candidates, [], gait.replace_fields(status=ending))
     checks = [
         _check_candidate(problem.replace(sequence=sequence), closed_guess, solver, observer)
         for sequence, closed_guess in zip(candidates.sequences, candidates.guesses, strict=True)
@@ -69,12 +69,11 @@ def solve_open_sequence(
     gait = solve_from_start(problem.replace(sequence=checks[0].sequence), checks[0].guess, solver, observer)
     relaxed = sum(step.iterations for step in candidates.path.steps)
     coarse = sum(check.solution.outcome.iterations for check in checks)
-    report = replace(
-        gait.solver,
+    report = gait.solver.replace_fields(
         iterations=gait.solver.iterations + relaxed + coarse,
         solve_seconds=time.perf_counter() - started - gait.solver.build_seconds,
     )
-    return _judge_candidate(problem, homotopy, candidates, checks, replace(gait, solver=report))
+    return _judge_candidate(problem, homotopy, candidates, checks, gait.replace_fields(solver=report))
 
 
 def _check_candidate(
@@ -107,7 +106,7 @@ def _judge_candidate(
         reasons.append(
             f"the proposed sequence '{gait.sequence}' has cost {after:.6g}, the relaxed problem {last.objective:.6g}"
         )
-        gait = replace(gait, status=Status.UNCONFIRMED)
+        gait = gait.replace_fields(status=Status.UNCONFIRMED, certificate=None)
     proposal = Proposal(
         sequence=str(problem.sequence),
         relaxation=homotopy.relaxation.name,
@@ -119,7 +118,7 @@ def _judge_candidate(
         cost_after=after,
         reason="; ".join(reasons),
     )
-    return replace(gait, proposal=proposal)
+    return gait.replace_fields(proposal=proposal)
 
 
 def _describe_stationarity(candidates: Candidates, checks: list[CandidateCheck]) -> str:

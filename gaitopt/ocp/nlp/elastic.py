@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
@@ -115,6 +116,7 @@ class ElasticNlp:
             result.status, result.x[:n], np.maximum(result.x[n:], 0), self._activity(result, prices), result.iterations
         )
 
+    @defer_interrupt()
     def find_excesses(self, x: Array, data: Array) -> tuple[Array, list[RelaxedSide | None]]:
         """Return the excess of a point over each limit, shape (n_limits,), and the side of largest excess, if any."""
         g = np.asarray(self._original.derivatives["jac_g"](x, data)[0]).ravel()

@@ -8,6 +8,7 @@ over its instances and scattered into the sparse derivatives of the whole.  The 
 small functions and not on the number of intervals; its evaluation is as fast as that of a fully expanded problem.
 """
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -97,6 +98,12 @@ class Nlp:
     n_constraints: int
     typical: float = 1.0
     smooth: bool = False
+
+    @functools.cached_property
+    def values(self) -> ca.Function:
+        """Function (x, p) -> minimised value and constraints, without derivatives."""
+        x, p, f, g = (self.functions[name] for name in ("x", "p", "f", "g"))
+        return ca.Function("nlp_fg", [x, p], [f, g])
 
     def solver(self, name: str, plugin: str, options: dict[str, object]) -> ca.Function:
         """Return a CasADi solver of the NLP."""

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.layout import Index
@@ -120,7 +121,8 @@ class _Conditions:
 
     def __init__(self, nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds) -> None:
         self.nlp, self.x, self.data, self.bounds = nlp, x, data, bounds
-        g, jacobian = nlp.derivatives["jac_g"](x, data)
+        with defer_interrupt():
+            g, jacobian = nlp.derivatives["jac_g"](x, data)
         self.jacobian = _sparse(jacobian)
         self.gradients = sp.vstack([sp.identity(x.size), self.jacobian], format="csr")
         self.multipliers = np.concatenate(multipliers) / nlp.typical
@@ -137,25 +139,26 @@ class _Conditions:
 
     def conclude(self) -> SecondOrder:
         """Return the result."""
-        hessian = _sparse(self.nlp.derivatives["hess_lag"](self.x, self.data, 1 / self.nlp.typical, self._on_rows()))
+        with defer_interrupt():
+            upper = self.nlp.derivatives["hess_lag"](self.x, self.data, 1 / self.nlp.typical, self._on_rows())
+        hessian = _sparse(upper)
         hessian = hessian + sp.triu(hessian, 1).T
         least = CURVED * max(1.0, float(np.abs(hessian).max()))
         basis = _null_space(self.gradients[self.equal | self.strong])
+        weakly = _restrict(basis, self.gradients[self.active & ~self.strong])
         curvature = _least_curvature(hessian, basis)
         if not basis.shape[1]:
             verdict = Verdict.SHARP
         elif curvature > least:
             verdict = Verdict.STRICT
         else:
-            weakly = _null_space(self.gradients[self.equal | self.active])
             saddle = bool(weakly.shape[1]) and _least_curvature(hessian, weakly) < -least
             verdict = Verdict.SADDLE if saddle else Verdict.UNDECIDED
-        rows = self.equal | self.active
         return SecondOrder(
             verdict=verdict,
             active=np.flatnonzero(self.active),
             weak=np.flatnonzero(self.active & ~self.strong),
-            dependent=int(rows.sum()) - (self.x.size - _null_space(self.gradients[rows]).shape[1]),
+            dependent=int((self.equal | self.active).sum()) - (self.x.size - weakly.shape[1]),
             free_directions=basis.shape[1],
             curvature=curvature,
             slacks=self.slacks,
@@ -163,7 +166,8 @@ class _Conditions:
 
     def cross_over(self) -> "_Conditions | None":
         """Return the check at the vertex of the linear program around the solution; None if no vertex is nearby."""
-        slope = np.asarray(self.nlp.derivatives["grad_f"](self.x, self.data)[1]).ravel() / self.nlp.typical
+        with defer_interrupt():
+            slope = np.asarray(self.nlp.derivatives["grad_f"](self.x, self.data)[1]).ravel() / self.nlp.typical
         n, size = self.x.size, BOX * np.maximum(1.0, np.abs(self.x))
         lower = np.maximum(self.lower[:n] - self.x, -size)
         upper = np.minimum(self.upper[:n] - self.x, size)
@@ -238,6 +242,16 @@ def _null_space(gradients: sp.csr_matrix) -> Array:
     full = np.zeros((n, basis.shape[1]))
     full[~fixed] = basis
     return full
+
+
+def _restrict(basis: Array, rows: sp.csr_matrix) -> Array:
+    """Return an orthonormal basis of the vectors of a subspace that lie in the null space of some rows."""
+    if not (rows.shape[0] and basis.shape[1]):
+        return basis
+    sizes = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+    _, values, vectors = np.linalg.svd((rows @ basis) / np.where(sizes > 0, sizes, 1.0)[:, None])
+    rank = int(np.sum(values > np.sqrt(REGULARISATION)))
+    return np.asarray(basis @ vectors[rank:].T)
 
 
 def _projection(rows: sp.csr_matrix) -> Callable[[Array], Array]:

@@ -73,7 +73,8 @@ class ElasticProblem:
 
     def minimise_excess(self, guess: Guess) -> ElasticResult:
         """Return the motion near a guess with the least excess over the limits."""
-        x = initial_point(self.transcription, self.problem, guess)
+        with defer_interrupt():
+            x = initial_point(self.transcription, self.problem, guess)
         return self._minimise(x, self.prices)
 
     def exceed_only(self, members: list[int], near: ElasticResult) -> ElasticResult:
@@ -137,10 +138,12 @@ class ElasticProblem:
         members = [int(i) for i in np.flatnonzero(self.prices * result.slacks > FEASIBLE)]
         for number in sorted(members, key=lambda member: self.prices[member] * result.slacks[member]):
             rest = [member for member in members if member != number]
+            if not rest:
+                break
             reduced = self.exceed_only(rest, result)
             if reduced.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt
-            if rest and reduced.status.ok and self.excess(reduced, without=rest) <= FEASIBLE:
+            if reduced.status.ok and self.excess(reduced, without=rest) <= FEASIBLE:
                 members, result = rest, reduced
         return tuple(self._conflict(member, result, separable=False) for member in members)
 
@@ -171,6 +174,7 @@ class ElasticProblem:
             return least if least >= 0 or limit.unit == "rad" else math.nan
         return value + SAFETY_FACTOR * missing
 
+    @defer_interrupt()
     def _sufficient_friction(self, x: Array) -> float:
         """Return the friction coefficient whose cones contain all forces of a motion; nan with slip or tension."""
         sequence, rows = self.problem.sequence, self.transcription.constraints

@@ -80,11 +80,12 @@ class GridSolution:
         nlp, variables, x = self.transcription.nlp, self.transcription.variables, self.outcome.x.copy()
         if self.transcription.sign_changes is None or not np.all(np.isfinite([self.outcome.objective, *x])):
             return self.outcome.objective
-        data = nlp_data(self.transcription, self.problem, x, exact=True)
-        if Unknown.INTEGRAL in variables:  # its row states integrals - unknown = 0
-            rows = np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
-            x[variables[Unknown.INTEGRAL]] += rows[self.transcription.constraints[Group.INTEGRAL]]
-        return float(nlp.objective(x, data))
+        with defer_interrupt():
+            data = nlp_data(self.transcription, self.problem, x, exact=True)
+            if Unknown.INTEGRAL in variables:  # its row states integrals - unknown = 0
+                rows = np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
+                x[variables[Unknown.INTEGRAL]] += rows[self.transcription.constraints[Group.INTEGRAL]]
+            return float(nlp.objective(x, data))
 
     def has_other_sign_changes(self) -> bool:
         """Return whether a solve from this solution would have other data on sign changes."""

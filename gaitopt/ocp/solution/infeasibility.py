@@ -93,7 +93,8 @@ class _Search:
         self._elastic = ElasticProblem(problem, self._grids[0], elastic_solver(solver), observer)
         self._started, self._guesses = time.perf_counter(), guesses
         self._infeasible: list[ElasticResult] = []
-        self._unsolved: list[Gait] = []
+        # An inaccurate plan satisfies all limits at its nodes: the problem is not infeasible.
+        self._unsolved = [failure] if failure.status is Status.PLAN_INACCURATE else []
         self._undecided: list[Status] = []
 
     def _seconds(self) -> float:

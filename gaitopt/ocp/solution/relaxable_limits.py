@@ -141,16 +141,19 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
     units, robot, limits = _Units.of(problem), problem.robot, problem.limits
     variables, rows = transcription.variables, transcription.constraints
     for angle, pair in zip(robot.angles, limits.angles(robot.angles), strict=True):
-        if pair == (-math.pi / 2, math.pi / 2):
-            continue  # the default, which is not a limit set by the user
-        yield RelaxableLimit(
-            name=f"limit of angle {angle}",
-            setting="Limits.angle",
-            value=pair,
-            unit="rad",
-            size=1.0,
-            quantities=((False, variables.find(Kind.ANGLE, angle), 1.0),),
-        )
+        for side, value in zip(("lower", "upper"), pair, strict=True):
+            if abs(value) == math.pi / 2:
+                continue  # the default, which is not a limit set by the user
+            yield RelaxableLimit(
+                name=f"{side} limit of angle {angle}",
+                setting="Limits.angle",
+                value=value,
+                unit="rad",
+                size=1.0,
+                quantities=((False, variables.find(Kind.ANGLE, angle), 1.0),),
+                sides=side,
+                is_least=side == "lower",
+            )
     yield RelaxableLimit(
         name="limit of the angular rates",
         setting="Limits.rate",

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.certificate import Sensitivity
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector
@@ -19,7 +20,7 @@ from gaitopt.ocp.transcription.transcription import Transcription
 STEP = 1e-6
 """Relative step of the finite differences of the Lagrangian, which is evaluated with rounding errors only."""
 
-NEGLIGIBLE = 1e-8
+NEGLIGIBLE = 1e-7
 """Change of the objective over its typical size, per relative change of a number, that counts as zero."""
 
 
@@ -64,6 +65,7 @@ def cost_sensitivities(
         In order of decreasing relative effect.  Numbers without effect are omitted.
     """
 
+    @defer_interrupt()
     def evaluate(changed: GaitProblem) -> float:
         numbers = data_vector(changed)
         values = np.concatenate([numbers, data[numbers.size :]])
