@@ -3,7 +3,7 @@
 import dataclasses
 import statistics
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.table import Table
@@ -11,12 +11,14 @@ from rich.text import Text
 
 from gaitopt.cli.output import err, out, verdict_text
 from gaitopt.motion.summary import plain
-from gaitopt.stability.recovery import Recovery
-from gaitopt.study.robustness.robustness_margins import RobustnessMargins
-from gaitopt.tuning.record import Tuning
+
+if TYPE_CHECKING:
+    from gaitopt.stability.recovery import Recovery
+    from gaitopt.study.robustness.robustness_margins import RobustnessMargins
+    from gaitopt.tuning.record import Tuning
 
 
-def tuning_facts(tuned: Tuning) -> dict[str, Any]:
+def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
     """Return the result of tuning as plain data; there are no multipliers if the law has no periodic gait."""
     multipliers = [] if tuned.cycle is None else tuned.cycle.multipliers.tolist()
     return plain(
@@ -38,7 +40,7 @@ def tuning_facts(tuned: Tuning) -> dict[str, Any]:
     )
 
 
-def print_tuning(tuned: Tuning) -> None:
+def print_tuning(tuned: "Tuning") -> None:
     """Print the result of tuning as a table."""
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
@@ -60,7 +62,7 @@ def print_tuning(tuned: Tuning) -> None:
     out.print(table)
 
 
-def print_unstable(tuned: Tuning) -> None:
+def print_unstable(tuned: "Tuning") -> None:
     """Report that no gains stabilise a gait, and the smallest spectral radius that was reached."""
     reached = "no periodic gait was found near the plan for any of the gains"
     if tuned.cycle is not None:
@@ -69,7 +71,7 @@ def print_unstable(tuned: Tuning) -> None:
     err.print(Text.assemble(("not stabilised", "red"), message), soft_wrap=True)
 
 
-def basin_facts(recovery: Recovery | None) -> dict[str, Any] | None:
+def basin_facts(recovery: "Recovery | None") -> dict[str, Any] | None:
     """Return the fraction of pushes in a ball after which a walker returns, and in how many steps, as plain data."""
     if recovery is None:
         return None
@@ -83,7 +85,7 @@ def basin_facts(recovery: Recovery | None) -> dict[str, Any] | None:
 
 
 def endurance_facts(
-    survived: Sequence[RobustnessMargins], ball: float, before: Recovery | None, after: Recovery | None
+    survived: "Sequence[RobustnessMargins]", ball: float, before: "Recovery | None", after: "Recovery | None"
 ) -> dict[str, Any]:
     """Return the disturbances survived, and the recovery from a ball of pushes in open loop and under the law."""
     return {
@@ -94,7 +96,7 @@ def endurance_facts(
     }
 
 
-def print_endurance(facts: dict[str, Any], basins: dict[str, Recovery | None]) -> None:
+def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> None:
     """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
     caption = (
@@ -118,7 +120,7 @@ def print_endurance(facts: dict[str, Any], basins: dict[str, Recovery | None]) -
         out.print(f"{name}: {text}", soft_wrap=True)
 
 
-def _settling(recovery: Recovery) -> str:
+def _settling(recovery: "Recovery") -> str:
     """Return the number of steps until the walks have returned, in words."""
     if not recovery.settling:
         return ""

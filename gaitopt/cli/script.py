@@ -192,9 +192,13 @@ def load_gaits(files: Mapping[str, Path], script: Path | None) -> dict[str, Gait
 
 @contextmanager
 def _running(path: Path) -> Iterator[None]:
-    """Let a script import its neighbours, as ``python SCRIPT`` would, and turn what it raises into a ScriptError."""
-    former = list(sys.path)
+    """Let a script import its neighbours, as ``python SCRIPT`` would, and turn what it raises into a ScriptError.
+
+    No bytecode is written, so that the folder of the script is left as it is.
+    """
+    former, writes_no_bytecode = list(sys.path), sys.dont_write_bytecode
     sys.path.insert(0, str(path.parent.resolve()))
+    sys.dont_write_bytecode = True
     try:
         yield
     except GaitoptError:
@@ -203,6 +207,7 @@ def _running(path: Path) -> Iterator[None]:
         raise _script_error(path, error) from error
     finally:
         sys.path[:] = former
+        sys.dont_write_bytecode = writes_no_bytecode
 
 
 def _script_error(path: Path, error: BaseException) -> ScriptError:

@@ -136,7 +136,8 @@ def test_an_interrupt_late_in_a_solve_keeps_the_best_iterate_that_meets_the_cons
     assert gait.solver.constraint_violation <= 1e-6
     best = min(step.objective for step in seen[: stop + 1] if step.infeasibility <= 1e-6)
     assert gait.solver.objective == pytest.approx(best, rel=1e-6)
-    assert gait.solver.objective >= whole.solver.objective * (1 - 1e-6)
+    # Violations of the constraints by up to 1e-6 change the objective by some 1e-6 of its value.
+    assert gait.solver.objective >= whole.solver.objective * (1 - 1e-5)
 
 
 def test_an_interrupt_on_the_coarse_grid_ends_the_solve(reference_problem):

@@ -15,8 +15,8 @@ from enum import StrEnum
 
 import casadi as ca
 import numpy as np
+import scipy
 import scipy.sparse as sp
-from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
 from gaitopt.interrupts import defer_interrupt
@@ -173,7 +173,7 @@ class _Conditions:
         upper = np.minimum(self.upper[:n] - self.x, size)
         rows, equal = self.values[n:], self.equal[n:]
         above, below = ~equal & np.isfinite(self.upper[n:]), ~equal & np.isfinite(self.lower[n:])
-        answer = linprog(
+        answer = scipy.optimize.linprog(
             slope,
             A_ub=sp.vstack([self.jacobian[above], -self.jacobian[below]]),
             b_ub=np.concatenate([(self.upper[n:] - rows)[above], (rows - self.lower[n:])[below]]),

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import scipy
 from attrs import field, frozen
-from scipy.interpolate import PchipInterpolator
 
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
@@ -157,7 +157,8 @@ class Keyframes(Guess):
         if set(self.angles) != set(setting.robot.angles):
             raise InputError(f"Keyframes must name the angles {setting.robot.angles}, got {tuple(self.angles)}.")
         part = np.clip(time / setting.period, 0, 1)
-        curves = [PchipInterpolator(self.fractions, self.angles[name]) for name in setting.robot.angles]
+        interpolate = scipy.interpolate.PchipInterpolator  # SciPy imports its parts when they are used
+        curves = [interpolate(self.fractions, self.angles[name]) for name in setting.robot.angles]
         angles = np.array([curve(part) for curve in curves])
         rates = np.array([curve(part, 1) / setting.period for curve in curves])
         return _at_rest(setting.robot, time, angles, rates)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import SLIDE
@@ -65,7 +65,8 @@ def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, 
 
     In the middle, torques, powers and forces are interpolated linearly, states by cubic Hermite polynomials.
     """
-    gap, q, rates = np.diff(segment.time), segment.q.copy(), CubicSpline(segment.time, segment.v, axis=1)
+    gap, q = np.diff(segment.time), segment.q.copy()
+    rates = scipy.interpolate.CubicSpline(segment.time, segment.v, axis=1)  # SciPy imports its parts when they are used
     q[SLIDE] -= q[SLIDE, 0]
     acceleration = rates(segment.time, 1)
 

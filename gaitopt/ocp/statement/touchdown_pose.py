@@ -5,7 +5,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.optimize import least_squares, minimize
+import scipy
 
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
@@ -53,7 +53,7 @@ def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float]
         return -place[0], -jacobian.reshape((2, -1), order="F")[0, ANGLES]
 
     starts = [points[k] for k in order[:REFINED]]
-    minima = [minimize(negative_reach, x, jac=True, method="L-BFGS-B", bounds=box).fun for x in starts]
+    minima = [scipy.optimize.minimize(negative_reach, x, jac=True, method="L-BFGS-B", bounds=box).fun for x in starts]
     return float(np.nanmax([distances[order[0]], *np.negative(minima)]))
 
 
@@ -88,5 +88,5 @@ def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] 
     start = np.full(len(units), 0.1)
     if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):
         return None
-    fit = least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    fit = scipy.optimize.least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
     return tuple(fit.x) if np.max(np.abs(fit.fun)) <= 1e-6 else None

@@ -2,17 +2,20 @@
 
 import hashlib
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
+import scipy
 
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.statement.objective import Objective
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 from gaitopt.ocp.statement.objective_value import first_step, is_finite
 from gaitopt.parameters import Parameter
 
@@ -87,11 +90,11 @@ class Tracking(Objective):
             target = spline((segment.time - begin) / (end - begin)).T
             angles, rates = np.split(np.vstack([segment.q[ANGLES], segment.v[ANGLES]]) - target, 2)
             values = np.sum(angles**2, axis=0) + self.rate_weight * np.sum(rates**2, axis=0)
-            total += float(CubicSpline(segment.time, values).integrate(*segment.time[[0, -1]]))
+            total += float(scipy.interpolate.CubicSpline(segment.time, values).integrate(*segment.time[[0, -1]]))
         return total
 
 
-def interpolate_reference(motion: Motion) -> CubicSpline:
+def interpolate_reference(motion: Motion) -> "CubicSpline":
     """Return the angles and rates of the first step of a motion over the fraction of the step, 2 n_angles columns."""
     segments, _ = first_step(motion)
     if not is_finite(segments):
@@ -103,17 +106,17 @@ def interpolate_reference(motion: Motion) -> CubicSpline:
     values = np.empty((KNOTS, 2 * len(motion.angles)))
     for k, segment in enumerate(segments[number] for number in owner):
         values[k] = _state(segment.time, segment.q[ANGLES], segment.v[ANGLES], begin + at[k] * (end - begin))
-    return CubicSpline(at, values)
+    return scipy.interpolate.CubicSpline(at, values)
 
 
 def _state(time: Array, angles: Array, rates: Array, at: float) -> Array:
     """Return angles and rates between samples."""
-    curve = CubicHermiteSpline(time, angles, rates, axis=1)
+    curve = scipy.interpolate.CubicHermiteSpline(time, angles, rates, axis=1)
     inside = np.clip(at, time[0], time[-1])
     return np.concatenate([curve(inside), curve(inside, 1)])
 
 
-def _evaluate(spline: CubicSpline, s: Any) -> Any:
+def _evaluate(spline: "CubicSpline", s: Any) -> Any:
     """Return a cubic spline at a symbol by truncated powers: no branches, two continuous derivatives."""
     cubic = spline.c[0]
     powers = [1.0, s, s**2, s**3]

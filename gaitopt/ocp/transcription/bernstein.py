@@ -7,9 +7,9 @@ coefficients is an upper bound of the mean absolute power, and equal to it if no
 """
 
 import functools
+import math
 
 import numpy as np
-from scipy.special import comb
 
 from gaitopt.motion.motion import Array
 
@@ -17,7 +17,7 @@ from gaitopt.motion.motion import Array
 def bernstein_basis(at: float, degree: int) -> Array:
     """Return the values of the Bernstein polynomials at a fraction of the interval, shape (degree + 1,)."""
     k = np.arange(degree + 1)
-    return np.asarray(comb(degree, k) * at**k * (1.0 - at) ** (degree - k))
+    return np.asarray([math.comb(degree, i) for i in k] * at**k * (1.0 - at) ** (degree - k))
 
 
 @functools.cache
@@ -77,5 +77,5 @@ def _monomials(count: int) -> Array:
     degree, matrix = count - 1, np.zeros((count, count))
     for k in range(count):
         for i in range(k, count):  # B_k = sum over i of (-1)^(i - k) C(degree, i) C(i, k) s^i
-            matrix[degree - i, k] = (-1) ** (i - k) * comb(degree, i) * comb(i, k)
+            matrix[degree - i, k] = (-1) ** (i - k) * math.comb(degree, i) * math.comb(i, k)
     return matrix
