@@ -2,13 +2,14 @@
 
 import functools
 import hashlib
-import importlib.util
 import inspect
 import sys
 import traceback
+import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
@@ -87,13 +88,14 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
         scripts = [str(folder / other.name) for other in sorted(folder.glob("*.py"))] if folder.is_dir() else []
         raise InputError(f"There is no problem script {path}. {suggest(str(path), scripts)}")
     name = f"problem script {path.stem}"  # not the name of any module the script may want to import
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
+    if path.suffix != ".py":
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")
-    module = importlib.util.module_from_spec(spec)
+    loader = _ScriptLoader(name, str(path))
+    module = types.ModuleType(name)
+    module.__file__, module.__loader__ = str(path), loader
     sys.modules[name] = module  # dataclasses look up their module
     with _running(path):
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
     loaded = getattr(module, function, None)
     if not callable(loaded):
         verbs = {"problem": "solve' or 'gaitopt stability", "study": "run"}
@@ -190,15 +192,18 @@ def load_gaits(files: Mapping[str, Path], script: Path | None) -> dict[str, Gait
     }
 
 
+class _ScriptLoader(SourceFileLoader):
+    """Loader that writes no bytecode, as ``python SCRIPT`` writes none of the script."""
+
+    def set_data(self, path: str, data: Any, **options: Any) -> None:
+        """Discard the bytecode."""
+
+
 @contextmanager
 def _running(path: Path) -> Iterator[None]:
-    """Let a script import its neighbours, as ``python SCRIPT`` would, and turn what it raises into a ScriptError.
-
-    No bytecode is written, so that the folder of the script is left as it is.
-    """
-    former, writes_no_bytecode = list(sys.path), sys.dont_write_bytecode
+    """Let a script import its neighbours, as ``python SCRIPT`` would, and turn what it raises into a ScriptError."""
+    former = list(sys.path)
     sys.path.insert(0, str(path.parent.resolve()))
-    sys.dont_write_bytecode = True
     try:
         yield
     except GaitoptError:
@@ -207,7 +212,6 @@ def _running(path: Path) -> Iterator[None]:
         raise _script_error(path, error) from error
     finally:
         sys.path[:] = former
-        sys.dont_write_bytecode = writes_no_bytecode
 
 
 def _script_error(path: Path, error: BaseException) -> ScriptError:
