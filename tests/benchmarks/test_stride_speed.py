@@ -86,12 +86,12 @@ import sys, time
 import heyoka
 heyoka.llvm_state.set_diskcache_path(sys.argv[1])
 from gaitopt import compass_biped, passive, Mode
-from gaitopt.simulation.taylor.compiled_programs import watching
+from gaitopt.simulation.taylor.compiled_programs import program_with_events
 robot = compass_biped()
 control = passive(robot).control
 began = time.perf_counter()
 for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD):
-    watching(robot, mode, control, 1e-15, sys.argv[2] == "compact", 0)
+    program_with_events(robot, mode, control, 1e-15, sys.argv[2] == "compact", 0)
 print(time.perf_counter() - began)
 """
 
