@@ -202,12 +202,12 @@ class Robot(LazyRecord):
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"
 
-    @property
+    @functools.cached_property
     def n_q(self) -> int:
         """Number of coordinates, the stance foot's two included."""
         return count_coordinates(len(self.angles))
 
-    @property
+    @functools.cached_property
     def state_entries(self) -> StateEntries:
         """Entries of the state y = (q, v) by name."""
         return StateEntries(self.n_q)
