@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution, Table
-from gaitopt.ocp.nlp.keys import Kind, TableKey, table_name
+from gaitopt.ocp.nlp.keys import Kind, TableKey
 from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.ocp.transcription.transcription import NODE_TABLES, Transcription
@@ -21,11 +21,11 @@ def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
 
     def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
         return {
-            table_name(key): Table(
-                rows=tuple(row.label for row in layout.rows[key]),
+            layout.names[key]: Table(
+                rows=layout.identifiers[key],
                 values=values[places],
                 multipliers=multipliers[places],
-                keys=_identifiers(layout, key),
+                keys=layout.identifiers[key],
             )
             for key, places in layout.tables.items()
         }
@@ -52,10 +52,10 @@ def transfer_solution(solution: Solution, transcription: Transcription, x: Array
 
     def transfer(tables: Mapping[str, Table], layout: Layout, vector: Array, part: Callable[[Table], Array]) -> Array:
         for key, places in layout.tables.items():
-            if table_name(key) not in tables:
+            table = tables.get(layout.names[key])
+            if table is None:
                 continue
-            table = tables[table_name(key)]
-            values, identifiers = part(table), _identifiers(layout, key)
+            values, identifiers = part(table), layout.identifiers[key]
             if solution.intervals == counts and values.shape == places.shape and table.keys == identifiers:
                 vector[places] = values  # the same grid
                 continue
@@ -82,8 +82,7 @@ def covers_transcription(solution: Solution, transcription: Transcription) -> bo
     """Return whether a solution has a value for every unknown of an NLP."""
     layout, known = transcription.variables, solution.unknowns
     return all(
-        table_name(key) in known and set(_identifiers(layout, key)) <= set(known[table_name(key)].keys)
-        for key in layout.tables
+        name in known and set(layout.identifiers[key]) <= set(known[name].keys) for key, name in layout.names.items()
     )
 
 
@@ -91,15 +90,11 @@ def has_same_grid(solution: Solution, transcription: Transcription) -> bool:
     """Return whether a solution has the unknowns of an NLP, on the same grid."""
     layout, known = transcription.variables, solution.unknowns
     return solution.intervals == transcription.structure.counts and all(
-        table_name(key) in known
-        and known[table_name(key)].keys == _identifiers(layout, key)
-        and known[table_name(key)].values.shape == places.shape
-        for key, places in layout.tables.items()
+        name in known
+        and known[name].keys == layout.identifiers[key]
+        and known[name].values.shape == layout.tables[key].shape
+        for key, name in layout.names.items()
     )
-
-
-def _identifiers(layout: Layout, key: TableKey) -> tuple[str, ...]:
-    return tuple(row.identifier for row in layout.rows[key])
 
 
 def _values(table: Table) -> Array:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.ocp.nlp.keys import Key, Kind, Place, Row, TableKey
+from gaitopt.ocp.nlp.keys import Key, Kind, Place, Row, TableKey, table_name
 
 Index = NDArray[np.intp]
 
@@ -21,6 +21,10 @@ class Layout:
     tables : dict of TableKey to (n_rows, n_places) int array
         Indices of the entries of a table in the vector.
     rows : dict of TableKey to tuple of Key
+    names : dict of TableKey to str
+        Names of the tables in files.
+    identifiers : dict of TableKey to tuple of str
+        Texts of the rows in files.
     entries : list of (Place, Key)
         Place and quantity of each entry of the vector.
 
@@ -40,15 +44,20 @@ class Layout:
     size: int = 0
     tables: dict[TableKey, Index] = field(default_factory=dict)
     rows: dict[TableKey, tuple[Key, ...]] = field(default_factory=dict)
+    names: dict[TableKey, str] = field(default_factory=dict)
+    identifiers: dict[TableKey, tuple[str, ...]] = field(default_factory=dict)
     entries: list[tuple[Place, Key]] = field(default_factory=list)
+    _found: dict[tuple[Kind, str | None], Index] = field(default_factory=dict, repr=False)
 
     def add(self, table: TableKey, rows: Sequence[Key], places: Sequence[Place]) -> Index:
         """Append a table and return its indices, shape (len(rows), len(places))."""
         count = len(rows) * len(places)
         index = np.arange(self.size, self.size + count).reshape(len(places), len(rows)).T
         self.tables[table], self.rows[table] = index, tuple(rows)
+        self.names[table], self.identifiers[table] = table_name(table), tuple(row.identifier for row in rows)
         self.entries += [(place, row) for place in places for row in rows]
         self.size += count
+        self._found.clear()
         return index
 
     def __getitem__(self, table: TableKey) -> Index:
@@ -66,13 +75,16 @@ class Layout:
         of : str, optional
             Name of one angle or actuator, to which the search is restricted.
         """
-        indices = [
-            self.tables[table][i]
-            for table, rows in self.rows.items()
-            for i, key in enumerate(rows)
-            if key.kind is kind and of in (None, key.of)
-        ]
-        return np.concatenate(indices) if indices else np.empty(0, dtype=np.intp)
+        if (kind, of) not in self._found:
+            indices = [
+                self.tables[table][i]
+                for table, rows in self.rows.items()
+                for i, key in enumerate(rows)
+                if key.kind is kind and of in (None, key.of)
+            ]
+            self._found[kind, of] = np.concatenate(indices) if indices else np.empty(0, dtype=np.intp)
+            self._found[kind, of].flags.writeable = False
+        return self._found[kind, of]
 
     def label(self, index: int) -> tuple[str, str]:
         """Return the printed labels of an entry: its place and its quantity."""

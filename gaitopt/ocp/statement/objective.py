@@ -198,16 +198,21 @@ def check_objective(objective: Objective, robot: Robot) -> None:
     >>> check_objective(TorqueSquared(), compass_biped())
     """
     for _, term in objective.terms():
-        _check_declaration(term)
-        _check_terms(term, robot)
+        if not isinstance(term, Hashable):
+            raise InputError(f"The objective {type(term).__name__} is not hashable: make its class a frozen dataclass.")
+        _check_term(term, robot)
+
+
+@functools.lru_cache(maxsize=32)
+def _check_term(objective: Objective, robot: Robot) -> None:
+    _check_declaration(objective)
+    _check_shapes(objective, robot)
 
 
 def _check_declaration(objective: Objective) -> None:
     kind = type(objective).__name__
     if not hasattr(objective, "name"):
         raise InputError(f"The objective {kind} has no name: set the class attribute name.")
-    if not isinstance(objective, Hashable):
-        raise InputError(f"The objective {kind} is not hashable: make its class a frozen dataclass.")
     methods = ("integrand", "boundary", "peak")
     if not any(overrides(objective, method) for method in methods):
         raise InputError(
@@ -223,7 +228,7 @@ def _check_declaration(objective: Objective) -> None:
             )
 
 
-def _check_terms(objective: Objective, robot: Robot) -> None:
+def _check_shapes(objective: Objective, robot: Robot) -> None:
     names = [parameter.name for parameter in robot.parameters]
     kind, point = type(objective).__name__, symbolic_instant(robot.angles, robot.actuators, names)
     terms = {"integrand": objective.integrand(point), "boundary": objective.boundary(_symbolic_boundary(robot))}
