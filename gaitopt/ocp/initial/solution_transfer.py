@@ -22,7 +22,7 @@ def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
     def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
         return {
             layout.names[key]: Table(
-                rows=layout.identifiers[key],
+                rows=tuple(row.label for row in layout.rows[key]),
                 values=values[places],
                 multipliers=multipliers[places],
                 keys=layout.identifiers[key],

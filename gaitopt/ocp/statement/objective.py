@@ -198,21 +198,16 @@ def check_objective(objective: Objective, robot: Robot) -> None:
     >>> check_objective(TorqueSquared(), compass_biped())
     """
     for _, term in objective.terms():
-        if not isinstance(term, Hashable):
-            raise InputError(f"The objective {type(term).__name__} is not hashable: make its class a frozen dataclass.")
-        _check_term(term, robot)
-
-
-@functools.lru_cache(maxsize=32)
-def _check_term(objective: Objective, robot: Robot) -> None:
-    _check_declaration(objective)
-    _check_shapes(objective, robot)
+        _check_declaration(term)
+        _check_terms(term, robot)
 
 
 def _check_declaration(objective: Objective) -> None:
     kind = type(objective).__name__
     if not hasattr(objective, "name"):
         raise InputError(f"The objective {kind} has no name: set the class attribute name.")
+    if not isinstance(objective, Hashable):
+        raise InputError(f"The objective {kind} is not hashable: make its class a frozen dataclass.")
     methods = ("integrand", "boundary", "peak")
     if not any(overrides(objective, method) for method in methods):
         raise InputError(
@@ -228,10 +223,9 @@ def _check_declaration(objective: Objective) -> None:
             )
 
 
-def _check_shapes(objective: Objective, robot: Robot) -> None:
-    names = [parameter.name for parameter in robot.parameters]
-    kind, point = type(objective).__name__, symbolic_instant(robot.angles, robot.actuators, names)
-    terms = {"integrand": objective.integrand(point), "boundary": objective.boundary(_symbolic_boundary(robot))}
+def _check_terms(objective: Objective, robot: Robot) -> None:
+    kind, (point, step) = type(objective).__name__, _symbolic_arguments(robot)
+    terms = {"integrand": objective.integrand(point), "boundary": objective.boundary(step)}
     for method, value in terms.items():
         rows, columns = ca.SX(value).shape
         if (rows, columns) != (1, 1):
@@ -245,12 +239,16 @@ def _check_shapes(objective: Objective, robot: Robot) -> None:
         raise InputError(f"The integrand of {kind} contains parts of the joint powers: set uses_power = True.")
 
 
-def _symbolic_boundary(robot: Robot) -> StepBoundary:
+@functools.lru_cache(maxsize=32)
+def _symbolic_arguments(robot: Robot) -> tuple[Instant, StepBoundary]:
+    """Return symbolic arguments of `integrand` and `boundary` for the check of an objective."""
+    names = [parameter.name for parameter in robot.parameters]
     columns = {
         **dict.fromkeys(("q_first", "v_first", "q_last", "v_last", "velocity_jump"), robot.n_q),
         **{"impulse": 2, "duration": 1, "travel": 1, "energy_lost": 1},
     }
-    return StepBoundary(
-        parameters={parameter.name: ca.SX.sym(parameter.name) for parameter in robot.parameters},
+    step = StepBoundary(
+        parameters={name: ca.SX.sym(name) for name in names},
         **{name: ca.SX.sym(name, size) for name, size in columns.items()},
     )
+    return symbolic_instant(robot.angles, robot.actuators, names), step
