@@ -74,16 +74,17 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
     still, units = np.zeros(robot.n_q), np.eye(robot.n_q)[ANGLES]
+    landing, touchdown = FastCall(robot.landing, p), FastCall(robot.touchdown, p)
 
     def gap(angles: Array) -> Array:
         q = full_coordinates(angles)
-        x, y = robot.landing(q, still, p)[0].elements()
-        return np.array([x - step, y, float(robot.touchdown(q, still, p)[0])])
+        (x, y), guard = landing(q, still)[0], touchdown(q, still)[0]
+        return np.array([x - step, y, guard[0]])
 
     def slopes(angles: Array) -> Array:
         q = full_coordinates(angles)
-        guard = [float(robot.touchdown(q, unit, p)[1]) for unit in units]  # its rate for each unit of an angle's rate
-        return np.vstack([robot.landing(q, still, p)[2].full()[:, ANGLES], guard])
+        guard = [touchdown(q, unit)[1][0] for unit in units]  # its rate for each unit of an angle's rate
+        return np.vstack([landing(q, still)[2].reshape((2, -1), order="F")[:, ANGLES], guard])
 
     start = np.full(len(units), 0.1)
     if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):
