@@ -238,9 +238,7 @@ def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[st
             qvp,
             lambda: {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T},
         ),
-        "inverse_dynamics": _later(
-            "inverse_dynamics", motion, lambda: {"force": parts.require(a) - joint.T @ u}
-        ),
+        "inverse_dynamics": _later("inverse_dynamics", motion, lambda: {"force": parts.require(a) - joint.T @ u}),
         "mass": _later("mass", {"p": coordinates.p}, lambda: {"total_mass": parts.total_mass}),
         "energy": _later("energy", qvp, lambda: {"kinetic": parts.kinetic, "potential": parts.potential}),
         "momentum": _later("momentum", qvp, lambda: {"linear": parts.momentum, "angular": parts.angular_momentum}),
