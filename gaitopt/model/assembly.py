@@ -237,6 +237,7 @@ def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[st
             "dynamics",
             qvp,
             lambda: {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T},
+            merge=True,
         ),
         "inverse_dynamics": _later("inverse_dynamics", motion, lambda: {"force": parts.require(a) - joint.T @ u}),
         "mass": _later("mass", {"p": coordinates.p}, lambda: {"total_mass": parts.total_mass}),
@@ -262,7 +263,7 @@ def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX) -> dic
     return {
         "landing": _later("landing", qvp, lambda: {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}),
         "impact": _later("impact", impact, exchange),
-        "collision": _later("collision", qvp, collision),
+        "collision": _later("collision", qvp, collision, merge=True),
     }
 
 
@@ -310,10 +311,13 @@ def contact_functions(
     def of(mode: Mode) -> ca.Function:
         a, f = accelerations.accelerations(mode, *equations(), friction)
         label = "acceleration_" + mode.name.lower()
-        return _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
+        return _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f}, merge=True)
 
     return PerMode(of), _later(
-        "wellposed", {"q": q, "p": p}, lambda: {"share": accelerations.sliding_inertia(equations()[0], friction)}
+        "wellposed",
+        {"q": q, "p": p},
+        lambda: {"share": accelerations.sliding_inertia(equations()[0], friction)},
+        merge=True,
     )
 
 
@@ -341,13 +345,18 @@ class PerMode(Mapping[Mode, ca.Function]):
         return dict, (dict(self),)  # Functions can be pickled, expressions cannot
 
 
-def _later(label: str, inputs: dict[str, ca.SX], outputs: Callable[[], dict[str, ca.SX]]) -> Deferred[ca.Function]:
+def _later(
+    label: str, inputs: dict[str, ca.SX], outputs: Callable[[], dict[str, ca.SX]], *, merge: bool = False
+) -> Deferred[ca.Function]:
     """Return a Function that is built at its first use: most programs need few Functions of a robot."""
-    return Deferred(lambda: _function(label, inputs, outputs()))
+    return Deferred(lambda: _function(label, inputs, outputs(), merge=merge))
 
 
-def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -> ca.Function:
-    expressions = ca.cse([ca.densify(ca.SX(e)) for e in outputs.values()])
+def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX], *, merge: bool = False) -> ca.Function:
+    """Return a Function; common subexpressions are merged if it is evaluated often, as in a simulation."""
+    expressions = [ca.densify(ca.SX(e)) for e in outputs.values()]
+    if merge:
+        expressions = ca.cse(expressions)
     return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
 
 
