@@ -167,7 +167,11 @@ class _Inertia:
     """Count of negative eigenvalues: at a minimum one per constraint (Sylvester's law of inertia)."""
 
     def __init__(self, pattern: ca.Sparsity) -> None:
-        self._pattern, self._factors = pattern, ca.Linsol("inertia", "ldl", pattern)
+        self._pattern = pattern
+
+    @functools.cached_property
+    def _factors(self) -> ca.Linsol:
+        return ca.Linsol("inertia", "ldl", self._pattern)
 
     def __call__(self, nonzeros: Array) -> int:
         matrix = ca.DM(self._pattern, nonzeros)

@@ -10,6 +10,7 @@ combines the results.  For collocation with many points this takes a third of th
 """
 
 import functools
+import hashlib
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -80,48 +81,130 @@ class Block:
         parts = {name: part for name in names if (part := getattr(self, name)) is not None}
         return replace(self, **dict(zip(parts, ca.cse(list(parts.values())), strict=True)))
 
-    def eliminate(self, expressions: list[ca.SX]) -> list[ca.SX]:
+
+class BlockFunctions:
+    """A block and its derivatives as Functions of the inputs of the block and the shared data.
+
+    Parameters
+    ----------
+    block : Block
+    data : SX
+        Symbols shared by all blocks.
+    """
+
+    def __init__(self, block: Block, data: ca.SX) -> None:
+        self._block, self._inputs = block, [*block.inputs, data]
+
+    @functools.cached_property
+    def constraints(self) -> ca.Function:
+        """Function that returns the constraints."""
+        return ca.Function("constraints", self._inputs, self._eliminate(self._block.constraints))
+
+    @functools.cached_property
+    def jacobian(self) -> ca.Function:
+        """Function that returns the constraints and the nonzeros of their Jacobian."""
+        return ca.Function("jacobian", self._inputs, self._eliminate(self._block.constraints, nonzeros(self._slopes)))
+
+    @functools.cached_property
+    def cost(self) -> ca.Function:
+        """Function that returns cost, penalty and the gradient of their sum."""
+        block = self._block
+        gradient = ca.gradient(block.minimised, self._all)
+        if block.intermediates.numel():
+            gradient = self._chain.T @ gradient
+        parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
+        return ca.Function("cost", self._inputs, self._eliminate(*parts, ca.densify(gradient)))
+
+    @functools.cached_property
+    def hessian(self) -> ca.Function:
+        """Function that returns the nonzeros of the upper triangle of the Hessian of the Lagrangian.
+
+        Its further inputs are the multipliers of the constraints and the factor of what is minimised.
+        """
+        multipliers, weight = self._multipliers
+        inputs = [*self._inputs, multipliers, weight]
+        return ca.Function("hessian", inputs, self._eliminate(nonzeros(self._curvature)))
+
+    @functools.cached_property
+    def jacobian_entries(self) -> tuple[list[int], list[int]]:
+        """Rows and columns of the nonzeros of the Jacobian."""
+        return _triplets(self._slopes.sparsity())
+
+    @functools.cached_property
+    def hessian_entries(self) -> tuple[list[int], list[int]]:
+        """Rows and columns of the nonzeros of the upper triangle of the Hessian."""
+        return _triplets(self._curvature.sparsity())
+
+    def _eliminate(self, *expressions: ca.SX) -> list[ca.SX]:
         """Return expressions as functions of the variables alone."""
-        if not self.intermediates.numel():
-            return expressions
-        return ca.substitute(expressions, [self.intermediates], [self.definitions])
+        block = self._block
+        if not block.intermediates.numel():
+            return list(expressions)
+        return list(ca.substitute(list(expressions), [block.intermediates], [block.definitions]))
 
     @functools.cached_property
     def _all(self) -> ca.SX:
-        return ca.vertcat(self.variables, self.intermediates)
+        return ca.vertcat(self._block.variables, self._block.intermediates)
 
     @functools.cached_property
     def _chain(self) -> ca.SX:
-        """Derivative of variables and intermediates with respect to the variables."""
-        identity = ca.SX.eye(self.variables.numel())
-        return ca.vertcat(identity, ca.jacobian(self.definitions, self.variables))
+        """Derivatives of variables and intermediates with respect to the variables."""
+        block = self._block
+        return ca.vertcat(ca.SX.eye(block.variables.numel()), ca.jacobian(block.definitions, block.variables))
 
-    def jacobian(self) -> ca.SX:
-        """Return the Jacobian of the constraints, shape (m, n), an expression with intermediates."""
-        jacobian = ca.jacobian(self.constraints, self._all)
-        return jacobian @ self._chain if self.intermediates.numel() else jacobian
+    @functools.cached_property
+    def _slopes(self) -> ca.SX:
+        """Jacobian of the constraints, with intermediates."""
+        jacobian = ca.jacobian(self._block.constraints, self._all)
+        return jacobian @ self._chain if self._block.intermediates.numel() else jacobian
 
-    def gradient(self) -> ca.SX:
-        """Return the gradient of what is minimised, shape (n, 1), an expression with intermediates."""
-        gradient = ca.gradient(self.minimised, self._all)
-        return self._chain.T @ gradient if self.intermediates.numel() else gradient
+    @functools.cached_property
+    def _multipliers(self) -> tuple[ca.SX, ca.SX]:
+        return ca.SX.sym("m", self._block.constraints.numel()), ca.SX.sym("s")
 
-    def hessian(self, multipliers: ca.SX, weight: ca.SX) -> ca.SX:
-        """Return the upper triangle of the Hessian of the Lagrangian, shape (n, n), an expression with intermediates.
-
-        Parameters
-        ----------
-        multipliers : SX, shape (m, 1)
-        weight : SX
-            Factor of what is minimised.
-        """
-        lagrangian = ca.dot(multipliers, self.constraints)
-        if self.minimised is not None:
-            lagrangian += weight * self.minimised
+    @functools.cached_property
+    def _curvature(self) -> ca.SX:
+        """Upper triangle of the Hessian of the Lagrangian, with intermediates."""
+        block, (multipliers, weight) = self._block, self._multipliers
+        lagrangian = ca.dot(multipliers, block.constraints)
+        if block.minimised is not None:
+            lagrangian += weight * block.minimised
         hessian, gradient = ca.hessian(lagrangian, self._all)
-        if self.intermediates.numel():
-            slopes = ca.SX.sym("slopes", self.intermediates.numel())
-            curvature = ca.hessian(ca.dot(slopes, self.definitions), self.variables)[0]
+        if block.intermediates.numel():
+            slopes = ca.SX.sym("slopes", block.intermediates.numel())
+            second = ca.hessian(ca.dot(slopes, block.definitions), block.variables)[0]
             hessian = self._chain.T @ (hessian @ self._chain)
-            hessian += ca.substitute(curvature, slopes, ca.densify(gradient[self.variables.numel() :]))
+            hessian += ca.substitute(second, slopes, ca.densify(gradient[block.variables.numel() :]))
         return ca.triu(hessian)
+
+
+@dataclass(frozen=True)
+class _Expressions:
+    """A block and the shared data, compared by a digest of all their expressions."""
+
+    digest: str
+    block: Block = field(compare=False)
+    data: ca.SX = field(compare=False)
+
+
+def derive_block(block: Block, data: ca.SX) -> BlockFunctions:
+    """Return the Functions of a block; blocks with equal expressions share them, such as those of two grids."""
+    minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
+    outputs = [block.constraints, block.definitions, *minimised]
+    text = ca.Function("block", [*block.inputs, data, block.intermediates], outputs).serialize()
+    return _derive(_Expressions(hashlib.sha256(text.encode()).hexdigest(), block, data))
+
+
+@functools.lru_cache(maxsize=128)
+def _derive(expressions: _Expressions) -> BlockFunctions:
+    return BlockFunctions(expressions.block.merge_subexpressions(), expressions.data)
+
+
+def nonzeros(matrix: ca.SX) -> ca.SX:
+    """Return the nonzeros of a matrix as a column."""
+    return matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)
+
+
+def _triplets(pattern: ca.Sparsity) -> tuple[list[int], list[int]]:
+    rows, columns = pattern.get_triplet()
+    return list(rows), list(columns)

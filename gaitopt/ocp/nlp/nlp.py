@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred, LazyField
-from gaitopt.ocp.nlp.block import Block
+from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
 
@@ -93,7 +93,7 @@ def assemble_nlp(
     """
     assembly = _Assembly(data.numel(), n_numbers, n_variables, n_constraints)
     for block in blocks:
-        assembly.add(block.merge_subexpressions(), data)
+        assembly.add(block, derive_block(block, data))
     return assembly.finish(typical, smooth)
 
 
@@ -106,9 +106,9 @@ class _Assembly:
         self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", n_constraints)
         self.cost, self.penalty, self.gradient = ca.MX(0), ca.MX(0), ca.MX.zeros(n_variables)
         self.constraints, self.jacobian, self.hessian = Entries(), Entries(), Entries()
-        self._blocks: list[tuple[Block, ca.SX, ca.SX, list[ca.MX]]] = []
+        self._blocks: list[tuple[Block, BlockFunctions, list[ca.MX]]] = []
 
-    def add(self, block: Block, data: ca.SX) -> None:
+    def add(self, block: Block, functions: BlockFunctions) -> None:
         """Add the instances of a block."""
         count = block.columns.shape[1]
         local = [ca.reshape(self.x[_flat(block.columns)], block.columns.shape[0], count)]
@@ -117,39 +117,28 @@ class _Assembly:
         if block.numbers.numel():
             local.append(ca.reshape(self.z[_flat(block.places)], *block.places.shape))
         local.append(self.shared)
-        constraints, jacobian = block.eliminate([block.constraints, block.jacobian()])
-        self._blocks.append((block, data, constraints, local))
-        rows, columns = _triplets(jacobian.sparsity())
-        values, slopes = _map_block(block, data, "j", [constraints, _nonzeros(jacobian)])(*local)
+        self._blocks.append((block, functions, local))
+        rows, columns = functions.jacobian_entries
+        values, slopes = _map(functions.jacobian, block, local)
         self.constraints.add(block.rows, np.zeros_like(block.rows), values)
         self.jacobian.add(block.rows[rows], block.columns[columns], slopes)
         if block.minimised is not None:
-            self._add_cost(block, data, local)
-        self._add_hessian(block, data, local)
+            cost, penalty, gradient = _map(functions.cost, block, local)
+            self.cost += ca.sum2(cost)
+            if block.penalty is not None:
+                self.penalty += ca.sum2(penalty)
+            self.gradient += scatter(_flat(block.columns), self.x.numel(), ca.vec(gradient))
+        self._add_hessian(block, functions, local)
 
-    def _add_cost(self, block: Block, data: ca.SX, local: list[ca.MX]) -> None:
-        parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
-        outputs = block.eliminate([*parts, ca.densify(block.gradient())])
-        cost, penalty, slopes = _map_block(block, data, "c", outputs)(*local)
-        self.cost += ca.sum2(cost)
-        if block.penalty is not None:
-            self.penalty += ca.sum2(penalty)
-        self.gradient += scatter(_flat(block.columns), self.x.numel(), ca.vec(slopes))
-
-    def _add_hessian(self, block: Block, data: ca.SX, local: list[ca.MX]) -> None:
-        multipliers, weight = ca.SX.sym("m", block.constraints.numel()), ca.SX.sym("s")
-        (hessian,) = block.eliminate([block.hessian(multipliers, weight)])
-        rows, columns = (block.columns[part] for part in _triplets(hessian.sparsity()))
-        inputs, count = [*block.inputs, data, multipliers, weight], block.columns.shape[1]
-        shared = [len(block.inputs), len(block.inputs) + 2]
-        function = ca.Function(f"{block.name}_h", inputs, [_nonzeros(hessian)])
-        curvature = function.map(f"{block.name}_h_map", "serial", count, shared, [])
-        lam = ca.reshape(self.lam_g[_flat(block.rows)], block.rows.shape[0], count)
-        values = curvature(*local, lam, self.lam_f)
+    def _add_hessian(self, block: Block, functions: BlockFunctions, local: list[ca.MX]) -> None:
+        lam = ca.reshape(self.lam_g[_flat(block.rows)], *block.rows.shape)
+        (values,) = _map(functions.hessian, block, [*local, lam, self.lam_f], shared=(len(local) + 1,))
+        entries = functions.hessian_entries
+        rows, columns = (block.columns[part] for part in entries)
         self.hessian.add(np.minimum(rows, columns), np.maximum(rows, columns), values)
         # A pair of local variables that are the same unknown adds to the diagonal twice.
-        local_rows, local_columns = (np.array(part) for part in _triplets(hessian.sparsity()))
-        twice = np.flatnonzero(((rows == columns) & (local_rows != local_columns)[:, None]).ravel(order="F"))
+        pairs = (rows == columns) & np.not_equal(*entries)[:, None]
+        twice = np.flatnonzero(pairs.ravel(order="F"))
         if twice.size:
             diagonal = rows.ravel(order="F")[twice]
             self.hessian.add(diagonal, diagonal, ca.vec(values)[twice.tolist()])
@@ -184,28 +173,19 @@ class _Assembly:
     def _functions(self) -> dict[str, ca.MX]:
         """Return the expressions of the NLP; the constraints are evaluated without their derivatives."""
         g = Entries()
-        for block, data, constraints, local in self._blocks:
-            g.add(block.rows, np.zeros_like(block.rows), _map_block(block, data, "g", [constraints])(*local))
+        for block, functions, local in self._blocks:
+            (values,) = _map(functions.constraints, block, local)
+            g.add(block.rows, np.zeros_like(block.rows), values)
         return {"x": self.x, "p": self.z, "f": self.cost + self.penalty, "g": g.vector(self.lam_g.numel())}
 
 
-def _map_block(block: Block, data: ca.SX, suffix: str, outputs: list[ca.SX]) -> ca.Function:
-    """Return a function of (local variables, constants, data), mapped over the instances; the data are shared."""
-    name = f"{block.name}_{suffix}"
-    return ca.Function(name, [*block.inputs, data], outputs).map(
-        name + "_map", "serial", block.columns.shape[1], [len(block.inputs)], []
-    )
+def _map(function: ca.Function, block: Block, arguments: list[ca.MX], shared: tuple[int, ...] = ()) -> list[ca.MX]:
+    """Return the outputs of a Function for all instances of a block; the data and other inputs may be shared."""
+    count, common = block.columns.shape[1], [len(block.inputs), *shared]
+    name = f"{block.name}_{function.name()}"
+    return list(function.map(name, "serial", count, common, []).call(arguments))
 
 
 def _flat(index: Index) -> list[int]:
     """Return indices instance by instance (column-major)."""
     return index.flatten(order="F").tolist()
-
-
-def _triplets(pattern: ca.Sparsity) -> tuple[list[int], list[int]]:
-    rows, columns = pattern.get_triplet()
-    return list(rows), list(columns)
-
-
-def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)

@@ -72,7 +72,9 @@ class _Intervals:
         self.p = self.local.parameters()
         start = point_at(builder, phase, dynamics, self.local, self.left, self.p)
         end = point_at(builder, phase, dynamics, self.local, self.right, self.p)
-        self.length = self.local.add("duration", builder.variables[Unknown.DURATION][:, [phase.number]]) / phase.count
+        # The share of an interval is a constant of its instance, so that the equations are those of any grid.
+        share = self.local.add_constant("share", np.full(phase.count, 1 / phase.count))
+        self.length = self.local.add("duration", builder.variables[Unknown.DURATION][:, [phase.number]]) * share
         table = (builder.scheme.inner_table, phase.number)
         unknowns = self.local.add("inner", builder.variables[table]) if table in builder.variables else ca.SX(0, 1)
         self.gap, inner = builder.scheme.advance(dynamics, start, end, unknowns, self.length, self.p)
