@@ -192,11 +192,11 @@ def derive_block(block: Block, data: ca.SX) -> BlockFunctions:
     minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
     outputs = [block.constraints, block.definitions, *minimised]
     text = ca.Function("block", [*block.inputs, data, block.intermediates], outputs).serialize()
-    return _derive(_Expressions(hashlib.sha256(text.encode()).hexdigest(), block, data))
+    return derive_expressions(_Expressions(hashlib.sha256(text.encode()).hexdigest(), block, data))
 
 
 @functools.lru_cache(maxsize=128)
-def _derive(expressions: _Expressions) -> BlockFunctions:
+def derive_expressions(expressions: _Expressions) -> BlockFunctions:
     return BlockFunctions(expressions.block.merge_subexpressions(), expressions.data)
 
 
