@@ -197,6 +197,7 @@ def derive_block(block: Block, data: ca.SX) -> BlockFunctions:
 
 @functools.lru_cache(maxsize=128)
 def derive_expressions(expressions: _Expressions) -> BlockFunctions:
+    """Return the Functions of a block; those of the last blocks are kept."""
     return BlockFunctions(expressions.block.merge_subexpressions(), expressions.data)
 
 
