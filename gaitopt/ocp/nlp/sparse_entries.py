@@ -30,11 +30,12 @@ class Entries:
         """Return the sparse matrix that sums the entries."""
         rows, columns = np.concatenate(self._rows), np.concatenate(self._columns)
         key, position = np.unique(columns * shape[0] + rows, return_inverse=True)  # column-major, as CasADi stores
-        pattern = ca.Sparsity.triplet(*shape, (key % shape[0]).tolist(), (key // shape[0]).tolist())
+        first = np.searchsorted(key, shape[0] * np.arange(shape[1] + 1))
+        pattern = ca.Sparsity(*shape, first.tolist(), (key % shape[0]).tolist())
         return ca.MX(pattern, scatter(position.tolist(), len(key), ca.vertcat(*self._values)))
 
 
 def scatter(index: Sequence[int], size: int, values: ca.MX) -> ca.MX:
     """Return the vector of `size` whose entry i sums the values with index i."""
-    selection = ca.Sparsity.triplet(size, len(index), list(index), list(range(len(index))))
+    selection = ca.Sparsity(size, len(index), list(range(len(index) + 1)), list(index))  # one entry per column
     return ca.DM(selection, 1.0) @ values
