@@ -154,7 +154,7 @@ def assemble(
         points=tuple(drawing.points),
         links=tuple((index[a], index[b]) for a, b in drawing.links),
         **_motion(coordinates, mechanics, joint),
-        **_landing(coordinates, mechanics.mass_matrix, contact.coordinates),
+        **_landing(coordinates, mechanics, contact.coordinates),
         **_step(coordinates, contact.coordinates, _exchange_matrix(relabel, q, name), relabel),
         touchdown=_later(
             "touchdown",
@@ -225,22 +225,28 @@ def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[st
         coordinates.v,
         u,
         coordinates.p,
-        parts.mass_matrix,
-        joint.T @ u - parts.bias,
+        lambda: (parts.mass_matrix, joint.T @ u - parts.bias),
         coordinates.parameter("friction"),
     )
-    dynamics = {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T}
+    a = ca.SX.sym("a", coordinates.q.numel())
+    motion = {"q": coordinates.q, "v": coordinates.v, "a": a, "u": u, "p": coordinates.p}
     return {
         "acceleration": acceleration,
         "wellposed": wellposed,
-        "dynamics": _later("dynamics", qvp, lambda: dynamics),
+        "dynamics": _later(
+            "dynamics",
+            qvp,
+            lambda: {"mass_matrix": parts.mass_matrix, "bias": parts.bias, "actuation": joint.T},
+            merge=True,
+        ),
+        "inverse_dynamics": _later("inverse_dynamics", motion, lambda: {"force": parts.require(a) - joint.T @ u}),
         "mass": _later("mass", {"p": coordinates.p}, lambda: {"total_mass": parts.total_mass}),
         "energy": _later("energy", qvp, lambda: {"kinetic": parts.kinetic, "potential": parts.potential}),
         "momentum": _later("momentum", qvp, lambda: {"linear": parts.momentum, "angular": parts.angular_momentum}),
     }
 
 
-def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[str, Any]:
+def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX) -> dict[str, Any]:
     """Return the Functions of the landing foot and its impact."""
     q, v, p, qvp = coordinates.q, coordinates.v, coordinates.p, _inputs(coordinates)[1]
     w, impulse = ca.SX.sym("w", q.numel()), ca.SX.sym("impulse", 2)
@@ -248,16 +254,16 @@ def _landing(coordinates: Coordinates, mass_matrix: ca.SX, foot: ca.SX) -> dict[
     impact = {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p}
 
     def collision() -> dict[str, ca.SX]:
-        spread = accelerations.solve_symmetric(mass_matrix, jacobian.T)
+        spread = accelerations.solve_symmetric(mechanics.mass_matrix, jacobian.T)
         return {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
 
     def exchange() -> dict[str, ca.SX]:
-        return {"residual": mass_matrix @ (w - v) - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
+        return {"residual": mechanics.mass_matrix @ (w - v) - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
 
     return {
         "landing": _later("landing", qvp, lambda: {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}),
         "impact": _later("impact", impact, exchange),
-        "collision": _later("collision", qvp, collision),
+        "collision": _later("collision", qvp, collision, merge=True),
     }
 
 
@@ -287,7 +293,7 @@ def _inputs(coordinates: Coordinates) -> tuple[dict[str, ca.SX], dict[str, ca.SX
 
 
 def contact_functions(
-    q: ca.SX, v: ca.SX, u: ca.SX, p: ca.SX, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX
+    q: ca.SX, v: ca.SX, u: ca.SX, p: ca.SX, equations: Callable[[], tuple[ca.SX, ca.SX]], friction: ca.SX
 ) -> tuple[Mapping[Mode, ca.Function], Deferred[ca.Function]]:
     """Return the Functions `acceleration` and `wellposed` of a robot.
 
@@ -295,17 +301,23 @@ def contact_functions(
     ----------
     q, v, u, p : SX
         Inputs of the Functions.
-    mass_matrix, drive, friction : SX
-        As in :func:`gaitopt.model.contacts.accelerations.accelerations`, expressions of the inputs.
+    equations : callable
+        Returns mass matrix and drive, as in :func:`gaitopt.model.contacts.accelerations.accelerations`, expressions of
+        the inputs.
+    friction : SX
+        Coulomb coefficient.
     """
 
     def of(mode: Mode) -> ca.Function:
-        a, f = accelerations.accelerations(mode, mass_matrix, drive, friction)
+        a, f = accelerations.accelerations(mode, *equations(), friction)
         label = "acceleration_" + mode.name.lower()
-        return _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f})
+        return _function(label, {"q": q, "v": v, "u": u, "p": p}, {"acceleration": a, "force": f}, merge=True)
 
     return PerMode(of), _later(
-        "wellposed", {"q": q, "p": p}, lambda: {"share": accelerations.sliding_inertia(mass_matrix, friction)}
+        "wellposed",
+        {"q": q, "p": p},
+        lambda: {"share": accelerations.sliding_inertia(equations()[0], friction)},
+        merge=True,
     )
 
 
@@ -333,13 +345,18 @@ class PerMode(Mapping[Mode, ca.Function]):
         return dict, (dict(self),)  # Functions can be pickled, expressions cannot
 
 
-def _later(label: str, inputs: dict[str, ca.SX], outputs: Callable[[], dict[str, ca.SX]]) -> Deferred[ca.Function]:
+def _later(
+    label: str, inputs: dict[str, ca.SX], outputs: Callable[[], dict[str, ca.SX]], *, merge: bool = False
+) -> Deferred[ca.Function]:
     """Return a Function that is built at its first use: most programs need few Functions of a robot."""
-    return Deferred(lambda: _function(label, inputs, outputs()))
+    return Deferred(lambda: _function(label, inputs, outputs(), merge=merge))
 
 
-def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX]) -> ca.Function:
-    expressions = ca.cse([ca.densify(ca.SX(e)) for e in outputs.values()])
+def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX], *, merge: bool = False) -> ca.Function:
+    """Return a Function; common subexpressions are merged if it is evaluated often, as in a simulation."""
+    expressions = [ca.densify(ca.SX(e)) for e in outputs.values()]
+    if merge:
+        expressions = ca.cse(expressions)
     return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
 
 

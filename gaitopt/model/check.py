@@ -161,7 +161,11 @@ def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p:
         change = (momentum[0] - momentum[1]) / (2 * step)
         force_error = np.max(np.abs(change - f - weight)) / (np.max(np.abs(weight)) + np.max(np.abs(f)))
         mass, bias, actuation = (np.asarray(part) for part in robot.dynamics(q, speed, p))
-        balance = mass @ a + bias.ravel() - actuation @ u - np.concatenate([f, np.zeros(robot.n_q - 2)])
+        reaction = np.concatenate([f, np.zeros(robot.n_q - 2)])
+        balance = [
+            *(mass @ a + bias.ravel() - actuation @ u - reaction),
+            *(np.asarray(robot.inverse_dynamics(q, speed, a, u, p)).ravel() - reaction),
+        ]
         law = [f[0] + mode.sign * friction * f[1], a[1]] if mode.slips else [*a[:2]] if mode is Mode.STICK else [*f]
         scale = np.max(np.abs(f)) + np.max(np.abs(a)) + np.max(np.abs(bias)) + 1
         contact_error = np.max(np.abs([*balance, *law])) / scale

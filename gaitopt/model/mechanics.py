@@ -4,12 +4,13 @@ They read  M(q) a + h(q, v) = W^T f + E tau  with q = (x, y, angles); (x, y) is 
 W = [I 0] and the contact force f = (f_t, f_n) enters the first two rows.
 """
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
-from gaitopt.model.forces import Force, Potential, RotorInertia, Spring
+from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,42 +68,11 @@ class RigidLink:
 Body = PointMass | RigidLink
 
 
-@dataclass(frozen=True, eq=False)
 class Mechanics:
-    """Symbolic mechanics of a mechanism, all expressions of (q, v, parameters).
+    """Symbolic mechanics of a mechanism, expressions of (q, v, parameters) that are derived when they are first read.
 
-    Attributes
-    ----------
-    mass_matrix : SX, shape (n_q, n_q)
-    bias : SX, shape (n_q, 1)
-        Coriolis and gravity terms h [N, N m].
-    kinetic, potential : SX
-        Energies [J].
-    momentum : SX, shape (2, 1)
-        Linear momentum [kg m/s], summed over the bodies, independent of the mass matrix.
-    angular_momentum : SX
-        Angular momentum about the origin of the frame [kg m^2/s], positive for increasing angle (clockwise).
-    total_mass : SX
-        Total mass [kg].
-    elastic : SX
-        Energy of springs and potentials, part of `potential` [J].
-    dissipation : SX
-        Power dissipated by dampers [W].
-    """
-
-    mass_matrix: ca.SX
-    bias: ca.SX
-    kinetic: ca.SX
-    potential: ca.SX
-    momentum: ca.SX
-    angular_momentum: ca.SX
-    total_mass: ca.SX
-    elastic: ca.SX
-    dissipation: ca.SX
-
-
-def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()) -> Mechanics:
-    """Derive the mechanics of `bodies` by projecting Newton's and Euler's laws, body by body (Kane's method).
+    The positions of the bodies, the angles of the links and the coordinates of rotors are the entries of one vector
+    r(q) with the diagonal inertia D, so that M = J^T D J with its Jacobian J.
 
     Parameters
     ----------
@@ -112,43 +82,126 @@ def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: S
     gravity : SX, shape (2, 1)
         Gravitational acceleration in the slope-fixed frame [m/s^2].
     forces : sequence of Spring, Damper, Potential or RotorInertia
+
+    Examples
+    --------
+    >>> import casadi as ca
+    >>> q, v = ca.SX.sym("q"), ca.SX.sym("v")
+    >>> pendulum = Mechanics([PointMass(2.0, ca.vertcat(ca.sin(q), ca.cos(q)))], q, v, ca.vertcat(0, -9.8))
+    >>> torque = ca.Function("torque", [q, v], [pendulum.require(ca.SX(3.0))])
+    >>> round(float(torque(0.0, 1.0)), 9), round(float(torque(ca.pi / 2, 1.0)), 9)
+    (6.0, -13.6)
     """
-    kinetic, potential, total, angular = ca.SX(0), ca.SX(0), ca.SX(0), ca.SX(0)
-    momentum, mass_matrix = ca.SX.zeros(2), ca.SX.zeros(q.numel(), q.numel())
-    bias = ca.SX.zeros(q.numel())
-    for body in bodies:
-        jacobian = ca.jacobian(body.position, q)
-        velocity = jacobian @ v
-        kinetic += body.mass * ca.dot(velocity, velocity) / 2
-        mass_matrix += body.mass * jacobian.T @ jacobian
-        bias += jacobian.T @ (body.mass * (ca.jtimes(velocity, q, v) - gravity))  # J^T m (dJ/dt v - g)
-        potential -= body.mass * ca.dot(gravity, body.position)
-        momentum += body.mass * velocity
+
+    def __init__(
+        self, bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()
+    ) -> None:
+        self._bodies, self._q, self._v, self._gravity, self._forces = tuple(bodies), q, v, gravity, tuple(forces)
+        links = [body for body in bodies if isinstance(body, RigidLink)]
+        rotors = [force for force in forces if isinstance(force, RotorInertia)]
+        self._places = ca.vertcat(ca.SX(0, 1), *(body.position for body in bodies))
+        self._entries = ca.vertcat(self._places, *(part.angle for part in links), *(part.coordinate for part in rotors))
+        masses = [mass for body in bodies for mass in (body.mass, body.mass)]
+        reflected = [rotor.reflected for rotor in rotors]
+        self._inertia = ca.vertcat(ca.SX(0, 1), *masses, *(link.inertia for link in links), *reflected)
+        self._fall = ca.vertcat(*[gravity] * len(bodies), ca.SX(len(links) + len(rotors), 1))
+
+    def require(self, acceleration: ca.SX) -> ca.SX:
+        """Return the generalised forces that accelerations require, M a + h, shape (n_q, 1) [N, N m].
+
+        The accelerations of the bodies follow from those of q by forward differentiation, body by body from the foot
+        outwards, and the forces by the reverse sweep, which is the recursive Newton-Euler method: the number of
+        operations grows linearly with that of the bodies, and no mass matrix is formed.
+
+        Parameters
+        ----------
+        acceleration : SX, shape (n_q, 1)
+            Rates of v [m/s^2, rad/s^2].
+        """
+        rates = ca.jtimes(self._rates, ca.vertcat(self._q, self._v), ca.vertcat(self._v, acceleration))
+        forces = ca.jtimes(self._entries, self._q, self._inertia * (rates - self._fall), True)
+        return forces + self._resistance
+
+    @functools.cached_property
+    def mass_matrix(self) -> ca.SX:
+        """Mass matrix M, shape (n_q, n_q)."""
+        jacobian, count = ca.jacobian(self._entries, self._q), 2 * len(self._bodies)
+        rows = [jacobian[k : k + 2, :] for k in range(0, count, 2)]
+        rows += [jacobian[k, :] for k in range(count, jacobian.shape[0])]
+        inertias = [ca.SX(body.mass) for body in self._bodies] + ca.vertsplit(self._inertia[count:])
+        products = (inertia * (part.T @ part) for inertia, part in zip(inertias, rows, strict=True))
+        return ca.triu2symm(ca.triu(ca.simplify(sum(products, ca.SX(*2 * self._q.shape[:1])))))
+
+    @functools.cached_property
+    def bias(self) -> ca.SX:
+        """Coriolis and gravity terms, springs and dampers h, shape (n_q, 1) [N, N m]."""
+        return self.require(ca.SX(*self._q.shape))
+
+    @functools.cached_property
+    def kinetic(self) -> ca.SX:
+        """Kinetic energy [J]."""
+        return ca.dot(self._inertia * self._rates, self._rates) / 2
+
+    @functools.cached_property
+    def potential(self) -> ca.SX:
+        """Potential energy, that of springs and potentials included [J]."""
+        return self.elastic - ca.dot(self._inertia * self._fall, self._entries)
+
+    @functools.cached_property
+    def momentum(self) -> ca.SX:
+        """Linear momentum, summed over the bodies, independent of the mass matrix, shape (2, 1) [kg m/s]."""
+        return ca.sum2(ca.reshape((self._inertia * self._rates)[: self._places.numel()], 2, -1))
+
+    @functools.cached_property
+    def angular_momentum(self) -> ca.SX:
+        """Angular momentum about the origin of the frame [kg m^2/s], positive for increasing angle (clockwise)."""
+        count, momenta = len(self._bodies), self._inertia * self._rates
         # Angles are clockwise from the vertical, and so is the moment: r_y p_x - r_x p_y.
-        angular += body.mass * (body.position[1] * velocity[0] - body.position[0] * velocity[1])
-        total += body.mass
-        if isinstance(body, RigidLink):
-            turning = ca.jacobian(body.angle, q)
-            kinetic += body.inertia * (turning @ v) ** 2 / 2
-            mass_matrix += body.inertia * turning.T @ turning
-            bias += turning.T @ (body.inertia * ca.jtimes(turning @ v, q, v))
-            angular += body.inertia * (turning @ v)
-    elastic, dissipation = ca.SX(0), ca.SX(0)
-    for force in forces:
-        if isinstance(force, Spring | Potential):
-            elastic += force.energy
-            continue
-        along = ca.jacobian(force.coordinate, q)
-        rate = along @ v
-        if isinstance(force, RotorInertia):
-            kinetic += force.reflected * rate**2 / 2
-            mass_matrix += force.reflected * along.T @ along
-            bias += along.T @ (force.reflected * ca.jtimes(rate, q, v))
-        else:
-            dissipation += force.damping * rate**2
-            bias += along.T @ (force.damping * rate)
-    if forces:
-        bias += ca.gradient(elastic, q)
-        potential += elastic
-    mass_matrix = ca.simplify(mass_matrix)
-    return Mechanics(mass_matrix, bias, kinetic, potential, momentum, angular, total, elastic, dissipation)
+        moment = sum((self._moment(momenta, k) for k in range(count)), ca.SX(0))
+        links = sum(isinstance(body, RigidLink) for body in self._bodies)
+        return moment + ca.sum1(momenta[2 * count : 2 * count + links])
+
+    def _moment(self, momenta: ca.SX, number: int) -> ca.SX:
+        """Return the moment of a body's linear momentum about the origin."""
+        x, y = self._places[2 * number], self._places[2 * number + 1]
+        return y * momenta[2 * number] - x * momenta[2 * number + 1]
+
+    @functools.cached_property
+    def total_mass(self) -> ca.SX:
+        """Total mass [kg]."""
+        return sum((ca.SX(body.mass) for body in self._bodies), ca.SX(0))
+
+    @functools.cached_property
+    def elastic(self) -> ca.SX:
+        """Energy of springs and potentials [J]."""
+        return sum((force.energy for force in self._forces if isinstance(force, Spring | Potential)), ca.SX(0))
+
+    @functools.cached_property
+    def dissipation(self) -> ca.SX:
+        """Power dissipated by dampers [W]."""
+        return sum((damper.damping * rate**2 for damper, rate in self._dampers), ca.SX(0))
+
+    @functools.cached_property
+    def _rates(self) -> ca.SX:
+        return ca.jtimes(self._entries, self._q, self._v)
+
+    @functools.cached_property
+    def _dampers(self) -> list[tuple[Damper, ca.SX]]:
+        """Dampers and the rates of their coordinates."""
+        dampers = (force for force in self._forces if isinstance(force, Damper))
+        return [(damper, ca.jtimes(damper.coordinate, self._q, self._v)) for damper in dampers]
+
+    @functools.cached_property
+    def _resistance(self) -> ca.SX:
+        """Generalised forces required by springs, potentials and dampers, shape (n_q, 1)."""
+        total = ca.SX(*self._q.shape)
+        if any(isinstance(force, Spring | Potential) for force in self._forces):
+            total += ca.gradient(self.elastic, self._q)
+        for damper, rate in self._dampers:
+            total += ca.jtimes(damper.coordinate, self._q, damper.damping * rate, True)
+        return total
+
+
+def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()) -> Mechanics:
+    """Return the mechanics of `bodies`; parameters as of :class:`Mechanics`."""
+    return Mechanics(bodies, q, v, gravity, forces)

@@ -95,6 +95,7 @@ class Robot(LazyRecord):
     contact_model : ContactModel
         Transitions between contact modes and the impact law.
     dynamics : (q, v, p) -> mass_matrix (n_q, n_q), bias (n_q), actuation (n_q, n_u)
+    inverse_dynamics : (q, v, a, u, p) -> M a + h - E u (n_q), of which the first two entries are the contact force
     acceleration : mode -> ((q, v, u, p) -> acceleration (n_q), force (2))
     mass : p -> total mass [kg]
     energy : (q, v, p) -> kinetic, potential [J]
@@ -129,6 +130,7 @@ class Robot(LazyRecord):
     links: tuple[tuple[int, int], ...]
     contact_model: ContactModel = field(default_factory=ContactModel, repr=False)
     dynamics: LazyField[ca.Function] = LazyField()
+    inverse_dynamics: LazyField[ca.Function] = LazyField()
     acceleration: Mapping[Mode, ca.Function] = field(repr=False)
     mass: LazyField[ca.Function] = LazyField()
     energy: LazyField[ca.Function] = LazyField()

@@ -6,6 +6,7 @@ from typing import Any
 import casadi as ca
 
 from gaitopt.errors import ArchiveError
+from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.contact_model_record import describe_contact_model, restore_contact_model
 from gaitopt.model.contacts.mode import Mode
@@ -65,8 +66,18 @@ def read_fields(record: RobotRecord, contact_model: ContactModel | None = None) 
         **{name: tuple(content[name]) for name in _NAMES},
         "contact_model": model,
         "acceleration": modes,
+        "inverse_dynamics": Deferred(lambda: _inverse_dynamics(functions["dynamics"])),  # not in older records
         **functions,
     }
+
+
+def _inverse_dynamics(dynamics: ca.Function) -> ca.Function:
+    """Return the Function (q, v, a, u, p) -> M a + h - E u of the Function `dynamics`."""
+    q, v, p = dynamics.sx_in()
+    mass_matrix, bias, actuation = dynamics(q, v, p)
+    a, u = ca.SX.sym("a", q.numel()), ca.SX.sym("u", actuation.shape[1])
+    names, force = ["q", "v", "a", "u", "p"], mass_matrix @ a + bias - actuation @ u
+    return ca.Function("inverse_dynamics", [q, v, a, u, p], [force], names, ["force"])
 
 
 def _explain(record: RobotRecord, error: Exception) -> str:

@@ -17,7 +17,7 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
-from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
+from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import Method
 
@@ -218,8 +218,9 @@ class GaitProblem:
         for name in ("speed", "step_length"):
             target = _plain(getattr(self, name))
             object.__setattr__(self, name, tuple(target) if isinstance(target, list) else target)
-        reach = find_longest_reach(self.robot, self.values, self.limits.angles(self.robot.angles))
-        if step.lower > reach:
+        pose = self.robot, self.values, self.limits.angles(self.robot.angles)
+        if not reaches(*pose, step.lower):
+            reach = find_longest_reach(*pose)
             raise InputError(
                 f"step_length {step.lower:g} m is longer than the {reach:.3g} m the robot can reach within "
                 f"Limits.angle; shorten the step or lengthen the legs."
@@ -231,8 +232,9 @@ class GaitProblem:
                 f"{count} phases of at least Limits.shortest_phase = {self.limits.shortest_phase:g} s "
                 f"take longer than Limits.longest_step = {self.limits.longest_step:g} s."
             )
-        longest_period = min(step.upper, reach) / speed.lower if speed.lower > 0 else math.inf
-        if longest_period < shortest:
+        least_step = shortest * speed.lower
+        if step.upper < least_step or not reaches(*pose, least_step):
+            longest_period = min(step.upper, find_longest_reach(*pose)) / speed.lower
             raise InputError(
                 f"speed {speed.lower:g} m/s and step_length leave at most {longest_period:.3g} s for a step, less than "
                 f"the {shortest:.3g} s that {len(self.sequence.phases)} phases need (Limits.shortest_phase)."

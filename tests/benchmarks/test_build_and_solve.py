@@ -15,6 +15,7 @@ import pytest
 
 from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve
 from gaitopt.ocp.nlp import ipopt
+from gaitopt.ocp.nlp.block import derive_expressions
 from gaitopt.ocp.solution import trajectory
 from gaitopt.ocp.transcription.transcription import transcribe
 from tests.benchmarks import plain_casadi
@@ -38,7 +39,7 @@ def problem(friction=plain_casadi.FRICTION, **grid):
 
 def forget():
     """Empty every cache of what was built for a problem."""
-    for cached in (transcribe, ipopt._compile, trajectory._build_integrator):
+    for cached in (transcribe, derive_expressions, ipopt._compile, trajectory._build_integrator):
         cached.cache_clear()
 
 

@@ -62,6 +62,10 @@ BREAKS = {
         "contact",
         lambda r: {"dynamics": changed(r.dynamics, lambda m, h, e: (m, 0.99 * h, e))},
     ),
+    "inverse dynamics a percent high": (
+        "contact",
+        lambda r: {"inverse_dynamics": changed(r.inverse_dynamics, lambda f: 1.01 * f)},
+    ),
     "hip torque on one leg only": (
         "contact",
         lambda r: {

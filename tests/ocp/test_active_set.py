@@ -10,8 +10,9 @@ import pytest
 
 from gaitopt import Collocation, InputError, Ipopt, Limits, Newton, Status, WarmStart, solve, verify
 from gaitopt.ocp.nlp import active_set
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.progress import silent
 
 

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from gaitopt import Ipopt
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.elastic import ElasticNlp, RelaxedSide
-from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.progress import silent
 
 INF = np.inf

@@ -157,7 +157,7 @@ def test_a_failure_whose_violation_is_nan_is_not_the_nearest(quick, monkeypatch,
 
 def _seen_by_the_tap(g, f):
     """Return (violation told to the observer, whether the iterate is kept) for values of constraints and objective."""
-    told, tap = [], IterationCallback(Nlp({}, {}, None, 2, 2))
+    told, tap = [], IterationCallback(Nlp(functions={}, derivatives={}, objective=None, n_variables=2, n_constraints=2))
     nothing = np.zeros(0)
     tap.watch(lambda iteration: told.append(iteration.infeasibility), Bounds(nothing, nothing, np.zeros(2), np.ones(2)))
     values = {"x": ca.DM([0, 0]), "f": ca.DM(f), "g": ca.DM(g), "lam_x": ca.DM([0, 0]), "lam_g": ca.DM([0, 0])}

@@ -7,7 +7,8 @@ import pytest
 from gaitopt import ContactSequence, CostOfTransport, GaitProblem, PositiveWork, TorqueSquared, compass_biped
 from gaitopt.ocp.bounds import nlp_data
 from gaitopt.ocp.initial.initial_point import initial_point
-from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.nlp.block import Block
+from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from tests.ocp.nlp_examples import example_nlp
 

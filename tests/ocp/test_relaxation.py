@@ -8,11 +8,12 @@ from gaitopt import Homotopy, InputError
 from gaitopt.ocp import ExactPenalty, FischerBurmeister, Scholtes
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
 from gaitopt.ocp.mode_search.homotopy import follow_homotopy
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group
 from gaitopt.ocp.nlp.layout import Rows
-from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.ocp.transcription.relaxation import Pair, relax
 
 RELAXATIONS = (Scholtes(), FischerBurmeister(), ExactPenalty())

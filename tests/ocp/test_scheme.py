@@ -104,6 +104,9 @@ def advanced(scheme, mode, step):
     end = scheme.node(stance, after, ca.SX(ca.DM(TORQUE + RISE * step)), right, p)
     gap, middle = scheme.advance(stance, start, end, between, ca.SX(step), p)
     residual = ca.vertcat(gap, start.residual, end.residual, *[point.residual for point in middle])
+    for point in middle:
+        if point.definition is not None:
+            residual = ca.substitute(residual, point.state, point.definition)
     system = ca.Function("system", [unknown], [residual, ca.jacobian(residual, unknown)])
     guess = np.zeros(unknown.numel())
     guess[: stance.n_x] = STATES[mode]

@@ -4,9 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import Ipopt
-from gaitopt.ocp.nlp.nlp import Block, assemble_nlp
+from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.ocp.nlp.second_order import Verdict, check_second_order
 from gaitopt.progress import silent
 

@@ -6,6 +6,7 @@ State of a sticking phase: (angles, rates).  State of a slip phase, and of one w
 slide, foot speed); slide counts from the start of the phase, or of the step if the mode is open.
 """
 
+import functools
 from collections.abc import Callable
 
 import casadi as ca
@@ -89,15 +90,25 @@ class PhaseDynamics:
         By inverse dynamics M a + h - E u is the contact force in its first two rows and must vanish in the others.
         `acceleration` is that of `moving`: the angles, then the foot if it slides.
         """
-        q, v = self.full(state)
-        mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
-        excess = mass_matrix @ self.full_acceleration(acceleration) + bias - actuation @ torque
+        residual, force = self._balance(state, acceleration, torque, p)
+        return residual, force
+
+    @functools.cached_property
+    def _balance(self) -> ca.Function:
+        """The Function :meth:`balance`, built once for all points of a phase."""
+        state, acceleration = ca.SX.sym("state", self.n_x), ca.SX.sym("acceleration", self.n_a)
+        torque, p = ca.SX.sym("torque", self.robot.n_u), ca.SX.sym("p", len(self.robot.parameters))
+        excess = self._inverse_dynamics(state, acceleration, torque, p)
         force, residual = excess[CONTACT], excess[ANGLES]
         if self.mode.slips:
             friction = -self.mode.sign * self.friction(p) * force[1]
             residual = ca.vertcat(residual, force[0] - friction)
             force = ca.vertcat(friction, force[1])
-        return residual / self.weight(p), force
+        return ca.Function("balance", [state, acceleration, torque, p], [residual / self.weight(p), force])
+
+    def _inverse_dynamics(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
+        """Return the generalised forces that `acceleration` requires besides the torques, shape (n_q, 1)."""
+        return self.robot.inverse_dynamics(*self.full(state), self.full_acceleration(acceleration), torque, p)
 
     def flow_and_energy(self, state: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
         """Return the state's rate and the rates of the works, shape (n_x + n_works, 1)."""
@@ -155,9 +166,7 @@ class PhaseDynamics:
 
     def balance_of(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, force: ca.SX, p: ca.SX) -> ca.SX:
         """Return the residual of the equations of motion for a contact force, both per weight, shape (n_q, 1)."""
-        q, v = self.full(state)
-        mass_matrix, bias, actuation = self.robot.dynamics(q, v, p)
-        excess = mass_matrix @ self.full_acceleration(acceleration) + bias - actuation @ torque
+        excess = self._inverse_dynamics(state, acceleration, torque, p)
         return excess / self.weight(p) - ca.vertcat(force, ca.SX.zeros(self.n_angles))
 
     def slip_speed(self, state: ca.SX) -> ca.SX:

@@ -16,11 +16,14 @@ from gaitopt.ocp.transcription.transcription import Transcription
 
 def setting(problem: GaitProblem) -> Setting:
     """Return the data of a guess: the requested step length and period where fixed, otherwise typical ones."""
-    reach = find_longest_reach(problem.robot, problem.values, problem.limits.angles(problem.robot.angles))
     speed, lengths = problem.speed_range, problem.step_length_range
-    length = _typical(lengths.lower, lengths.upper, 0.15 * reach)
-    # The duration of a swing is about that of a pendulum of the leg's length.
-    natural = _typical(speed.lower, speed.upper, length / (0.9 * math.sqrt(reach / 2 / problem.values["gravity"]) * 2))
+    length, natural = lengths.lower, speed.lower
+    if lengths.lower < lengths.upper or speed.lower < speed.upper:
+        reach = find_longest_reach(problem.robot, problem.values, problem.limits.angles(problem.robot.angles))
+        length = _typical(lengths.lower, lengths.upper, 0.15 * reach)
+        # The duration of a swing is about that of a pendulum of the leg's length.
+        swing = 0.9 * math.sqrt(reach / 2 / problem.values["gravity"]) * 2
+        natural = _typical(speed.lower, speed.upper, length / swing)
     return Setting(problem.robot, problem.values, problem.sequence, length, length / natural)
 
 

@@ -167,7 +167,11 @@ class _Inertia:
     """Count of negative eigenvalues: at a minimum one per constraint (Sylvester's law of inertia)."""
 
     def __init__(self, pattern: ca.Sparsity) -> None:
-        self._pattern, self._factors = pattern, ca.Linsol("inertia", "ldl", pattern)
+        self._pattern = pattern
+
+    @functools.cached_property
+    def _factors(self) -> ca.Linsol:
+        return ca.Linsol("inertia", "ldl", self._pattern)
 
     def __call__(self, nonzeros: Array) -> int:
         matrix = ca.DM(self._pattern, nonzeros)
@@ -183,7 +187,8 @@ def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
     of the Lagrangian, mean size of the multipliers), the constraints, the multipliers of bounds and constraints, the
     next x and multipliers, and the matrix.
     """
-    x, data, multipliers = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
+    x, multipliers = ca.MX.sym("x", nlp.n_variables), ca.MX.sym("lam", nlp.n_constraints)
+    data = ca.MX.sym("p", nlp.derivatives["grad_f"].size1_in(1))
     x_lower, x_upper = ca.MX.sym("x_lower", nlp.n_variables), ca.MX.sym("x_upper", nlp.n_variables)
     lower, upper = ca.MX.sym("lower", nlp.n_constraints), ca.MX.sym("upper", nlp.n_constraints)
     f, gradient = nlp.derivatives["grad_f"](x, data)

@@ -159,7 +159,7 @@ class ElasticNlp:
 def _assemble(nlp: Nlp, sides: tuple[RelaxedSide, ...], n_limits: int) -> Nlp:
     """Return the elastic NLP; its data are those of the NLP, the prices, the reference and the inverse sizes."""
     n, m, count = nlp.n_variables, nlp.n_constraints, len(sides)
-    n_data = nlp.functions["p"].numel()
+    n_data = nlp.derivatives["grad_f"].size1_in(1)
     x, z = ca.MX.sym("x", n + n_limits), ca.MX.sym("z", n_data + n_limits + 2 * n)
     inner, slacks = x[:n], x[n:]
     data, prices, reference, inverse = ca.vertsplit(z, [0, n_data, n_data + n_limits, n_data + n_limits + n, z.numel()])
@@ -186,8 +186,13 @@ def _assemble(nlp: Nlp, sides: tuple[RelaxedSide, ...], n_limits: int) -> Nlp:
             "nlp_hess_l", [x, z, weight, multipliers], [hessian], ["x", "p", "lam:f", "lam:g"], ["triu:hess:gamma:x:x"]
         ),
     }
-    functions = {"x": x, "p": z, "f": f, "g": g_all}
-    return Nlp(functions, derivatives, ca.Function("objective", [x, z], [f]), n + n_limits, m + count)
+    return Nlp(
+        functions={"x": x, "p": z, "f": f, "g": g_all},
+        derivatives=derivatives,
+        objective=ca.Function("objective", [x, z], [f]),
+        n_variables=n + n_limits,
+        n_constraints=m + count,
+    )
 
 
 def _bound(bounds: Bounds, side: RelaxedSide) -> float:

@@ -145,6 +145,9 @@ class Ipopt:
             "ipopt.obj_scaling_factor": 1 / typical,
             "error_on_fail": False,
         }
+        if self.linear_solver == "mumps":
+            # A permutation to a large diagonal pairs unknowns with constraints, which causes fill on fine grids.
+            options["ipopt.mumps_permuting_scaling"] = 0
         if math.isfinite(self.time_limit):
             options["ipopt.max_wall_time"] = self.time_limit
         if barrier is not None:

@@ -5,36 +5,37 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from gaitopt.ocp.nlp.layout import Index
+
 
 class Entries:
     """Entries of a vector or sparse matrix, block by block."""
 
     def __init__(self) -> None:
-        self.rows: list[list[int]] = []
-        self.columns: list[list[int]] = []
-        self.values: list[ca.MX] = []
+        self._rows: list[Index] = []
+        self._columns: list[Index] = []
+        self._values: list[ca.MX] = []
 
-    def add(self, rows: list[int], columns: list[int], values: ca.MX) -> None:
-        """Append entries."""
-        self.rows.append(rows)
-        self.columns.append(columns)
-        self.values.append(ca.vec(values))
+    def add(self, rows: Index, columns: Index, values: ca.MX) -> None:
+        """Append entries, in the column-major order of three tables of equal size."""
+        self._rows.append(rows.ravel(order="F"))
+        self._columns.append(columns.ravel(order="F"))
+        self._values.append(ca.vec(values))
 
-    def matrix(self, shape: tuple[int, int], *, upper: bool) -> ca.MX:
-        """Return the sparse matrix that sums the entries, or its upper triangle."""
-        rows, columns = (
-            np.concatenate([np.asarray(part, dtype=np.int64) for part in parts]) for parts in (self.rows, self.columns)
-        )
-        entries = ca.vertcat(*self.values)
-        if upper:
-            keep = np.flatnonzero(rows <= columns)
-            rows, columns, entries = rows[keep], columns[keep], entries[keep.tolist()]
+    def vector(self, size: int) -> ca.MX:
+        """Return the dense vector that sums the entries."""
+        return scatter(np.concatenate(self._rows).tolist(), size, ca.vertcat(*self._values))
+
+    def matrix(self, shape: tuple[int, int]) -> ca.MX:
+        """Return the sparse matrix that sums the entries."""
+        rows, columns = np.concatenate(self._rows), np.concatenate(self._columns)
         key, position = np.unique(columns * shape[0] + rows, return_inverse=True)  # column-major, as CasADi stores
-        pattern = ca.Sparsity.triplet(*shape, (key % shape[0]).tolist(), (key // shape[0]).tolist())
-        return ca.MX(pattern, scatter(position.tolist(), len(key), entries))
+        first = np.searchsorted(key, shape[0] * np.arange(shape[1] + 1))
+        pattern = ca.Sparsity(*shape, first.tolist(), (key % shape[0]).tolist())
+        return ca.MX(pattern, scatter(position.tolist(), len(key), ca.vertcat(*self._values)))
 
 
 def scatter(index: Sequence[int], size: int, values: ca.MX) -> ca.MX:
     """Return the vector of `size` whose entry i sums the values with index i."""
-    selection = ca.Sparsity.triplet(size, len(index), list(index), list(range(len(index))))
+    selection = ca.Sparsity(size, len(index), list(range(len(index) + 1)), list(index))  # one entry per column
     return ca.DM(selection, 1.0) @ values

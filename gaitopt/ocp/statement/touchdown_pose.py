@@ -16,6 +16,9 @@ from gaitopt.motion.motion import Array
 REFINED = 3
 """Number of lattice points from which the longest reach is refined."""
 
+MOST_STEPS, LONGEST_CHANGE = 20, 0.2
+"""Largest number of steps of Newton's method, which fails near the longest reach, and of their angles [rad]."""
+
 MOST_ANGLES = 7
 """Largest number of angles for a lattice of three values each; with more angles the points are random."""
 
@@ -28,6 +31,28 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
     return _reach(robot, tuple(robot.vector(values)), tuple(limits))
 
 
+def reaches(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]], step: float) -> bool:
+    """Return whether a step [m] is possible with angles within their bounds [rad]; see :func:`find_longest_reach`."""
+    p, box = tuple(robot.vector(values)), tuple(limits)
+    return step <= float(np.nanmax(_sample_distances(robot, p, box)[1])) or step <= _reach(robot, p, box)
+
+
+@functools.lru_cache(maxsize=256)
+def _sample_distances(
+    robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]
+) -> tuple[Array, Array]:
+    """Return points of the box of angles, shape (n_points, n_angles), and the distance between the feet there [m]."""
+    lower, upper = np.clip(limits, -np.pi, np.pi).T
+    if len(limits) <= MOST_ANGLES:
+        points = np.array(list(itertools.product(*zip(lower, (lower + upper) / 2, upper, strict=True))))
+    else:
+        points = np.random.default_rng(0).uniform(lower, upper, size=(3**MOST_ANGLES, len(limits)))
+    distances = robot.landing.map(len(points))(full_coordinates(points.T), 0, p)[0].full()[0]
+    if not np.any(np.isfinite(distances)):
+        raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
+    return points, np.where(np.isfinite(distances), distances, np.nan)
+
+
 @functools.lru_cache(maxsize=256)
 def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> float:
     """Return the maximum over the box of angles, locally refined from the best points of a lattice.
@@ -35,16 +60,7 @@ def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float]
     The distance is a sum of sines, and of angles if the feet are round.  Its extremes over absolute angles within 90
     degrees lie at the corners of the box, those over relative angles, such as that of a knee, anywhere in it.
     """
-    box = np.clip(limits, -np.pi, np.pi)
-    lower, upper = box.T
-    if len(box) <= MOST_ANGLES:
-        points = np.array(list(itertools.product(*zip(lower, (lower + upper) / 2, upper, strict=True))))
-    else:
-        points = np.random.default_rng(0).uniform(lower, upper, size=(3**MOST_ANGLES, len(box)))
-    q = full_coordinates(points.T)
-    distances = robot.landing.map(len(points))(q, 0, p)[0].full()[0]
-    if not np.any(np.isfinite(distances)):
-        raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
+    points, distances = _sample_distances(robot, p, limits)
     order = np.argsort(-np.where(np.isfinite(distances), distances, -np.inf))
     landing, still = FastCall(robot.landing, p), np.zeros(robot.n_q)
 
@@ -52,7 +68,7 @@ def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float]
         place, _, jacobian = landing(full_coordinates(angles), still)
         return -place[0], -jacobian.reshape((2, -1), order="F")[0, ANGLES]
 
-    starts = [points[k] for k in order[:REFINED]]
+    starts, box = [points[k] for k in order[:REFINED]], np.clip(limits, -np.pi, np.pi)
     minima = [scipy.optimize.minimize(negative_reach, x, jac=True, method="L-BFGS-B", bounds=box).fun for x in starts]
     return float(np.nanmax([distances[order[0]], *np.negative(minima)]))
 
@@ -74,19 +90,27 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
     still, units = np.zeros(robot.n_q), np.eye(robot.n_q)[ANGLES]
+    landing, touchdown = FastCall(robot.landing, p), FastCall(robot.touchdown, p)
 
     def gap(angles: Array) -> Array:
         q = full_coordinates(angles)
-        x, y = robot.landing(q, still, p)[0].elements()
-        return np.array([x - step, y, float(robot.touchdown(q, still, p)[0])])
+        (x, y), guard = landing(q, still)[0], touchdown(q, still)[0]
+        return np.array([x - step, y, guard[0]])
 
     def slopes(angles: Array) -> Array:
         q = full_coordinates(angles)
-        guard = [float(robot.touchdown(q, unit, p)[1]) for unit in units]  # its rate for each unit of an angle's rate
-        return np.vstack([robot.landing(q, still, p)[2].full()[:, ANGLES], guard])
+        guard = [touchdown(q, unit)[1][0] for unit in units]  # its rate for each unit of an angle's rate
+        return np.vstack([landing(q, still)[2].reshape((2, -1), order="F")[:, ANGLES], guard])
 
     start = np.full(len(units), 0.1)
     if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):
         return None
+    angles = start
+    # Newton's method, if there are no more angles than positions of the foot; otherwise the pose is not unique.
+    for _ in range(MOST_STEPS if start.size <= 2 else 0):
+        change = np.linalg.lstsq(slopes(angles), gap(angles), rcond=1e-10)[0]
+        angles = angles - change * min(1.0, LONGEST_CHANGE / max(np.max(np.abs(change)), 1e-300))
+        if np.max(np.abs(gap(angles))) <= 1e-14 * max(1.0, step):
+            return tuple(angles.tolist())
     fit = scipy.optimize.least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
     return tuple(fit.x) if np.max(np.abs(fit.fun)) <= 1e-6 else None

@@ -9,7 +9,7 @@ within a phase because torques are, are shared by both neighbouring intervals.  
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -82,7 +82,12 @@ class Lobatto(Scheme):
         points = []
         for i in range(1, self.points - 1):
             torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
-            points.append(self.node(dynamics, at(i), torque, inner[:, i - 1], p))
+            if self.points == 3:  # a single inner point, for which the chain rule saves nothing
+                points.append(self.node(dynamics, at(i), torque, inner[:, i - 1], p))
+                continue
+            state = ca.SX.sym("inner state", dynamics.n_x)
+            point = self.node(dynamics, state, torque, inner[:, i - 1], p)
+            points.append(replace(point, definition=at(i)))
         return right.state - at(self.points - 1), points
 
 

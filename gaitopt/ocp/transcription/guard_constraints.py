@@ -15,8 +15,8 @@ import numpy as np
 
 from gaitopt.model.contacts.phase_dynamics import full_vector
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.transcription.grid import Phase, node_places
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 

@@ -11,8 +11,8 @@ from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group, Key, Kind, Row, Unknown, equation
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.transcription.condition_rows import condition_rows
 from gaitopt.ocp.transcription.grid import Phase

@@ -9,9 +9,9 @@ import numpy as np
 
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import STEP, Group, Kind, Row, TableKey, Unknown, equation, table_name
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.objective import Objective, overrides
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.relaxation import Pair, Relaxation, relax
@@ -170,6 +170,8 @@ class BlockVariables:
         self._numbers: list[ca.SX] = []
         self._places: list[Index] = []
         self._shared: dict[TableKey, ca.SX] = {}
+        self._intermediates: list[ca.SX] = []
+        self._definitions: list[ca.SX] = []
 
     def add(self, name: str, columns: Index) -> ca.SX:
         """Return a symbol for each row of `columns`, shape (n,); a single column is common to all instances."""
@@ -195,6 +197,11 @@ class BlockVariables:
         if key not in self._shared:
             self._shared[key] = self.add(table_name(key), self.builder.variables[key].reshape(-1, 1, order="F"))
         return self._shared[key]
+
+    def define(self, symbols: ca.SX, expression: ca.SX) -> None:
+        """Let symbols stand for an expression of the local variables."""
+        self._intermediates.append(symbols)
+        self._definitions.append(expression)
 
     def parameters(self) -> ca.SX:
         """Return the parameters of the robot; a free slope is a local variable."""
@@ -233,6 +240,8 @@ class BlockVariables:
             constants=np.array(self._values).reshape(-1, self.count),
             numbers=ca.vertcat(*self._numbers) if self._numbers else ca.SX(0, 1),
             places=np.vstack(self._places) if self._places else np.empty((0, self.count), dtype=np.intp),
+            intermediates=ca.vertcat(ca.SX(0, 1), *self._intermediates),
+            definitions=ca.vertcat(ca.SX(0, 1), *self._definitions),
         )
 
 

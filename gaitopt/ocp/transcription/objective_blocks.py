@@ -11,8 +11,8 @@ import numpy as np
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import Key, Kind, Row, Unknown
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant, StepBoundary
 from gaitopt.ocp.statement.objective import Objective, is_linear_in_power
 from gaitopt.ocp.transcription.grid import Phase

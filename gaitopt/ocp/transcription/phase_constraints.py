@@ -10,8 +10,8 @@ from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation, hermite_transformation
 from gaitopt.ocp.transcription.condition_rows import KINDS, check_reset, condition_rows
@@ -72,10 +72,15 @@ class _Intervals:
         self.p = self.local.parameters()
         start = point_at(builder, phase, dynamics, self.local, self.left, self.p)
         end = point_at(builder, phase, dynamics, self.local, self.right, self.p)
-        self.length = self.local.add("duration", builder.variables[Unknown.DURATION][:, [phase.number]]) / phase.count
+        # The share of an interval is a constant of its instance, so that the equations are those of any grid.
+        share = self.local.add_constant("share", np.full(phase.count, 1 / phase.count))
+        self.length = self.local.add("duration", builder.variables[Unknown.DURATION][:, [phase.number]]) * share
         table = (builder.scheme.inner_table, phase.number)
         unknowns = self.local.add("inner", builder.variables[table]) if table in builder.variables else ca.SX(0, 1)
         self.gap, inner = builder.scheme.advance(dynamics, start, end, unknowns, self.length, self.p)
+        for point in inner:
+            if point.definition is not None:
+                self.local.define(point.state, point.definition)
         self.points = [start, *inner, end]
         self.constrained = list(enumerate(self.points))[0 if builder.scheme.nodal else 1 : -1]
         self.powers = self._split_powers() if builder.objective.uses_power else []

@@ -28,6 +28,9 @@ class Point:
         Absolute speed of the foot.
     pairs : list of Pair
         Complementarity pairs of friction, if the contact mode is open.
+    definition : SX or None
+        Expression for which the symbols of `state` stand; None if `state` itself is an expression of the unknowns.
+        Derivatives need fewer operations if the state is a simple function of many unknowns.
     """
 
     state: ca.SX
@@ -37,6 +40,7 @@ class Point:
     residual: ca.SX
     slip_speed: ca.SX = field(default_factory=lambda: ca.SX(0))
     pairs: list[Pair] = field(default_factory=list)
+    definition: ca.SX | None = None
 
 
 class Scheme(ABC):

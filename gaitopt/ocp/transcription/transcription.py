@@ -18,9 +18,10 @@ from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
-from gaitopt.ocp.nlp.nlp import Block, Nlp, assemble_nlp
+from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.statement.objective import Objective, is_curved, overrides
 from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_places
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, guard_blocks

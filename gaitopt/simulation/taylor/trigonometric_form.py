@@ -13,7 +13,7 @@ import functools
 import itertools
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -66,8 +66,8 @@ def to_trigonometric_form(robot: Robot) -> Robot:
     u, friction = ca.SX.sym("u", robot.n_u), p[robot.index("friction")]
     mass_matrix, bias = harmonics(q, v, p)
     drive = robot.dynamics(q, v, p)[2] @ u - bias
-    acceleration, wellposed = contact_functions(q, v, u, p, mass_matrix, drive, friction)
-    return replace(robot, acceleration=acceleration, wellposed=wellposed)
+    acceleration, wellposed = contact_functions(q, v, u, p, lambda: (mass_matrix, drive), friction)
+    return robot.replace_fields(acceleration=acceleration, wellposed=wellposed)
 
 
 def _fit_harmonics(robot: Robot) -> ca.Function | None:
