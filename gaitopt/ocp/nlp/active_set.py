@@ -22,13 +22,14 @@ import casadi as ca
 import numpy as np
 from attrs import field, frozen
 
-from gaitopt.interrupts import stop_on_interrupt
+from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import ONE_AT_A_TIME, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
-from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
+from gaitopt.ocp.nlp.sqp import minimise_from_solution
 from gaitopt.parameters import instance_of
 from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.status import Status
@@ -86,8 +87,16 @@ class Newton:
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
+        update_data: UpdateData | None = None,
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
+        if not nlp.smooth and multipliers is not None and update_data is not None:
+            with ONE_AT_A_TIME, defer_interrupt():
+                near = minimise_from_solution(
+                    nlp, x, data, bounds, observer, multipliers, self.fallback.tolerance, update_data
+                )
+            if near is not None:
+                return near
         if not nlp.smooth or _longest_row(nlp) > MOST_ENTRIES:
             return self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
 
