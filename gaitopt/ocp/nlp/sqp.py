@@ -1,15 +1,14 @@
-"""Sequential quadratic programming from a nearby solution, for objectives with kinks.
+"""Sequential quadratic programming (SQP) from a nearby solution, for objectives with kinks.
 
-One step solves the quadratic program (QP)
+One step d solves the quadratic program (QP)
 
     minimise    grad f' d + 1/2 d' (H + r I) d
-    subject to  lower - g <= J d <= upper - g,  lower - x <= d <= upper - x
+    subject to  lower - g <= J d <= upper - g,  lower - x <= d <= upper - x,  |d| <= box
 
 with the Hessian H of the Lagrangian and the Jacobian J of the constraints (Nocedal & Wright, Numerical Optimization,
-2nd ed., chapter 18).  The interior-point method PIQP, part of CasADi, determines the active constraints of a QP in the
-time of two iterations of Ipopt: the derivatives are evaluated once per QP and not in each of its iterations.  Near a
-solution four to six steps suffice.  Steps are neither shortened nor tested for descent; if they do not converge, there
-is no result.
+2nd ed., chapter 18).  The interior-point method PIQP, part of CasADi, solves a QP in the time of two iterations of
+Ipopt, because the derivatives are evaluated once per QP.  The kinks are linear inequalities and equalities, so that
+four to six QPs suffice near a solution.  If the steps do not converge, there is no result.
 """
 
 import functools
@@ -28,21 +27,29 @@ from gaitopt.progress import Iteration, Observer
 from gaitopt.reductions import worst
 from gaitopt.status import Status
 
-MOST_STEPS = 10
+MOST_STEPS = 12
 """Largest number of QPs."""
 
+MOST_ITERATIONS = 100
+"""Largest number of iterations of a QP; most take 15 to 40."""
+
 FIRST_PROXIMAL, PROXIMAL = 1e-4, 1e-7
-"""Weights r of the squared step in the scaled objective.  The first one is larger because the multipliers, and with
-them the Hessian, belong to another problem; optima are flat in some directions, which needs the small second one."""
+"""Weights r of the squared step in the scaled objective: of the first step, whose multipliers belong to another
+problem, and of the others, small because optima are flat in some directions."""
+
+BOX, DECREASE, MOST_REJECTED = 3.0, 0.25, 3
+"""Largest change of an unknown in a step, relative to its size, at least 1; its factor after a rejected step; and the
+number of rejected steps after which the method ends.  Smaller boxes delay convergence, in larger ones directions of
+negative curvature lead away from the solution."""
+
+MOST_WORSE = 0.1
+"""Largest relative increase of the merit function; a decrease is not required, because this would slow convergence."""
 
 LARGE_STEP = 1e-3
-"""Largest change of an unknown relative to its size, at least 1, after which the data that depend on x are kept."""
+"""Change of an unknown relative to its size, at least 1, up to which data that depend on the unknowns are kept."""
 
 ACCURATE = 10.0
-"""Factor of the tolerance within which the gradient of the Lagrangian vanishes, in units of the mean multiplier."""
-
-DIVERGED = 10.0
-"""Violation of a constraint after a step that ends the method, relative to that at the start, at least 1."""
+"""Factor of the tolerance for the gradient of the Lagrangian and for the complementarity."""
 
 
 def minimise_from_solution(
@@ -65,7 +72,7 @@ def minimise_from_solution(
     data : (n_z,) array
     bounds : Bounds
     observer : Observer
-        Called before each step.
+        Called before each step and at the end.
     multipliers : (n_variables,), (n_constraints,) arrays
         Multipliers of the solution.
     tolerance : float
@@ -75,30 +82,28 @@ def minimise_from_solution(
     """
     if not ca.has_conic("piqp"):
         return None
-    steps = _build_steps(nlp, tuple(np.flatnonzero(bounds.x_lower == bounds.x_upper).tolist()))
-    iterate = _Iterate(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical)
-    first, size = math.inf, math.inf
+    fixed = tuple(np.flatnonzero(bounds.x_lower == bounds.x_upper).tolist())
+    steps = _Steps(_compile(nlp, fixed), bounds, fixed, update_data)
+    iterate = steps.evaluate(_Trial(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
+    weight, box, rejected = FIRST_PROXIMAL, BOX, 0
     for number in range(MOST_STEPS + 1):
-        if update_data is not None and number and size > LARGE_STEP:
-            data = update_data(iterate.x)
-        point = steps.evaluate(iterate, data, bounds, PROXIMAL if number else FIRST_PROXIMAL)
-        observer(Iteration(number, point.f, point.unmet))
-        if max(point.unmet, point.error / ACCURATE) <= tolerance:
-            scaled = (iterate.on_bounds * nlp.typical, iterate.on_rows * nlp.typical)
-            return NlpResult(Status.SOLVED, CONVERGED, iterate.x, point.g, point.f, number, scaled, data)
-        first = max(point.unmet, 1.0) if number == 0 else first
-        if number == MOST_STEPS or not point.unmet + point.error < math.inf or point.unmet > DIVERGED * first:
-            return None
-        following = steps.solve_qp(iterate, point, bounds)
-        if following is None:
-            return None
-        size = worst(np.abs(following.x - iterate.x) / np.maximum(1.0, np.abs(iterate.x)))
-        iterate = following
+        observer(Iteration(number, iterate.f, iterate.violation))
+        if max(iterate.violation, iterate.error / ACCURATE) <= tolerance:
+            scaled = iterate.trial.on_bounds * nlp.typical, iterate.trial.on_rows * nlp.typical
+            final = iterate.trial.x, iterate.g, iterate.f
+            return NlpResult(Status.SOLVED, CONVERGED, *final, number, scaled, iterate.data)
+        following = steps.take(iterate, weight, box)
+        if following is not None:
+            iterate, weight = following, PROXIMAL
+        else:
+            box, rejected = DECREASE * box, rejected + 1
+        if rejected > MOST_REJECTED:
+            break
     return None
 
 
 @dataclass(frozen=True, eq=False)
-class _Iterate:
+class _Trial:
     """Unknowns, and multipliers of bounds and rows for the scaled objective."""
 
     x: Array
@@ -107,71 +112,123 @@ class _Iterate:
 
 
 @dataclass(frozen=True, eq=False)
-class _Point:
-    """Values and derivatives at an iterate."""
+class _Iterate:
+    """Values and derivatives at a trial point.
 
+    `violation` is the largest of a bound or row; `error` that of the gradient of the Lagrangian or complementarity.
+    """
+
+    trial: _Trial
+    data: Array
     f: float
     g: Array
+    scaled: float
     gradient: Array
     hessian: Array
     rows: Array
-    unmet: float
+    violation: float
     error: float
 
 
+@dataclass(frozen=True, eq=False)
+class _Compiled:
+    """Function of values and derivatives, QP solver, and patterns of Hessian and rows."""
+
+    evaluate: FastCall
+    solve: ca.Function
+    hessian: ca.Sparsity
+    rows: ca.Sparsity
+
+
+@dataclass(frozen=True, eq=False)
 class _Steps:
-    """Evaluation of the derivatives, and solution of the QPs, of an NLP with some fixed unknowns.
+    """Steps of one solve.  Fixed unknowns are rows of the QPs, because their bounds have no interior."""
 
-    Fixed unknowns are rows of the QP, because their bounds have no interior.
-    """
+    compiled: _Compiled
+    bounds: Bounds
+    fixed: tuple[int, ...]
+    update_data: UpdateData | None
 
-    def __init__(self, nlp: Nlp, fixed: tuple[int, ...]) -> None:
-        n, m = nlp.n_variables, nlp.n_constraints
-        x, data, lam = nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", m)
-        weight = ca.MX.sym("weight")
-        f, gradient = nlp.derivatives["grad_f"](x, data)
-        g, jacobian = nlp.derivatives["jac_g"](x, data)
-        hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam)) + weight * ca.MX.eye(n)
-        rows = ca.vertcat(jacobian, ca.MX(ca.DM.eye(n)[list(fixed), :])) if fixed else jacobian
-        outputs = [f, g, gradient / nlp.typical, hessian, rows, gradient / nlp.typical + jacobian.T @ lam]
-        self._patterns = hessian.sparsity(), rows.sparsity()
-        self._fixed, self._evaluate = np.array(fixed, dtype=np.intp), FastCall(
-            ca.Function("steps", [x, data, lam, weight], outputs)
-        )
-        shapes = {"h": self._patterns[0], "a": self._patterns[1]}
-        self._solve = ca.conic("step", "piqp", shapes, {"error_on_fail": False, "print_problem": False})
+    def evaluate(self, trial: _Trial, data: Array) -> _Iterate:
+        """Return the values and derivatives at a trial point."""
+        numbers, g, *arrays = self.compiled.evaluate(trial.x, data, trial.on_rows)
+        g, gradient, hessian, rows, slope = (array.copy() for array in (g, *arrays))
+        f, scaled = numbers.tolist()
+        values, lower, upper = self._values(trial.x, g)
+        multipliers = np.concatenate([trial.on_bounds, trial.on_rows])
+        with np.errstate(invalid="ignore"):  # zero times infinity
+            distances = np.minimum(np.abs(np.where(multipliers > 0, upper, lower) - values), 1.0)
+        loose = np.where(multipliers == 0, 0.0, distances * np.abs(multipliers))
+        scale = max(1.0, float(np.abs(multipliers).sum()) / max(1, g.size))
+        violation = worst(0.0, lower - values, values - upper)
+        error = worst(np.abs(slope + trial.on_bounds), loose) / scale
+        return _Iterate(trial, data, f, g, scaled, gradient, hessian, rows, violation, error)
 
-    def evaluate(self, iterate: _Iterate, data: Array, bounds: Bounds, weight: float) -> _Point:
-        """Return the values and derivatives at an iterate."""
-        f, g, gradient, hessian, rows, slope = self._evaluate(iterate.x, data, iterate.on_rows, weight)
-        g, x = g.copy(), iterate.x
-        unmet = worst(0.0, bounds.x_lower - x, x - bounds.x_upper, bounds.g_lower - g, g - bounds.g_upper)
-        mean = (np.abs(iterate.on_bounds).sum() + np.abs(iterate.on_rows).sum()) / max(1, g.size)
-        error = worst(np.abs(slope + iterate.on_bounds)) / max(1.0, mean)
-        return _Point(float(f[0]), g, gradient.copy(), hessian.copy(), rows.copy(), unmet, error)
+    def take(self, iterate: _Iterate, weight: float, box: float) -> _Iterate | None:
+        """Return the iterate after a step; None if the QP has no solution or the step increases the merit function."""
+        trial = self._solve_qp(iterate, weight, box)
+        if trial is None:
+            return None
+        size = worst(np.abs(trial.x - iterate.trial.x) / np.maximum(1.0, np.abs(iterate.trial.x)))
+        data = iterate.data
+        if self.update_data is not None and size > LARGE_STEP:
+            data = self.update_data(trial.x)
+        following = self.evaluate(trial, data)
+        before, after = (self._merit(point, trial) for point in (iterate, following))
+        return following if after <= before + MOST_WORSE * abs(before) and following.error < math.inf else None
 
-    def solve_qp(self, iterate: _Iterate, point: _Point, bounds: Bounds) -> _Iterate | None:
-        """Return the next iterate, or None if the QP has no solution."""
-        x, g, fixed = iterate.x, point.g, self._fixed
+    def _solve_qp(self, iterate: _Iterate, weight: float, box: float) -> _Trial | None:
+        x, g, fixed, bounds = iterate.trial.x, iterate.g, list(self.fixed), self.bounds
         lower, upper = bounds.x_lower - x, bounds.x_upper - x
-        to_fixed = lower[fixed]
+        to_fixed, size = lower[fixed], box * np.maximum(1.0, np.abs(x))
+        boxed = lower < -size, upper > size
+        lower, upper = np.maximum(np.minimum(upper, -size), lower), np.minimum(np.maximum(lower, size), upper)
         lower[fixed], upper[fixed] = -math.inf, math.inf
-        answer = self._solve(
-            h=ca.DM(self._patterns[0], point.hessian),
-            a=ca.DM(self._patterns[1], point.rows),
-            g=point.gradient,
+        hessian = ca.DM(self.compiled.hessian, iterate.hessian) + weight * ca.DM.eye(x.size)
+        answer = self.compiled.solve(
+            h=hessian,
+            g=iterate.gradient,
+            a=ca.DM(self.compiled.rows, iterate.rows),
             lbx=lower,
             ubx=upper,
             lba=np.concatenate([bounds.g_lower - g, to_fixed]),
             uba=np.concatenate([bounds.g_upper - g, to_fixed]),
         )
         change, on_bounds, on_rows = (np.asarray(answer[name]).ravel() for name in ("x", "lam_x", "lam_a"))
-        if not self._solve.stats()["success"] or not np.all(np.isfinite(change)):
+        if not self.compiled.solve.stats()["success"] or not np.all(np.isfinite(change)):
             return None
+        on_bounds[(boxed[0] & (on_bounds < 0)) | (boxed[1] & (on_bounds > 0))] = 0.0  # multipliers of the box
         on_bounds[fixed] = on_rows[g.size :]
-        return _Iterate(x + change, on_bounds, on_rows[: g.size])
+        return _Trial(x + change, on_bounds, on_rows[: g.size])
+
+    def _merit(self, iterate: _Iterate, trial: _Trial) -> float:
+        """Return the scaled objective plus the violations, weighted by the multipliers of a trial point."""
+        values, lower, upper = self._values(iterate.trial.x, iterate.g)
+        violations = np.maximum(0.0, np.maximum(lower - values, values - upper))
+        return iterate.scaled + float(np.abs(np.concatenate([trial.on_bounds, trial.on_rows])) @ violations)
+
+    def _values(self, x: Array, g: Array) -> tuple[Array, Array, Array]:
+        """Return unknowns and rows in one vector, and their lower and upper bounds."""
+        bounds = self.bounds
+        lower, upper = (bounds.x_lower, bounds.g_lower), (bounds.x_upper, bounds.g_upper)
+        return np.concatenate([x, g]), np.concatenate(lower), np.concatenate(upper)
 
 
 @functools.lru_cache(maxsize=32)
-def _build_steps(nlp: Nlp, fixed: tuple[int, ...]) -> _Steps:
-    return _Steps(nlp, fixed)
+def _compile(nlp: Nlp, fixed: tuple[int, ...]) -> _Compiled:
+    """Return the Functions of an NLP with some fixed unknowns; built once."""
+    n, x, data, lam = nlp.n_variables, nlp.functions["x"], nlp.functions["p"], ca.MX.sym("lam", nlp.n_constraints)
+    f, gradient = nlp.derivatives["grad_f"](x, data)
+    g, jacobian = nlp.derivatives["jac_g"](x, data)
+    hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
+    hessian = ca.project(hessian, hessian.sparsity() + ca.Sparsity.diag(n))
+    rows = ca.vertcat(jacobian, ca.MX(ca.DM.eye(n)[list(fixed), :]))
+    scaled = gradient / nlp.typical
+    outputs = [ca.vertcat(f, f / nlp.typical), g, scaled, hessian, rows, scaled + jacobian.T @ lam]
+    shapes, limits = {"h": hessian.sparsity(), "a": rows.sparsity()}, {"max_iter": MOST_ITERATIONS}
+    return _Compiled(
+        FastCall(ca.Function("evaluate", [x, data, lam], outputs)),
+        ca.conic("step", "piqp", shapes, {"error_on_fail": False, "piqp": limits}),
+        shapes["h"],
+        shapes["a"],
+    )
