@@ -21,6 +21,7 @@ import numpy as np
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
 from gaitopt.progress import Iteration, Observer
@@ -44,6 +45,9 @@ negative curvature lead away from the solution."""
 
 MOST_WORSE = 0.1
 """Largest relative increase of the merit function; a decrease is not required, because this would slow convergence."""
+
+USED_INPUTS = 7
+"""Number of inputs of a QP that are used: Hessian, gradient, rows, their bounds, and those of the unknowns."""
 
 LARGE_STEP = 1e-3
 """Change of an unknown relative to its size, at least 1, up to which data that depend on the unknowns are kept."""
@@ -132,12 +136,11 @@ class _Iterate:
 
 @dataclass(frozen=True, eq=False)
 class _Compiled:
-    """Function of values and derivatives, QP solver, and patterns of Hessian and rows."""
+    """Function of values and derivatives, QP solver, and places of the diagonal in the Hessian."""
 
     evaluate: FastCall
-    solve: ca.Function
-    hessian: ca.Sparsity
-    rows: ca.Sparsity
+    solve: FastCall
+    diagonal: Index
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,22 +187,16 @@ class _Steps:
         boxed = lower < -size, upper > size
         lower, upper = np.maximum(np.minimum(upper, -size), lower), np.minimum(np.maximum(lower, size), upper)
         lower[fixed], upper[fixed] = -math.inf, math.inf
-        hessian = ca.DM(self.compiled.hessian, iterate.hessian) + weight * ca.DM.eye(x.size)
-        answer = self.compiled.solve(
-            h=hessian,
-            g=iterate.gradient,
-            a=ca.DM(self.compiled.rows, iterate.rows),
-            lbx=lower,
-            ubx=upper,
-            lba=np.concatenate([bounds.g_lower - g, to_fixed]),
-            uba=np.concatenate([bounds.g_upper - g, to_fixed]),
-        )
-        change, on_bounds, on_rows = (np.asarray(answer[name]).ravel() for name in ("x", "lam_x", "lam_a"))
-        if not self.compiled.solve.stats()["success"] or not np.all(np.isfinite(change)):
+        hessian = iterate.hessian.copy()
+        hessian[self.compiled.diagonal] += weight
+        rows = np.concatenate([bounds.g_lower - g, to_fixed]), np.concatenate([bounds.g_upper - g, to_fixed])
+        change, _, on_rows, on_bounds = self.compiled.solve(hessian, iterate.gradient, iterate.rows, *rows, lower, upper)
+        if not self.compiled.solve.succeeded or not np.all(np.isfinite(change)):
             return None
+        on_bounds = on_bounds.copy()
         on_bounds[(boxed[0] & (on_bounds < 0)) | (boxed[1] & (on_bounds > 0))] = 0.0  # multipliers of the box
         on_bounds[fixed] = on_rows[g.size :]
-        return _Trial(x + change, on_bounds, on_rows[: g.size])
+        return _Trial(x + change, on_bounds, on_rows[: g.size].copy())
 
     def _merit(self, iterate: _Iterate, trial: _Trial) -> float:
         """Return the scaled objective plus the violations, weighted by the multipliers of a trial point."""
@@ -225,10 +222,13 @@ def _compile(nlp: Nlp, fixed: tuple[int, ...]) -> _Compiled:
     rows = ca.vertcat(jacobian, ca.MX(ca.DM.eye(n)[list(fixed), :]))
     scaled = gradient / nlp.typical
     outputs = [ca.vertcat(f, f / nlp.typical), g, scaled, hessian, rows, scaled + jacobian.T @ lam]
-    shapes, limits = {"h": hessian.sparsity(), "a": rows.sparsity()}, {"max_iter": MOST_ITERATIONS}
-    return _Compiled(
-        FastCall(ca.Function("evaluate", [x, data, lam], outputs)),
-        ca.conic("step", "piqp", shapes, {"error_on_fail": False, "piqp": limits}),
-        shapes["h"],
-        shapes["a"],
+    solver = ca.conic(
+        "solver",
+        "piqp",
+        {"h": hessian.sparsity(), "a": rows.sparsity()},
+        {"error_on_fail": False, "piqp": {"max_iter": MOST_ITERATIONS}},
     )
+    unused = (np.zeros(solver.nnz_in(i)) for i in range(USED_INPUTS, solver.n_in()))
+    diagonal = hessian.sparsity().get_nz([i * (n + 1) for i in range(n)])
+    evaluate = ca.Function("evaluate", [x, data, lam], outputs)
+    return _Compiled(FastCall(evaluate), FastCall(solver, *unused), np.array(diagonal, dtype=np.intp))
