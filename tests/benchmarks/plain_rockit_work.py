@@ -26,7 +26,7 @@ class Walker:
         ocp.subject_to(cones >= 0)
         ocp.subject_to(parts[:2] - parts[2:] == powers(x, u), include_last=False)
         ocp.subject_to(parts >= 0, include_last=False)
-        ocp.subject_to(-TORQUE <= (u <= TORQUE))
+        ocp.subject_to(ca.vertcat(TORQUE - u, TORQUE + u) >= 0)
         equal, above = touchdown()(ocp.at_tf(x), ocp.at_t0(x), impulse, STEP, STEP / SPEED, cone)
         ocp.subject_to(equal[:-1] == 0)
         ocp.subject_to(above >= 0)

@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 from attrs import field, frozen
 
-from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
+from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -91,7 +91,7 @@ class Newton:
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         if not nlp.smooth and multipliers is not None and update_data is not None:
-            with ONE_AT_A_TIME, defer_interrupt():
+            with ONE_AT_A_TIME:
                 near = minimise_from_solution(
                     nlp, x, data, bounds, observer, multipliers, self.fallback.tolerance, update_data
                 )

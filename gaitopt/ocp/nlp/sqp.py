@@ -13,11 +13,13 @@ four to six QPs suffice near a solution.  If the steps do not converge, there is
 
 import functools
 import math
+import threading
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -87,23 +89,40 @@ def minimise_from_solution(
     if not ca.has_conic("piqp"):
         return None
     fixed = tuple(np.flatnonzero(bounds.x_lower == bounds.x_upper).tolist())
-    steps = _Steps(_compile(nlp, fixed), bounds, fixed, update_data)
+    steps, interrupt = _Steps(_compile(nlp, fixed), bounds, fixed, update_data), threading.Event()
     iterate = steps.evaluate(_Trial(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
     weight, box, rejected = FIRST_PROXIMAL, BOX, 0
-    for number in range(MOST_STEPS + 1):
-        observer(Iteration(number, iterate.f, iterate.violation))
-        if max(iterate.violation, iterate.error / ACCURATE) <= tolerance:
-            scaled = iterate.trial.on_bounds * nlp.typical, iterate.trial.on_rows * nlp.typical
-            final = iterate.trial.x, iterate.g, iterate.f
-            return NlpResult(Status.SOLVED, CONVERGED, *final, number, scaled, iterate.data)
-        following = steps.take(iterate, weight, box)
-        if following is not None:
-            iterate, weight = following, PROXIMAL
-        else:
-            box, rejected = DECREASE * box, rejected + 1
-        if rejected > MOST_REJECTED:
-            break
+    with stop_on_interrupt(interrupt.set):
+        for number in range(MOST_STEPS + 1):
+            _report(observer, Iteration(number, iterate.f, iterate.violation), interrupt)
+            if interrupt.is_set():
+                return _conclude(Status.INTERRUPTED, "User_Requested_Stop", iterate, number, nlp.typical)
+            if max(iterate.violation, iterate.error / ACCURATE) <= tolerance:
+                return _conclude(Status.SOLVED, CONVERGED, iterate, number, nlp.typical)
+            following = steps.take(iterate, weight, box)
+            if following is not None:
+                iterate, weight = following, PROXIMAL
+            else:
+                box, rejected = DECREASE * box, rejected + 1
+            if rejected > MOST_REJECTED:
+                break
+    if interrupt.is_set():
+        raise KeyboardInterrupt  # the interrupt arrived in the last step
     return None
+
+
+def _report(observer: Observer, iteration: Iteration, interrupt: threading.Event) -> None:
+    try:
+        observer(iteration)
+    except KeyboardInterrupt:
+        interrupt.set()
+
+
+def _conclude(status: Status, message: str, iterate: "_Iterate", number: int, typical: float) -> NlpResult:
+    """Return the result at an iterate, with the multipliers of the objective that is not scaled."""
+    trial = iterate.trial
+    unscaled = trial.on_bounds * typical, trial.on_rows * typical
+    return NlpResult(status, message, trial.x, iterate.g, iterate.f, number, unscaled, iterate.data)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +209,9 @@ class _Steps:
         hessian = iterate.hessian.copy()
         hessian[self.compiled.diagonal] += weight
         rows = np.concatenate([bounds.g_lower - g, to_fixed]), np.concatenate([bounds.g_upper - g, to_fixed])
-        change, _, on_rows, on_bounds = self.compiled.solve(hessian, iterate.gradient, iterate.rows, *rows, lower, upper)
+        change, _, on_rows, on_bounds = self.compiled.solve(
+            hessian, iterate.gradient, iterate.rows, *rows, lower, upper
+        )
         if not self.compiled.solve.succeeded or not np.all(np.isfinite(change)):
             return None
         on_bounds = on_bounds.copy()
