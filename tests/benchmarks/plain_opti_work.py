@@ -52,7 +52,13 @@ class Walker:
         rate = np.full(intervals + 1, 2 * angle * SPEED / STEP)
         opti.set_initial(x, np.vstack([line, line, rate, rate]))
         opti.set_initial(impulse, [0, 0.1 * WEIGHT])
-        options = {"print_level": 0, "sb": "yes", "tol": 1e-8, "mu_strategy": "adaptive"}
+        options = {
+            "print_level": 0,
+            "sb": "yes",
+            "tol": 1e-8,
+            "mu_strategy": "adaptive",
+            "warm_start_init_point": "yes",
+        }
         opti.solver("ipopt", {"expand": True, "print_time": False}, options)
 
     def solve(self, friction):

@@ -1,4 +1,4 @@
-"""The cost of transport in rockit: its multiple shooting with RK4, torques linear between nodes, powers split at nodes.
+"""The cost of transport in rockit: its multiple shooting with RK4, constant torques, powers split at nodes.
 
 Friction is a parameter, so that a solve starts from the one before.
 """
@@ -20,7 +20,7 @@ class Walker:
         ocp = Ocp(T=STEP / SPEED)
         cone = ocp.parameter()
         ocp.set_value(cone, 1 / 0.14)
-        x, u, parts, impulse = ocp.state(4), ocp.control(2, order=1), ocp.control(4), ocp.variable(2)
+        x, u, parts, impulse = ocp.state(4), ocp.control(2), ocp.control(4), ocp.variable(2)
         rate, cones = flow(x, u, cone)
         ocp.set_der(x, rate)
         ocp.subject_to(cones >= 0)
@@ -34,16 +34,15 @@ class Walker:
         ipopt = {"print_level": 0, "sb": "yes", "tol": 1e-8, "mu_strategy": "adaptive"}
         ocp.solver("ipopt", {"expand": True, "print_time": False, "ipopt": ipopt})
         ocp.method(MultipleShooting(N=intervals, M=1, intg="rk"))
+        samples = [ocp.sample(x, grid="control")[1], *(ocp.sample(y, grid="control-")[1] for y in (u, parts))]
+        found = [*samples, ocp.value(impulse)]
+        self.function = ocp.to_function("walk", [cone, *found], [ocp.value(ocp.objective), *found])
         angle = math.asin(STEP / 2 / LENGTH)
         line, rates = np.linspace(-angle, angle, intervals + 1), np.full(intervals + 1, 2 * angle * SPEED / STEP)
-        ocp.set_initial(x, np.vstack([line, line, rates, rates]))
-        ocp.set_initial(impulse, [0, 0.1 * WEIGHT])
-        unknowns = ocp.x
-        self.function = ocp.to_function("walk", [cone, unknowns], [ocp.value(ocp.objective), unknowns])
-        self.before = ocp.initial_value(unknowns)
+        self.before = [np.vstack([line, line, rates, rates]), 0, 0, [0, 0.1 * WEIGHT]]
 
     def solve(self, friction):
         """Return the least cost of transport."""
-        objective, self.before = self.function(1 / ((1 - 1e-3) * friction), self.before)
+        objective, *self.before = self.function(1 / ((1 - 1e-3) * friction), *self.before)
         assert self.function.stats()["success"]
         return float(objective)

@@ -56,8 +56,9 @@ MOST_ENTRIES = 200
 class Newton:
     """Newton's method for smooth objectives, such as squared torques, with Ipopt as its fallback.
 
-    Objectives with kinks, such as the cost of transport, are passed to the fallback immediately: their optima switch
-    torques on and off, many constraints are weakly active, and the active set is not unique.  Smooth objectives per
+    Objectives with kinks are passed to the fallback: their optima switch torques on and off, many constraints are
+    weakly active, and the active set is not unique.  With absolute work, as in the cost of transport, a gait that is
+    warm-started from one on the same grid is first solved by sequential quadratic programming.  Smooth objectives per
     weight and travel on fine grids are passed on as well, because the row that sums the integral makes steps slow.
 
     Attributes
@@ -92,9 +93,7 @@ class Newton:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         if not nlp.smooth and multipliers is not None and update_data is not None:
             with ONE_AT_A_TIME:
-                near = minimise_from_solution(
-                    nlp, x, data, bounds, observer, multipliers, self.fallback.tolerance, update_data
-                )
+                near = minimise_from_solution(nlp, x, data, bounds, observer, multipliers, self.fallback, update_data)
             if near is not None:
                 return near
         if not nlp.smooth or _longest_row(nlp) > MOST_ENTRIES:

@@ -23,6 +23,7 @@ from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
@@ -41,11 +42,11 @@ FIRST_PROXIMAL, PROXIMAL = 1e-4, 1e-7
 problem, and of the others, small because optima are flat in some directions."""
 
 BOX, DECREASE, MOST_REJECTED = 3.0, 0.25, 3
-"""Largest change of an unknown in a step, relative to its size, at least 1; its factor after a rejected step; and the
-number of rejected steps after which the method ends.  Smaller boxes delay convergence, in larger ones directions of
+"""Largest change of an unknown in a step, relative to its size, at least 1; its factor after a rejected step, which the
+next accepted one revokes; and the number of rejected steps after which the method ends.  Smaller boxes delay convergence, in larger ones directions of
 negative curvature lead away from the solution."""
 
-MOST_WORSE = 0.1
+MOST_WORSE = 0.2
 """Largest relative increase of the merit function; a decrease is not required, because this would slow convergence."""
 
 USED_INPUTS = 7
@@ -65,7 +66,7 @@ def minimise_from_solution(
     bounds: Bounds,
     observer: Observer,
     multipliers: tuple[Array, Array],
-    tolerance: float,
+    options: Ipopt,
     update_data: UpdateData | None = None,
 ) -> NlpResult | None:
     """Return the minimum of an NLP near a solution of a similar one; None if the steps do not converge.
@@ -81,8 +82,8 @@ def minimise_from_solution(
         Called before each step and at the end.
     multipliers : (n_variables,), (n_constraints,) arrays
         Multipliers of the solution.
-    tolerance : float
-        Largest violation of a constraint, and error of the gradient of the Lagrangian relative to its scale.
+    options : Ipopt
+        Its tolerance, of the constraints and relative to the scale of the gradient, and its iteration limit apply.
     update_data : callable, optional
         See :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`.
     """
@@ -93,15 +94,15 @@ def minimise_from_solution(
     iterate = steps.evaluate(_Trial(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
     weight, box, rejected = FIRST_PROXIMAL, BOX, 0
     with stop_on_interrupt(interrupt.set):
-        for number in range(MOST_STEPS + 1):
+        for number in range(min(MOST_STEPS, int(options.max_iterations)) + 1):
             _report(observer, Iteration(number, iterate.f, iterate.violation), interrupt)
             if interrupt.is_set():
                 return _conclude(Status.INTERRUPTED, "User_Requested_Stop", iterate, number, nlp.typical)
-            if max(iterate.violation, iterate.error / ACCURATE) <= tolerance:
+            if max(iterate.violation, iterate.error / ACCURATE) <= options.tolerance:
                 return _conclude(Status.SOLVED, CONVERGED, iterate, number, nlp.typical)
             following = steps.take(iterate, weight, box)
             if following is not None:
-                iterate, weight = following, PROXIMAL
+                iterate, weight, box = following, PROXIMAL, min(BOX, 2 * box)
             else:
                 box, rejected = DECREASE * box, rejected + 1
             if rejected > MOST_REJECTED:
