@@ -78,9 +78,9 @@ def test_a_repeated_solve_beside_another_tool(benchmark, record, tool, equal):
 
     benchmark.pedantic(once, rounds=ROUNDS, warmup_rounds=1)
     numbers = {"own": spread(own[1:]), "theirs": spread(theirs[1:]), "ratio": ratios(own[1:], theirs[1:])}
-    numbers["cost"] = costs[BEFORE]
+    numbers |= {"cost": costs[BEFORE], "intervals": intervals}
     record(f"repeated solve beside {tool}, equal {equal}", numbers, (package,))
-    print(
-        f"\n{tool}, {intervals} intervals, cost {costs[BEFORE]:.6f}: {numbers['theirs'][1]:.3f} s, gaitopt {numbers['own'][1]:.3f} s, ratio {numbers['ratio'][1]:.2f}"
-    )
-    assert equal == "intervals" or numbers["ratio"][1] < 1
+    theirs, own, ratio = (numbers[name][1] for name in ("theirs", "own", "ratio"))
+    print(f"\n{tool}, {intervals} intervals, cost {costs[BEFORE]:.6f}: {theirs:.3f} s, ", end="")
+    print(f"gaitopt {own:.3f} s, ratio {ratio:.2f}")
+    assert equal == "intervals" or ratio < 1

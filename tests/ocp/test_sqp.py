@@ -3,7 +3,6 @@
 import os
 import signal
 
-import casadi as ca
 import numpy as np
 import pytest
 
@@ -46,7 +45,7 @@ def runs(monkeypatch):
 
 
 def minimised(start, multipliers, update=None, *, upper=10.0, least=-10.0, observer=silent, **options):
-    """Return the result for: minimise |y^2 - 2| + y / 10 subject to least <= y <= upper, with the bound x of the kink."""
+    """Return the result for: minimise |y^2 - 2| + y / 10 subject to least <= y <= upper, with x >= |...|."""
 
     def above(x, z):
         return [x[0] + x[1] ** 2 - z, x[0] - x[1] ** 2 + z]

@@ -42,9 +42,9 @@ FIRST_PROXIMAL, PROXIMAL = 1e-4, 1e-7
 problem, and of the others, small because optima are flat in some directions."""
 
 BOX, DECREASE, MOST_REJECTED = 3.0, 0.25, 3
-"""Largest change of an unknown in a step, relative to its size, at least 1; its factor after a rejected step, which the
-next accepted one revokes; and the number of rejected steps after which the method ends.  Smaller boxes delay convergence, in larger ones directions of
-negative curvature lead away from the solution."""
+"""Largest change of an unknown in a step, relative to its size, at least 1; its factor after a rejected step, half of
+which the next accepted step revokes; and the number of rejected steps after which the method ends.  Smaller boxes delay
+convergence; in larger ones directions of negative curvature lead away from the solution."""
 
 MOST_WORSE = 0.2
 """Largest relative increase of the merit function; a decrease is not required, because this would slow convergence."""
@@ -102,7 +102,7 @@ def minimise_from_solution(
                 return _conclude(Status.SOLVED, CONVERGED, iterate, number, nlp.typical)
             following = steps.take(iterate, weight, box)
             if following is not None:
-                iterate, weight, box = following, PROXIMAL, min(BOX, 2 * box)
+                iterate, weight, box = following, PROXIMAL, min(BOX, box / math.sqrt(DECREASE))
             else:
                 box, rejected = DECREASE * box, rejected + 1
             if rejected > MOST_REJECTED:
