@@ -14,10 +14,11 @@ its users would write it. To repeat the measurements:
     pip install -r tests/benchmarks/requirements.txt
     OMP_NUM_THREADS=1 pytest tests/benchmarks/test_other_tools.py --benchmark-only -s
     OMP_NUM_THREADS=1 pytest tests/benchmarks/test_growth.py --benchmark-only -s
+    OMP_NUM_THREADS=1 pytest tests/benchmarks/test_resolves.py --benchmark-only -s
     python docs/make_benchmarks.py
 
-A tool that is not installed is omitted. The two files are run separately, because the imports of other tools slow down
-the second. Times are processor times, because the machine had other load. The two measurements of a pair alternate. The
+A tool that is not installed is omitted. The files are run separately, because the imports of other tools slow down
+the others. Times are processor times, because the machine had other load. The two measurements of a pair alternate. The
 tables give the median with the quartiles in parentheses; values without quartiles were measured once.
 """
 
@@ -41,7 +42,27 @@ derivatives, a seventh on Newton's method (mostly on building its Function), and
 hand-tuned script contains the explicit equations of this robot and builds nothing else; for any other robot they would
 have to be rewritten. A repeated solve consists of four steps of Newton's method.
 [From a contact sequence to a gait](concepts/optimisation.md) explains this method, and why the cost of transport
-requires Ipopt instead.
+requires other methods.
+"""
+
+
+SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;
+the best gait of each point is then solved to the tolerance, with one or two more steps, and replayed. Half of the
+time is spent on the continued gaits, a quarter on the points without a neighbour, and a quarter on the final solves
+and replays. If the multipliers predict that the reverse direction leads to the known gait, it is not solved.
+"""
+
+REPEATED = """## Repeated solves of the cost of transport
+
+A gait at friction 0.14 with 40 intervals (0.633 m/s, step length 0.4713 m, torques up to 6 N m) is the start of a
+gait at friction 0.15. *First* is a solve with a new robot, *cold* one with everything compiled, and *again* the
+repeated solve. All include refinement and checks.
+"""
+
+REPEATED_BESIDE = """The scripts for the other tools split the joint powers into positive and negative parts as well:
+gaitopt at three points per interval, the script for Opti at two, and that for rockit at one. They are compared with
+as many intervals and with as many slacks. They do not bound the work between these points, so their costs are less
+accurate.
 """
 
 
@@ -56,6 +77,7 @@ def main():
         growth(results),
         convergence(results),
         studies(results),
+        repeated(results),
         made_with(results),
     ]
     (DOCS / "benchmarks.md").write_text("\n".join(parts), encoding="utf-8")
@@ -127,14 +149,28 @@ def studies(results):
         f"both sides and replayed) takes {numbers['one']:.1f} s, which equals {numbers['solves']:.1f} cold solves of "
         f"{numbers['cold']:.2f} s. Two workers are\n{numbers['speed_up']:.2f} times as fast as one. "
         f"Times are wall-clock times and include imports ({machine}).\n\n"
-        "Half of this time is spent on the 52 solves on the fine grid, with 15 iterations each: if the optimal\n"
-        "torques switch on and off, an interior-point method needs these iterations even from a nearby initial guess.\n"
-        "The following measures brought no improvement: initial guesses extrapolated from two neighbours, with and\n"
-        "without multipliers; initial guesses from the fine gait of the neighbour, corrected by the change on the\n"
-        "coarse grid; coarser grids for a first estimate, which increased the time on the fine grid; other rules for\n"
-        "the barrier. Time is saved by omitting solves: if the multipliers predict that the reverse direction leads\n"
-        "to the known gait, it is not solved.\n"
+        f"{SWEEPS}"
     )
+
+
+def repeated(results):
+    """Return the section on repeated solves of the cost of transport."""
+    table = select(results, "repeated solve, ")
+    if not table:
+        return ""
+    heads = ["first [s]", "cold [s]", "again [s]", "ratio to first", "ratio to cold"]
+    lines = [REPEATED, row(["contact sequence", *heads]), "|---|" + "---:|" * 5]
+    for sequence, numbers in table.items():
+        values = [seconds(numbers[name]) for name in ("first", "cold", "again")]
+        values += [spread(numbers[name]) for name in ("ratio_first", "ratio_cold")]
+        lines.append(row([f"`{sequence}`".replace("|", "\\|"), *values]))
+    heads = ["cost at 0.14", "again [s]", "gaitopt again [s]", "ratio"]
+    lines += ["", REPEATED_BESIDE, row(["tool", "intervals", *heads]), "|---|---|" + "---:|" * 4]
+    for name, numbers in select(results, "repeated solve beside ").items():
+        tool, equal = name.split(", equal ")
+        values = [f"{numbers['cost']:.6f}", seconds(numbers["theirs"]), seconds(numbers["own"])]
+        lines.append(row([tool, f"{numbers['intervals']}, equal {equal}", *values, spread(numbers["ratio"])]))
+    return "\n".join([*lines, ""])
 
 
 def made_with(results):

@@ -60,6 +60,11 @@ class FastCall:
         self._call()
         return self._outputs
 
+    @property
+    def succeeded(self) -> bool:
+        """Whether the last call of a solver has found a solution."""
+        return bool(self._buffer.stats()["success"])
+
     def evaluate_packed(self, values: np.ndarray) -> np.ndarray:
         """Return the outputs one after the other in one array, for free inputs in the same form; the fastest call."""
         self._packed[:] = values

@@ -179,9 +179,9 @@ def coarsen(problem: GaitProblem) -> GaitProblem:
     return _without_tolerance(problem, problem.transcription.list_grids(problem.sequence)[0])
 
 
-def halve_intervals(problem: GaitProblem) -> GaitProblem:
-    """Return the problem with half its number of intervals, a close warm start for its grid."""
-    return _without_tolerance(problem, problem.transcription.coarsen(problem.sequence, 2) or problem.transcription)
+def skip_refinement(problem: GaitProblem) -> GaitProblem:
+    """Return the problem on its grid, without a tolerance on the integration error."""
+    return _without_tolerance(problem, problem.transcription)
 
 
 def _without_tolerance(problem: GaitProblem, method: Method) -> GaitProblem:

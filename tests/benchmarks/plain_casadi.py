@@ -21,7 +21,7 @@ MASS = 2 * LEG + HIP
 WEIGHT = MASS * GRAVITY
 
 
-def flow(x, u):
+def flow(x, u, cone=CONE):
     """Return the rate of (th1, th2, rates) and the cone's two sides, forces per weight."""
     th1, th2, w1, w2 = ca.vertsplit(x)
     s1, c1, s2, c2 = ca.sin(th1), ca.cos(th1), ca.sin(th2), ca.cos(th2)
@@ -34,7 +34,7 @@ def flow(x, u):
     a1, a2 = (m22 * r1 - m12 * r2) / determinant, (m11 * r2 - m12 * r1) / determinant
     tangential = FIRST * (c1 * a1 - s1 * w1**2) + LEG * SHORT * (c2 * a2 - s2 * w2**2)
     normal = WEIGHT - FIRST * (s1 * a1 + c1 * w1**2) + LEG * SHORT * (s2 * a2 + c2 * w2**2)
-    return ca.vertcat(w1, w2, a1, a2), ca.vertcat(normal - CONE * tangential, normal + CONE * tangential) / WEIGHT
+    return ca.vertcat(w1, w2, a1, a2), ca.vertcat(normal - cone * tangential, normal + cone * tangential) / WEIGHT
 
 
 def rk4(x, u0, u1, step):
@@ -57,9 +57,9 @@ def interval():
 
 
 def touchdown():
-    """Return (last state, first state, impulse, travel, period) -> equalities, inequalities (>= 0)."""
+    """Return (last state, first state, impulse, travel, period, cone) -> equalities, inequalities (>= 0)."""
     last, first, impulse = ca.SX.sym("last", 4), ca.SX.sym("first", 4), ca.SX.sym("impulse", 2)
-    travel, period = ca.SX.sym("travel"), ca.SX.sym("period")
+    travel, period, cone = ca.SX.sym("travel"), ca.SX.sym("period"), ca.SX.sym("cone")
     th1, th2, w1, w2 = ca.vertsplit(last)
     s1, c1, s2, c2 = ca.sin(th1), ca.cos(th1), ca.sin(th2), ca.cos(th2)
     coupling = LEG * LENGTH * SHORT * ca.cos(th1 + th2)
@@ -78,9 +78,9 @@ def touchdown():
         first[:2] + ca.vertcat(th2, th1), momentum, th2 - th1, LENGTH * (s1 + s2) - travel, travel / period - SPEED
     )
     above = ca.vertcat(
-        impulse[1] - CONE * impulse[0], impulse[1] + CONE * impulse[0], -1e-3 - (w2 - w1), th1 - 1e-3, foot[1] - 1e-3
+        impulse[1] - cone * impulse[0], impulse[1] + cone * impulse[0], -1e-3 - (w2 - w1), th1 - 1e-3, foot[1] - 1e-3
     )
-    return ca.Function("touchdown", [last, first, impulse, travel, period], [equal, above])
+    return ca.Function("touchdown", [last, first, impulse, travel, period, cone], [equal, above])
 
 
 def build(intervals):
@@ -93,7 +93,7 @@ def build(intervals):
     )
     x, u = ca.SX.sym("x", 4), ca.SX.sym("u", 2)
     last_cone = ca.Function("cone", [x, u], [flow(x, u)[1]])(states[:, -1], torques[:, -1])
-    equal, above = touchdown()(states[:, -1], states[:, 0], impulse, travel, period)
+    equal, above = touchdown()(states[:, -1], states[:, 0], impulse, travel, period, CONE)
     zero = ca.vertcat(ca.vec(states[:, 1:] - ends), equal)
     positive = ca.vertcat(ca.vec(cones), last_cone, above)
     variables = ca.veccat(nodes, period, impulse, travel)

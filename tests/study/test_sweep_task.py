@@ -18,7 +18,7 @@ def two_points(sequence, frictions):
     """Return a grid, and the forward gaits of its two points, the second continued from the first."""
     problem = quick_problem(sequence=sequence, objective="cost_of_transport", transcription=Collocation(intervals=20))
     grid = SweepGrid(problem, (problem.sequence,), {"friction": np.array(frictions)}, 1)
-    first, second = (module.halve_intervals(grid.problem_at(point)) for point in (BEFORE, BEHIND))
+    first, second = (module.skip_refinement(grid.problem_at(point)) for point in (BEFORE, BEHIND))
     gait = module.solve_start(first, LinearGuess())
     return grid, gait, module.solve_start(second, gait)
 
@@ -47,7 +47,7 @@ def test_the_way_back_from_another_branch_is_gone(jump):
 
 def test_the_way_back_along_the_same_branch_is_spared(smooth, monkeypatch):
     grid, first, second = smooth
-    gone = module.solve_start(module.halve_intervals(grid.problem_at(BEFORE)), second)
+    gone = module.solve_start(module.skip_refinement(grid.problem_at(BEFORE)), second)
     assert objective(gone) == pytest.approx(objective(first), rel=1e-6)
     monkeypatch.setattr(module, "solve_start", lambda *given: pytest.fail("solved"))
     assert backward(grid, first, second) is first
@@ -60,8 +60,8 @@ def test_a_failure_is_on_no_branch(smooth):
     assert not module.on_one_branch(here, replace(first, status=Status.INFEASIBLE), there, second)
 
 
-def test_what_leads_on_the_first_grid_is_handed_on_as_finely_as_neighbours_are():
-    for intervals, expected in ((40, [20]), (20, [10])):
+def test_gaits_from_default_starts_are_continued_on_the_grid_of_the_problem():
+    for intervals, expected in ((40, [40]), (20, [20])):
         problem = quick_problem(transcription=Collocation(intervals=intervals))
         grid = SweepGrid(problem, (problem.sequence,), {"friction": np.array([0.2])}, 1)
         assert module.solve_task(grid, SweepTask("cold", BEFORE)).problem["intervals"] == expected

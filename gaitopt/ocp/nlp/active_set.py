@@ -28,7 +28,8 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import ONE_AT_A_TIME, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
-from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
+from gaitopt.ocp.nlp.sqp import minimise_from_solution
 from gaitopt.parameters import instance_of
 from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.status import Status
@@ -55,8 +56,9 @@ MOST_ENTRIES = 200
 class Newton:
     """Newton's method for smooth objectives, such as squared torques, with Ipopt as its fallback.
 
-    Objectives with kinks, such as the cost of transport, are passed to the fallback immediately: their optima switch
-    torques on and off, many constraints are weakly active, and the active set is not unique.  Smooth objectives per
+    Objectives with kinks are passed to the fallback: their optima switch torques on and off, many constraints are
+    weakly active, and the active set is not unique.  With absolute work, as in the cost of transport, a gait that is
+    warm-started from one on the same grid is first solved by sequential quadratic programming.  Smooth objectives per
     weight and travel on fine grids are passed on as well, because the row that sums the integral makes steps slow.
 
     Attributes
@@ -86,8 +88,14 @@ class Newton:
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
+        update_data: UpdateData | None = None,
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
+        if not nlp.smooth and multipliers is not None and update_data is not None:
+            with ONE_AT_A_TIME:
+                near = minimise_from_solution(nlp, x, data, bounds, observer, multipliers, self.fallback, update_data)
+            if near is not None:
+                return near
         if not nlp.smooth or _longest_row(nlp) > MOST_ENTRIES:
             return self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
 

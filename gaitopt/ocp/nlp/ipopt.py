@@ -17,7 +17,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
-from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
 from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import Observer
 from gaitopt.status import Status
@@ -95,6 +95,7 @@ class Ipopt:
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
+        update_data: UpdateData | None = None,
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         with defer_interrupt():

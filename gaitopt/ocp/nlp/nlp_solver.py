@@ -1,5 +1,6 @@
 """Protocol of NLP solvers, and their result."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -8,6 +9,9 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Observer
 from gaitopt.status import Status
+
+UpdateData = Callable[[Array], Array]
+"""Function from a decision vector, shape (n_variables,), to the data of the NLP near it, shape (n_z,)."""
 
 CONVERGED = "converged to a local optimum"
 """Message of a solved NLP, independent of the solver."""
@@ -28,6 +32,8 @@ class NlpResult:
     iterations : int
     multipliers : (n_variables,), (n_constraints,) arrays
         Multipliers of the bounds and of the constraints.
+    data : (n_z,) array, optional
+        Data of the NLP that was solved, if the solver has updated them.
     """
 
     status: Status
@@ -37,6 +43,7 @@ class NlpResult:
     objective: float
     iterations: int
     multipliers: tuple[Array, Array]
+    data: Array | None = None
 
 
 class NlpSolver(Protocol):
@@ -51,6 +58,7 @@ class NlpSolver(Protocol):
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
         barrier: float = 1e-6,
+        update_data: UpdateData | None = None,
     ) -> NlpResult:
         """Solve an NLP from a starting point.
 
@@ -66,4 +74,7 @@ class NlpSolver(Protocol):
             Multipliers of a nearby solution, from which the solver is warm-started.
         barrier : float
             Barrier parameter of a warm start: the expected complementarity of the initial point, scaled objective.
+        update_data : callable, optional
+            Data that depend on the solution, such as the sign changes of joint powers.  `data` are those of `x`; a
+            solver may update them after a step, and then returns those of the result.
         """

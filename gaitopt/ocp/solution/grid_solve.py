@@ -234,7 +234,9 @@ class SingleStart:
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
         solver = self.cold_solver if warm_start is None else self.solver
-        outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier)
+        update = {"update_data": functools.partial(nlp_data, transcription, problem)} if located else {}
+        outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier, **update)
+        data = data if outcome.data is None else outcome.data
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
             outcome = replace(

@@ -40,16 +40,15 @@ def hermite_transformation(fractions: tuple[float, ...], at: tuple[float, ...]) 
     return np.vander(at, count, increasing=True) @ np.linalg.inv(np.vstack([values, slopes]))
 
 
-def integrate_polynomial(coefficients: Array, upto: float) -> float:
-    """Return the integral of a polynomial with Bernstein coefficients from 0 to a fraction of the interval.
+def integrate_basis(upto: float, points: int) -> Array:
+    """Return the integrals of the Bernstein polynomials from 0 to a fraction of the interval, shape (points,).
 
     Examples
     --------
-    >>> integrate_polynomial(np.ones(3), 0.5)
-    0.5
+    >>> integrate_basis(1.0, 2)
+    array([0.5, 0.5])
     """
-    sums = np.concatenate([[0.0], np.cumsum(coefficients)])
-    return float(np.dot(sums, bernstein_basis(upto, coefficients.size))) / coefficients.size
+    return np.asarray(np.cumsum(bernstein_basis(upto, points)[:0:-1])[::-1]) / points
 
 
 def derivative_at(coefficients: Array, at: float) -> float:

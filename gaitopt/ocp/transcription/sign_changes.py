@@ -23,7 +23,7 @@ from gaitopt.ocp.nlp.layout import Index, Layout
 from gaitopt.ocp.transcription.bernstein import (
     bernstein_basis,
     derivative_at,
-    integrate_polynomial,
+    integrate_basis,
     zeros_inside,
 )
 from gaitopt.ocp.transcription.grid import Phase
@@ -148,9 +148,9 @@ def _expand_absolute(coefficients: Array, zeros: list[float]) -> Array:
     points = coefficients.size
     table = np.zeros((1 + MAX_ZEROS, points))
     ends = np.array([0.0, *zeros, 1.0])
-    signs = np.sign(np.diff([integrate_polynomial(coefficients, end) for end in ends]))
-    integrals = np.array([[integrate_polynomial(unit, end) for end in ends] for unit in np.eye(points)])
-    table[0] = np.diff(integrals, axis=1) @ signs - np.sign(coefficients) / points
+    integrals = np.diff([integrate_basis(end, points) for end in ends], axis=0)
+    signs = np.sign(integrals @ coefficients)
+    table[0] = signs @ integrals - np.sign(coefficients) / points
     changes = [zero for zero, before, after in zip(zeros, signs, signs[1:], strict=False) if before != after]
     least = LEAST_SLOPE * np.abs(coefficients).max()
     for row, zero in enumerate(changes[:MAX_ZEROS], start=1):

@@ -1,4 +1,4 @@
-"""Tasks of a sweep in a worker: coarse gaits continued from point to point, and the verified best gait of a point."""
+"""Tasks of a sweep in a worker: gaits continued from point to point, and the verified best gait of a point."""
 
 from collections.abc import Mapping
 
@@ -11,9 +11,9 @@ from gaitopt.study.multistart import (
     best,
     coarsen,
     default_starts,
-    halve_intervals,
     objective,
     select_leading,
+    skip_refinement,
     solve_coarse,
     solve_cold,
     solve_fine,
@@ -24,10 +24,10 @@ from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint, SweepTask
 
 
 def solve_task(grid: SweepGrid, task: SweepTask, *results: Gait | None) -> Gait:
-    """Run a task of a sweep: a coarse gait from default starts or neighbours, or the verified best gait of a point.
+    """Run a task of a sweep: a gait from default starts or neighbours, or the verified best gait of a point.
 
-    Warm starts from neighbours are solved with half the intervals, which ranks gaits at a fraction of the computing
-    time; only the best is solved on the problem's grid.
+    Warm starts from neighbours are solved on the problem's grid with a large tolerance and without refinement; only
+    the best is solved to the tolerance, refined and verified.
     """
     problem = grid.problem_at(task.point)
     gaits = [(kind, point, gait) for (kind, point), gait in zip(task.inputs, results, strict=True) if gait is not None]
@@ -35,16 +35,16 @@ def solve_task(grid: SweepGrid, task: SweepTask, *results: Gait | None) -> Gait:
     if task.kind == "point":
         return _solve_best(problem, list(known.values()), grid.starts)
     if task.kind == "cold" or not gaits:
-        return _solve_cold_coarse(problem, grid.starts)
+        return _solve_default_starts(problem, grid.starts)
     return _continue_best(grid, task, known, {point: gait for _, point, gait in gaits if point != task.point})
 
 
-def _solve_cold_coarse(problem: GaitProblem, starts: int) -> Gait:
+def _solve_default_starts(problem: GaitProblem, starts: int) -> Gait:
     """Return the best gait from the default starts of a problem, on the grid on which gaits are continued."""
     leading = select_leading(problem, solve_coarse(problem, default_starts(problem, starts)))
-    if not leading.status.ok or halve_intervals(problem).transcription == coarsen(problem).transcription:
+    if not leading.status.ok or skip_refinement(problem).transcription == coarsen(problem).transcription:
         return leading
-    again = solve_start(halve_intervals(problem), leading, COARSE_SOLVER)
+    again = solve_start(skip_refinement(problem), leading, COARSE_SOLVER)
     return again if again.status.ok else leading
 
 
@@ -70,7 +70,7 @@ def _continue_best(
             if forward is not None and on_one_branch(problem, forward, grid.problem_at(point), start):
                 reached.append(forward)
             else:
-                reached.append(solve_start(halve_intervals(problem), start, COARSE_SOLVER))
+                reached.append(solve_start(skip_refinement(problem), start, COARSE_SOLVER))
             if reached[-1].status.ok:
                 break
     return best(reached or [*neighbours.values()] or [*known.values()])
@@ -85,7 +85,7 @@ def on_one_branch(one: GaitProblem, gait: Gait, other: GaitProblem, neighbour: G
     """
     if not gait.status.ok:
         return False
-    gain = objective(gait) - predict_cost(halve_intervals(one), neighbour)
-    back = objective(neighbour) - predict_cost(halve_intervals(other), gait)
+    gain = objective(gait) - predict_cost(skip_refinement(one), neighbour)
+    back = objective(neighbour) - predict_cost(skip_refinement(other), gait)
     tolerance = SAME_COST * abs(objective(gait))
     return gain <= tolerance or abs(gain - back) <= 2 * tolerance
