@@ -11,7 +11,7 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
-from gaitopt.ocp.bounds import bounds, nlp_data, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, has_same_grid, transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -206,7 +206,7 @@ class SingleStart:
         problem = self.problem
         if self.guess is not problem.guess or isinstance(self.guess, WarmStart):
             return ()
-        transcription = transcribe(structure(problem, problem.transcription))
+        transcription = transcribe_problem(problem, problem.transcription)
         return report_clipped_guess(
             transcription, bounds(transcription, problem), point_from_guess(transcription, problem, self.guess)
         )
@@ -222,7 +222,7 @@ class SingleStart:
         problem = self.problem
         started, misses = time.perf_counter(), transcribe.cache_info().misses
         with defer_interrupt():
-            transcription = transcribe(structure(problem, method, schedule=self.schedule))
+            transcription = transcribe_problem(problem, method, self.schedule)
             if transcribe.cache_info().misses > misses:
                 self.build_seconds += time.perf_counter() - started
             if warm_start is not None and covers_transcription(warm_start, transcription):

@@ -51,6 +51,8 @@ class NlpBuilder:
         Unknown foot speeds that a transition requires to be zero; they are bounded instead of constrained.
     sign_changes : SignChangeLayout or None
         Places of the data on sign changes of the joint powers, if there are any.
+    placed : bool
+        Whether the fractions of the phases at which their nodes are placed are data, the first after the shared ones.
     """
 
     robot: Robot
@@ -66,6 +68,7 @@ class NlpBuilder:
     relaxation: Relaxation | None = None
     resting: set[int] = field(default_factory=set)
     sign_changes: SignChangeLayout | None = None
+    placed: bool = False
 
     @functools.cached_property
     def terms(self) -> tuple[tuple[float, Objective], ...]:
@@ -170,6 +173,7 @@ class BlockVariables:
         self._numbers: list[ca.SX] = []
         self._places: list[Index] = []
         self._shared: dict[TableKey, ca.SX] = {}
+        self._intervals: dict[tuple[int, ...], tuple[ca.SX, ca.SX]] = {}
 
     def add(self, name: str, columns: Index) -> ca.SX:
         """Return a symbol for each row of `columns`, shape (n,); a single column is common to all instances."""
@@ -195,6 +199,24 @@ class BlockVariables:
         if key not in self._shared:
             self._shared[key] = self.add(table_name(key), self.builder.variables[key].reshape(-1, 1, order="F"))
         return self._shared[key]
+
+    def add_intervals(self, phase: Phase, nodes: Sequence[int]) -> tuple[ca.SX, ca.SX]:
+        """Return start and share of the intervals after some nodes, counted from the start of a phase, as fractions."""
+        key = tuple(nodes)
+        if key not in self._intervals:
+            if self.builder.placed:
+                first = self.builder.data.numel() + phase.first + phase.number  # a phase of N intervals has N + 1 data
+                ends = np.array([key, np.minimum(np.array(key) + 1, phase.count)])
+                start, end = ca.vertsplit(self.add_data("fractions", first + ends))
+                self._intervals[key] = start, end - start
+            else:
+                node = self.add_constant("node", np.array(key, dtype=float))
+                self._intervals[key] = node / phase.count, ca.SX(1.0 / phase.count)
+        return self._intervals[key]
+
+    def add_length(self, phase: Phase, duration: ca.SX, nodes: Sequence[int]) -> ca.SX:
+        """Return the lengths of the intervals after some nodes of a phase [s]."""
+        return duration * self.add_intervals(phase, nodes)[1] if self.builder.placed else duration / phase.count
 
     def parameters(self) -> ca.SX:
         """Return the parameters of the robot; a free slope is a local variable."""
