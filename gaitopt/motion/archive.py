@@ -214,6 +214,7 @@ def _read_certificate(group: h5py.Group) -> Certificate:
 
 def _write_solution(group: h5py.Group, solution: Solution) -> None:
     group.attrs["intervals"] = solution.intervals
+    group.attrs["cost_factor"] = solution.cost_factor
     if solution.fractions is not None:
         group.attrs["fractions"] = np.concatenate(solution.fractions)
     for kind in _SOLUTION_PARTS:
@@ -240,7 +241,8 @@ def _read_solution(group: h5py.Group) -> Solution:
         for kind in _SOLUTION_PARTS
     }
     intervals = tuple(int(count) for count in group.attrs["intervals"])
-    return Solution(intervals=intervals, fractions=_read_fractions(group, intervals), **parts)
+    factor = float(group.attrs.get("cost_factor", np.nan))
+    return Solution(intervals=intervals, fractions=_read_fractions(group, intervals), cost_factor=factor, **parts)
 
 
 def _read_fractions(group: h5py.Group, intervals: tuple[int, ...]) -> tuple[tuple[float, ...], ...] | None:

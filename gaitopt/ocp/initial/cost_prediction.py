@@ -18,7 +18,8 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
 
     The prediction is the problem's Lagrangian at the gait's unknowns and multipliers (envelope theorem: Nocedal &
     Wright, Numerical Optimization, 12.8).  The two problems may differ in any number: friction, speed, a mass or a
-    limit; their phases are equal, and the grid is that of the gait.  For the problem of the gait itself the prediction is its objective.
+    limit; their phases are equal, and the grid is that of the gait.  For the problem of the gait itself the prediction
+    is its objective.
 
     Parameters
     ----------

@@ -4,7 +4,6 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from attrs import evolve
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence

@@ -19,6 +19,7 @@ from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.keys import Group, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.cost_error import GridCost
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, report_short_steps
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
@@ -176,6 +177,15 @@ class SingleStart:
     observer : Observer
     cold_solver : NlpSolver, optional
         Solver of grids without a warm start; `solver` by default.
+
+    Attributes
+    ----------
+    schedule : GuardSchedule or None
+        Schedule of the touchdown guard on the present grid.
+    grid_costs : list of GridCost
+        Objectives and variations of the torques on the grids so far.
+    known_factor : float
+        Error of the objective per variation of the torques of the gait that the solve is warm-started from, or nan.
     """
 
     def __init__(
@@ -190,6 +200,8 @@ class SingleStart:
         self.cold_solver = solver if cold_solver is None else cold_solver
         self.iterations, self.build_seconds = 0, 0.0
         self.schedule: GuardSchedule | None = None
+        self.grid_costs: list[GridCost] = []
+        self.known_factor = math.nan
 
     def describe(self, solution: GridSolution) -> dict[str, object]:
         """Return the entries of the problem's description that the solve determines."""

@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import replace
 
 from gaitopt.lazy import Deferred
 from gaitopt.motion.gait import Gait, SolverReport
@@ -12,9 +13,15 @@ from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.certification import certify
+from gaitopt.ocp.solution.cost_refinement import cost_error, cost_factor, refine_for_cost, report_cost_error
 from gaitopt.ocp.solution.diagnosis import violations
-from gaitopt.ocp.solution.grid_solve import SingleStart
-from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh, repair_early_touchdown
+from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
+from gaitopt.ocp.solution.mesh_refinement import (
+    STOPPED_EARLY,
+    approach_through_coarse_grids,
+    refine_mesh,
+    repair_early_touchdown,
+)
 from gaitopt.ocp.solution.problem_checks import report_poor_scaling
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.progress import Observer
@@ -35,10 +42,8 @@ def solve_from_start(
         Solver of grids without a warm start, such as `solver` with fewer iterations.
     """
     started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer, cold_solver)
-    solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start)))
-    if math.isfinite(problem.transcription.tolerance):
-        solution = solution.check_plan()
-    transcription, outcome, remarks = solution.transcription, solution.outcome, start.check_guess()
+    solution, remarks = _solve_accurately(start)
+    transcription, outcome = solution.transcription, solution.outcome
     if not outcome.status.ok:
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, guess), nlp_data(transcription, problem)
@@ -61,8 +66,26 @@ def solve_from_start(
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
             warnings=Deferred(lambda: remarks + solution.warnings()),
+            cost_error=cost_error(start, solution),
         ),
         versions=versions(),
-        solution=solution_of(transcription, outcome),
+        solution=replace(solution_of(transcription, outcome), cost_factor=cost_factor(start, solution)),
         certificate=Deferred(lambda: certify(solution)),
     )
+
+
+def _solve_accurately(start: SingleStart) -> tuple[GridSolution, tuple[str, ...]]:
+    """Return the solution of a start and remarks on it: on the best of the refined grids whose plan is accurate."""
+    first = approach_through_coarse_grids(start)
+    solutions, failed = refine_for_cost(start, first)
+    results: list[GridSolution] = []
+    for solution in solutions:
+        start.schedule = solution.transcription.structure.schedule
+        result = repair_early_touchdown(start, refine_mesh(start, solution))
+        results.append(result.check_plan() if math.isfinite(start.problem.transcription.tolerance) else result)
+        status = results[-1].outcome.status
+        if status.ok or status in STOPPED_EARLY:
+            break
+    last = results[-1] if results[-1].outcome.status.ok or results[-1].outcome.status in STOPPED_EARLY else results[0]
+    failed = failed or last is not results[0]
+    return last, start.check_guess() + report_cost_error(start, last, failed=failed)

@@ -84,9 +84,9 @@ def _segment(
         work=energy[:n_u],
         friction_work=energy[n_u],
         damping_work=energy[-1] if robot.has_dampers else None,
-        positive_work=_integrate_positive_power(
-            dynamics, state[:, :1], fine, torque, duration * phase.fractions, p
-        )[:, :: parts // 2],
+        positive_work=_integrate_positive_power(dynamics, state[:, :1], fine, torque, duration * phase.fractions, p)[
+            :, :: parts // 2
+        ],
     )
     return make_segment(robot, p, sampled)
 

@@ -132,7 +132,6 @@ class Method(ABC):
             check_count("intervals", count, 2, MOST_INTERVALS)
         return tuple(int(count) for count in counts)
 
-
     def fractions_for(self, sequence: ContactSequence) -> Fractions | None:
         """Return the fractions of the phases at which their nodes are, or None for equal intervals.
 
