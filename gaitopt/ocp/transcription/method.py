@@ -36,7 +36,7 @@ class Method(ABC):
 
     Attributes
     ----------
-    intervals : int or tuple of int
+    intervals : int or tuple of int, optional
         Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
         sequence are short and have a quarter of it.  By default the grid is chosen by `cost_tolerance`; a stated number
         is kept.

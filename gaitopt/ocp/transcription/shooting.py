@@ -62,7 +62,7 @@ class MultipleShooting(Method):
 
     Attributes
     ----------
-    intervals : int or tuple of int
+    intervals : int or tuple of int, optional
         Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
         sequence are short and have a quarter of it.
     substeps : int
