@@ -131,7 +131,9 @@ def _grid(gait: Gait) -> Facts:
     error = gait.solver.cost_error
     if not math.isfinite(error):
         return []
-    text = f"{sum(gait.problem['intervals'])} intervals, objective within {100 * error:.1g} % of a finer grid (estimate)"
+    text = (
+        f"{sum(gait.problem['intervals'])} intervals, objective within {100 * error:.1g} % of a finer grid (estimate)"
+    )
     return [("grid", text)]
 
 

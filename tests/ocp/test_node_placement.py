@@ -12,7 +12,8 @@ from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.solution.node_placement import LEAST_INTERVALS, allot_intervals, place_nodes, torque_ramps
 from gaitopt.ocp.statement.initial_guess import LinearGuess
-from gaitopt.ocp.transcription.grid import divide_into_phases, place_nodes as place_phases
+from gaitopt.ocp.transcription.grid import divide_into_phases
+from gaitopt.ocp.transcription.grid import place_nodes as place_phases
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, transfer_schedule
 
 SLIP = "slip+ stick | slip+"
@@ -32,7 +33,8 @@ def test_equal_fractions_are_equal_intervals(reference_problem, method, objectiv
     placed = method(intervals=(5, 8), fractions=tuple(tuple(np.linspace(0, 1, n + 1).tolist()) for n in (5, 8)))
     problem = reference_problem(sequence=SLIP, objective=objective, limits=limits)
     one, other = (transcribe_problem(problem, grid) for grid in (equal, placed))
-    assert other.structure.placed and not one.structure.placed
+    assert other.structure.placed
+    assert not one.structure.placed
     x = np.random.default_rng(2).uniform(0.2, 0.6, one.variables.size)
     for a, b in zip(values(one, problem, x), values(other, problem, x), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12)
@@ -68,7 +70,8 @@ def test_a_gait_on_uneven_nodes(reference_problem):
     method = Collocation(intervals=(5, 20), fractions=UNEVEN)
     problem = reference_problem(sequence=SLIP, transcription=method)
     gait = verify(solve(problem))
-    assert gait.status.ok and gait.verification.passed
+    assert gait.status.ok
+    assert gait.verification.passed
     assert gait.problem["intervals"] == [5, 20]
     assert gait.solution.fractions == UNEVEN
     for segment, nodes in zip(gait.motion.segments, UNEVEN, strict=True):

@@ -52,10 +52,11 @@ def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[Gr
         Whether the solve on a finer grid has failed.
     """
     solutions, tolerance = [solution], start.problem.transcription.largest_cost_error
-    total = sum(solution.method.intervals_for(start.problem.sequence))
-    for growth in GROWTH if _refines(start) else ():
+    total = sum(start.problem.transcription.intervals_for(start.problem.sequence))
+    for growth in GROWTH[start.refinements :] if _refines(start) else ():
         if not solution.outcome.status.ok or cost_error(start, solution) <= tolerance:
             break
+        start.refinements += 1
         known = solution_of(solution.transcription, solution.outcome)
         ramps = torque_ramps(known)
         if ramps is None:

@@ -186,6 +186,8 @@ class SingleStart:
         Objectives and variations of the torques on the grids so far.
     known_factor : float
         Error of the objective per variation of the torques of the gait that the solve is warm-started from, or nan.
+    refinements : int
+        Number of refinements for the cost so far.
     """
 
     def __init__(
@@ -202,6 +204,7 @@ class SingleStart:
         self.schedule: GuardSchedule | None = None
         self.grid_costs: list[GridCost] = []
         self.known_factor = math.nan
+        self.refinements = 0
 
     def describe(self, solution: GridSolution) -> dict[str, object]:
         """Return the entries of the problem's description that the solve determines."""

@@ -19,7 +19,7 @@ from gaitopt.ocp.transcription.method import Fractions
 JUMPS = 0.5
 """Share of the intervals that is distributed according to jumps of the torques; the others have equal lengths."""
 
-LEAST_SHARE = 1e-4
+LEAST_SHARE = 1e-3
 """Least share of an interval in the duration of its phase."""
 
 LEAST_INTERVALS, MULTIPLE = 10, 5
@@ -76,10 +76,12 @@ def torque_ramps(solution: Solution) -> TorqueRamps | None:
     if any(table is None for table in tables):
         return None
     torque, durations = (table.values for table in tables if table is not None)
-    nodes = solution.fractions or [np.linspace(0.0, 1.0, count + 1) for count in solution.intervals]
+    nodes = [np.linspace(0.0, 1.0, count + 1) for count in solution.intervals]
+    if solution.fractions is not None:
+        nodes = [np.array(at) for at in solution.fractions]
     lengths = np.concatenate([d * np.diff(at) for d, at in zip(durations[0], nodes, strict=True)])
     usable = torque.shape[1] == lengths.size + 1 and np.all(np.isfinite(torque)) and np.all(lengths > 0)
-    return TorqueRamps(tuple(np.array(at) for at in nodes), lengths, torque) if usable else None
+    return TorqueRamps(tuple(nodes), lengths, torque) if usable else None
 
 
 def allot_intervals(ramps: TorqueRamps, total: int) -> tuple[int, ...]:

@@ -76,16 +76,24 @@ def solve_from_start(
 
 def _solve_accurately(start: SingleStart) -> tuple[GridSolution, tuple[str, ...]]:
     """Return the solution of a start and remarks on it: on the best of the refined grids whose plan is accurate."""
-    first = approach_through_coarse_grids(start)
-    solutions, failed = refine_for_cost(start, first)
+    result, failed = _refine(start, approach_through_coarse_grids(start))
+    tolerance = start.problem.transcription.largest_cost_error
+    if result.outcome.status.ok and not failed and cost_error(start, result) > tolerance:
+        finer, failed = _refine(start, result)  # the accurate plan has another error than the solution before it
+        stopped = finer.outcome.status in STOPPED_EARLY
+        result = finer if stopped or (finer.outcome.status.ok and finer.cost < result.cost) else result
+    return result, start.check_guess() + report_cost_error(start, result, failed=failed)
+
+
+def _refine(start: SingleStart, solution: GridSolution) -> tuple[GridSolution, bool]:
+    """Return the solution of lowest cost on refined grids whose plan is accurate, and whether a finer grid failed."""
+    solutions, failed = refine_for_cost(start, solution)
     results: list[GridSolution] = []
-    for solution in solutions:
-        start.schedule = solution.transcription.structure.schedule
-        result = repair_early_touchdown(start, refine_mesh(start, solution))
+    for one in solutions:
+        start.schedule = one.transcription.structure.schedule
+        result = repair_early_touchdown(start, refine_mesh(start, one))
         results.append(result.check_plan() if math.isfinite(start.problem.transcription.tolerance) else result)
         status = results[-1].outcome.status
         if status.ok or status in STOPPED_EARLY:
-            break
-    last = results[-1] if results[-1].outcome.status.ok or results[-1].outcome.status in STOPPED_EARLY else results[0]
-    failed = failed or last is not results[0]
-    return last, start.check_guess() + report_cost_error(start, last, failed=failed)
+            return results[-1], failed or len(results) > 1
+    return results[0], failed

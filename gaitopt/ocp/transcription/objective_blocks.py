@@ -99,7 +99,7 @@ class InstantFactory:
     @functools.cached_property
     def _length(self) -> ca.SX:
         """Length of an interval [s]."""
-        return self.local.add_length(self.phase, self._duration, self.nodes)
+        return self.local.add_length(self.phase, self._duration, self.nodes.tolist())
 
     @functools.cached_property
     def _duration(self) -> ca.SX:
@@ -115,7 +115,7 @@ class InstantFactory:
         """Time from the start of the step to the node [s]."""
         durations = self.local.add_shared(Unknown.DURATION)
         before = sum((durations[i] for i in range(self.phase.number)), ca.SX(0))
-        return before + self.local.add_intervals(self.phase, self.nodes)[0] * self._duration
+        return before + self.local.add_intervals(self.phase, self.nodes.tolist())[0] * self._duration
 
 
 def name_parameters(builder: NlpBuilder, p: ca.SX) -> Mapping[str, ca.SX]:
