@@ -10,7 +10,7 @@ from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.keys import Unknown
-from gaitopt.ocp.solution.node_placement import LEAST_INTERVALS, allot_intervals, place_nodes, torque_ramps
+from gaitopt.ocp.solution.node_placement import LEAST_INTERVALS, allot_intervals, find_ramps, place_nodes
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.transcription.grid import divide_into_phases
 from gaitopt.ocp.transcription.grid import place_nodes as place_phases
@@ -129,7 +129,7 @@ def test_nodes_go_to_the_jumps_and_not_to_slopes(reference_problem):
     torque[1, 6:] = np.linspace(3.0, 1.0, 15)
     table = dataclasses.replace(gait.solution.unknowns["torque"], values=torque)
     solution = dataclasses.replace(gait.solution, unknowns={**gait.solution.unknowns, "torque": table})
-    ramps = torque_ramps(solution)
+    ramps = find_ramps(solution)
     jumps = ramps.jumps()
     assert np.argmax(jumps) == 5
     assert jumps[5] == pytest.approx(3.0, abs=0.15)
@@ -146,7 +146,7 @@ def test_a_short_phase_with_jumps_receives_intervals(reference_problem):
     torque = np.zeros((2, 26))
     torque[0, ::2] = 5.0 * (np.arange(13) < 3)  # three peaks in the first phase, of five intervals
     table = dataclasses.replace(gait.solution.unknowns["torque"], values=torque)
-    ramps = torque_ramps(dataclasses.replace(gait.solution, unknowns={**gait.solution.unknowns, "torque": table}))
+    ramps = find_ramps(dataclasses.replace(gait.solution, unknowns={**gait.solution.unknowns, "torque": table}))
     slip, stick = allot_intervals(ramps, 50)
     assert slip >= 20
     assert stick >= LEAST_INTERVALS

@@ -8,7 +8,7 @@ from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
 from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
 from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, GridSolution, SingleStart
-from gaitopt.ocp.solution.node_placement import allot_intervals, place_nodes, torque_ramps
+from gaitopt.ocp.solution.node_placement import allot_intervals, find_ramps, place_nodes
 from gaitopt.ocp.transcription.guard_constraints import transfer_schedule
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.reductions import rank_of
@@ -27,7 +27,7 @@ def choose_default_grid(start: SingleStart, method: Method, solution: Solution) 
         return method
     if solution.fractions is not None:
         return method.replace_grid(solution.intervals, solution.fractions)
-    ramps = torque_ramps(solution)
+    ramps = find_ramps(solution)
     if ramps is None or len(ramps.nodes) != len(start.problem.sequence.phases):
         return method
     counts = allot_intervals(ramps, sum(method.intervals_for(start.problem.sequence)))
@@ -57,10 +57,10 @@ def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[Gr
         if not solution.outcome.status.ok or cost_error(start, solution) <= tolerance:
             break
         start.refinements += 1
-        known = solution_of(solution.transcription, solution.outcome)
-        ramps = torque_ramps(known)
+        ramps = solution.ramps
         if ramps is None:
             break
+        known = solution_of(solution.transcription, solution.outcome)
         counts = known.intervals if growth == 1 else allot_intervals(ramps, growth * total)
         method = solution.method.replace_grid(counts, place_nodes(ramps, counts))
         schedule = start.schedule
@@ -122,5 +122,5 @@ def _refines(start: SingleStart) -> bool:
 
 
 def _grid_cost(solution: GridSolution) -> GridCost | None:
-    ramps = torque_ramps(solution_of(solution.transcription, solution.outcome))
+    ramps = solution.ramps
     return None if ramps is None or not math.isfinite(solution.cost) else GridCost(solution.cost, ramps.variation)

@@ -21,6 +21,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.cost_error import GridCost
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, report_short_steps
+from gaitopt.ocp.solution.node_placement import TorqueRamps, make_ramps
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
 from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_parameters, reconstruct_motion
@@ -87,6 +88,13 @@ class GridSolution:
                 rows = np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
                 x[variables[Unknown.INTEGRAL]] += rows[self.transcription.constraints[Group.INTEGRAL]]
             return float(nlp.objective(x, data))
+
+    @functools.cached_property
+    def ramps(self) -> TorqueRamps | None:
+        """The torques along the step, from which nodes are placed; None if the solution is not finite."""
+        layout, x = self.transcription.variables, self.outcome.x
+        nodes = [phase.fractions for phase in self.transcription.phases]
+        return make_ramps(nodes, x[layout[Unknown.DURATION][0]], x[layout[Unknown.TORQUE]])
 
     def has_other_sign_changes(self) -> bool:
         """Return whether a solve from this solution would have other data on sign changes."""

@@ -70,16 +70,30 @@ class TorqueRamps:
         return np.split(values, np.cumsum([at.size - 1 for at in self.nodes])[:-1])
 
 
-def torque_ramps(solution: Solution) -> TorqueRamps | None:
+def find_ramps(solution: Solution) -> TorqueRamps | None:
     """Return the torques of a solution along the step, or None if it has none at its nodes."""
-    tables = [solution.unknowns.get(table_name(key)) for key in (Unknown.TORQUE, Unknown.DURATION)]
-    if any(table is None for table in tables):
+    torque, duration = (solution.unknowns.get(table_name(key)) for key in (Unknown.TORQUE, Unknown.DURATION))
+    if torque is None or duration is None:
         return None
-    torque, durations = (table.values for table in tables if table is not None)
     nodes = [np.linspace(0.0, 1.0, count + 1) for count in solution.intervals]
     if solution.fractions is not None:
         nodes = [np.array(at) for at in solution.fractions]
-    lengths = np.concatenate([d * np.diff(at) for d, at in zip(durations[0], nodes, strict=True)])
+    return make_ramps(nodes, duration.values[0], torque.values)
+
+
+def make_ramps(nodes: Sequence[Array], durations: Array, torque: Array) -> TorqueRamps | None:
+    """Return torques along the step, or None if they are not those of its nodes or not finite.
+
+    Parameters
+    ----------
+    nodes : sequence of (N + 1,) arrays
+        Fractions of the phases at which their nodes are.
+    durations : (n_phases,) array
+        Durations of the phases [s].
+    torque : (n_u, n + 1) array
+        Torques at the nodes of the step [N m].
+    """
+    lengths = np.concatenate([duration * np.diff(at) for duration, at in zip(durations, nodes, strict=True)])
     usable = torque.shape[1] == lengths.size + 1 and np.all(np.isfinite(torque)) and np.all(lengths > 0)
     return TorqueRamps(tuple(nodes), lengths, torque) if usable else None
 
