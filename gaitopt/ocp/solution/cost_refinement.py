@@ -110,8 +110,9 @@ def report_cost_error(start: SingleStart, solution: GridSolution, *, failed: boo
     reason = "the solve on a finer grid failed" if failed else "the refinement has ended"
     if not _refines(start) or not (failed or error > tolerance):
         return ()
+    amount = f" by {100 * error:.2g} %" if math.isfinite(error) else ""
     return (
-        f"The objective on {sum(counts)} intervals may exceed its value on a finer grid by {100 * error:.2g} % "
+        f"The objective on {sum(counts)} intervals may exceed its value on a finer grid{amount} "
         f"(cost_tolerance {100 * tolerance:g} %): {reason}.",
     )
 

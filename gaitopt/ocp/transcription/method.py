@@ -40,10 +40,10 @@ class Method(ABC):
         Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
         sequence are short and have a quarter of it.  By default the grid is chosen by `cost_tolerance`; a stated number
         is kept.
-    cost_tolerance : float
+    cost_tolerance : float, optional
         Largest relative difference of the objective from its value on an infinitely fine grid, as estimated from the
-        last refinement.  While it is exceeded, :func:`gaitopt.solve` moves the nodes to where torques change fast and
-        adds intervals.  By default 0.003 if `intervals` is not stated, otherwise infinite: the grid is not refined.
+        grids of the solve.  While it is exceeded, :func:`gaitopt.solve` moves the nodes to the jumps of the torques and
+        adds intervals.  By default 0.003 if `intervals` is not stated, otherwise infinite: the stated grid is kept.
     fractions : tuple of tuple of float, optional
         Instants of the nodes of each phase as fractions of its duration, from 0 to 1; equal intervals by default.
     tolerance : float
