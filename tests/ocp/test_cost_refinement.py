@@ -14,7 +14,7 @@ from gaitopt.ocp.initial.cost_prediction import predict_cost
 from gaitopt.ocp.solution import cost_refinement
 from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
-from gaitopt.ocp.solution.node_placement import allot_intervals, find_ramps, place_nodes
+from gaitopt.ocp.solution.node_placement import allot_intervals, distribute_nodes, find_ramps
 
 SLIP = "slip+ stick | slip+"
 TOLERANCE = 0.003
@@ -35,7 +35,7 @@ def on_finer_grid(problem, gait, total):
     """Return the gait on `total` intervals placed by its torques, warm-started from it."""
     ramps = find_ramps(gait.solution)
     counts = allot_intervals(ramps, total)
-    method = Collocation(intervals=counts, fractions=place_nodes(ramps, counts))
+    method = Collocation(intervals=counts, fractions=distribute_nodes(ramps, counts))
     return solve(problem.replace(transcription=method, guess=WarmStart(gait)))
 
 

@@ -10,10 +10,9 @@ from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.keys import Unknown
-from gaitopt.ocp.solution.node_placement import LEAST_INTERVALS, allot_intervals, find_ramps, place_nodes
+from gaitopt.ocp.solution.node_placement import LEAST_INTERVALS, allot_intervals, distribute_nodes, find_ramps
 from gaitopt.ocp.statement.initial_guess import LinearGuess
-from gaitopt.ocp.transcription.grid import divide_into_phases
-from gaitopt.ocp.transcription.grid import place_nodes as place_phases
+from gaitopt.ocp.transcription.grid import divide_into_phases, place_nodes
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, transfer_schedule
 
 SLIP = "slip+ stick | slip+"
@@ -134,7 +133,7 @@ def test_nodes_go_to_the_jumps_and_not_to_slopes(reference_problem):
     assert np.argmax(jumps) == 5
     assert jumps[5] == pytest.approx(3.0, abs=0.15)
     assert np.max(np.delete(jumps, 5)) < 0.15
-    (nodes,) = place_nodes(ramps, (20,))
+    (nodes,) = distribute_nodes(ramps, (20,))
     inside = np.sum((np.array(nodes) > 5 / 20) & (np.array(nodes) < 6 / 20))
     assert inside >= 8
     assert np.max(np.diff(nodes)) < 2.2 / 20
@@ -155,7 +154,7 @@ def test_a_short_phase_with_jumps_receives_intervals(reference_problem):
 def test_the_guard_schedule_follows_its_instants(reference_problem):
     """Instants of a schedule are nodes; on other nodes they are those nearest in time."""
     equal = divide_into_phases(reference_problem().sequence, (10,))
-    uneven = place_phases(equal, [(0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.32, 0.5, 0.7, 0.9, 1.0)])
+    uneven = place_nodes(equal, [(0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.32, 0.5, 0.7, 0.9, 1.0)])
     moved = transfer_schedule(GuardSchedule(unarmed=0.3, below=0.5, above=0.9), equal, uneven)
     assert (moved.unarmed, moved.below, moved.above) == (0.6, 0.7, 0.9)
     assert transfer_schedule(None, equal, uneven) is None

@@ -8,7 +8,7 @@ from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
 from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
 from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, GridSolution, SingleStart
-from gaitopt.ocp.solution.node_placement import allot_intervals, find_ramps, place_nodes
+from gaitopt.ocp.solution.node_placement import allot_intervals, distribute_nodes, find_ramps
 from gaitopt.ocp.transcription.guard_constraints import transfer_schedule
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.reductions import rank_of
@@ -31,7 +31,7 @@ def choose_default_grid(start: SingleStart, method: Method, solution: Solution) 
     if ramps is None or len(ramps.nodes) != len(start.problem.sequence.phases):
         return method
     counts = allot_intervals(ramps, sum(method.intervals_for(start.problem.sequence)))
-    return method.replace_grid(counts, place_nodes(ramps, counts))
+    return method.replace_grid(counts, distribute_nodes(ramps, counts))
 
 
 def move_schedule(start: SingleStart, solution: GridSolution, method: Method) -> None:
@@ -62,7 +62,7 @@ def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[Gr
             break
         known = solution_of(solution.transcription, solution.outcome)
         counts = known.intervals if growth == 1 else allot_intervals(ramps, growth * total)
-        method = solution.method.replace_grid(counts, place_nodes(ramps, counts))
+        method = solution.method.replace_grid(counts, distribute_nodes(ramps, counts))
         schedule = start.schedule
         move_schedule(start, solution, method)
         finer = start.solve_on_grid(method, known, BARRIER_SAME_PROBLEM)

@@ -104,14 +104,14 @@ def allot_intervals(ramps: TorqueRamps, total: int) -> tuple[int, ...]:
     return tuple(max(LEAST_INTERVALS, MULTIPLE * round(amount / MULTIPLE)) for amount in amounts)
 
 
-def place_nodes(ramps: TorqueRamps, counts: Sequence[int]) -> Fractions:
+def distribute_nodes(ramps: TorqueRamps, counts: Sequence[int]) -> Fractions:
     """Return the fractions of the phases at which the nodes of a grid are placed, with `counts` intervals.
 
     Examples
     --------
     >>> torque = np.array([[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]])
     >>> ramps = TorqueRamps((np.linspace(0, 1, 6),), np.full(5, 0.2), torque)
-    >>> tuple(tuple(round(at, 3) for at in nodes) for nodes in place_nodes(ramps, (4,)))
+    >>> tuple(tuple(round(at, 3) for at in nodes) for nodes in distribute_nodes(ramps, (4,)))
     ((0.0, 0.417, 0.5, 0.583, 1.0),)
     """
     return tuple(
