@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import check_suffix
@@ -213,6 +214,9 @@ def _read_certificate(group: h5py.Group) -> Certificate:
 
 def _write_solution(group: h5py.Group, solution: Solution) -> None:
     group.attrs["intervals"] = solution.intervals
+    group.attrs["cost_factor"] = solution.cost_factor
+    if solution.fractions is not None:
+        group.attrs["fractions"] = np.concatenate(solution.fractions)
     for kind in _SOLUTION_PARTS:
         group.create_group(kind)  # there even when empty
         for name, table in getattr(solution, kind).items():
@@ -236,7 +240,17 @@ def _read_solution(group: h5py.Group) -> Solution:
         }
         for kind in _SOLUTION_PARTS
     }
-    return Solution(intervals=tuple(int(count) for count in group.attrs["intervals"]), **parts)
+    intervals = tuple(int(count) for count in group.attrs["intervals"])
+    factor = float(group.attrs.get("cost_factor", np.nan))
+    return Solution(intervals=intervals, fractions=_read_fractions(group, intervals), cost_factor=factor, **parts)
+
+
+def _read_fractions(group: h5py.Group, intervals: tuple[int, ...]) -> tuple[tuple[float, ...], ...] | None:
+    """Return the instants of the nodes of each phase as fractions of its duration; None for equal intervals."""
+    if "fractions" not in group.attrs:
+        return None
+    nodes = np.split(np.asarray(group.attrs["fractions"], dtype=float), np.cumsum(np.array(intervals) + 1)[:-1])
+    return tuple(tuple(part.tolist()) for part in nodes)
 
 
 def _conflict(entry: dict[str, Any]) -> Conflict:

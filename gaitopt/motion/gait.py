@@ -73,6 +73,9 @@ class SolverReport(LazyRecord):
         Remarks on a solution that need attention, such as a duration at its bound; reasons why a plan is inaccurate.
     conflicts : tuple of Conflict
         Conflicting limits, if the problem was found to be infeasible: each excludes all gaits near the starts.
+    cost_error : float
+        Estimated relative difference of the objective from its value on an infinitely fine grid; nan if there is no
+        coarser grid to compare with.
 
     Examples
     --------
@@ -92,6 +95,7 @@ class SolverReport(LazyRecord):
     violations: tuple[Violation, ...] = ()
     warnings: LazyField[tuple[str, ...]] = LazyField(())
     conflicts: tuple[Conflict, ...] = ()
+    cost_error: float = float("nan")
 
 
 @dataclass(frozen=True)

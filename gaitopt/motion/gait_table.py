@@ -1,5 +1,7 @@
 """Table of the facts of a gait, the same in terminal, report and notebook."""
 
+import math
+
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
 from gaitopt.status import Status
@@ -54,6 +56,7 @@ def _numbers(gait: Gait) -> Facts:
     return [
         ("cost of transport", f"{gait.cost_of_transport:.6f}"),
         *_objective_value(gait),
+        *_grid(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
@@ -121,6 +124,17 @@ def _objective_value(gait: Gait) -> Facts:
     if name == "cost_of_transport":
         return []
     return [("objective", f"{gait.solver.objective:.6g} {unit}".strip())]
+
+
+def _grid(gait: Gait) -> Facts:
+    """Return the number of intervals and the estimated error of the objective on them, if it is known."""
+    error = gait.solver.cost_error
+    if not math.isfinite(error):
+        return []
+    text = (
+        f"{sum(gait.problem['intervals'])} intervals, objective within {100 * error:.1g} % of a finer grid (estimate)"
+    )
+    return [("grid", text)]
 
 
 def _script(gait: Gait) -> Facts:

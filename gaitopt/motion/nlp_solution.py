@@ -45,6 +45,10 @@ class Solution:
     ----------
     intervals : tuple of int
         Intervals of each phase.
+    fractions : tuple of tuple of float, optional
+        Instants of the nodes of each phase as fractions of its duration; None for equal intervals.
+    cost_factor : float
+        Estimated error of the objective per variation of the torques on the grid; nan if it is unknown.
     unknowns : mapping of str to Table
         Values and multipliers of the decision vector.
     constraints : mapping of str to Table
@@ -64,3 +68,5 @@ class Solution:
     intervals: tuple[int, ...]
     unknowns: Mapping[str, Table] = field(repr=False)
     constraints: Mapping[str, Table] = field(repr=False)
+    fractions: tuple[tuple[float, ...], ...] | None = field(default=None, repr=False)
+    cost_factor: float = field(default=float("nan"), repr=False)

@@ -16,7 +16,7 @@ from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.nlp_builder import MARGINS
 from gaitopt.ocp.transcription.phase_complementarity import TimeStepping
 from gaitopt.ocp.transcription.relaxation import Relaxation
-from gaitopt.ocp.transcription.transcription import Structure, Transcription
+from gaitopt.ocp.transcription.transcription import Structure, Transcription, transcribe
 
 
 def structure(
@@ -38,9 +38,17 @@ def structure(
         rate_limited=not is_open and any(map(math.isfinite, limits.torque_rates(robot.actuators))),
         cleared=limits.clearance is not None,
         inertia_limited=not is_open and _is_inertia_limited(problem),
+        placed=method.fractions is not None and relaxation is None,
         schedule=schedule,
         relaxation=relaxation,
     )
+
+
+def transcribe_problem(problem: GaitProblem, method: Method, schedule: GuardSchedule | None = None) -> Transcription:
+    """Transcribe a problem with a closed contact sequence, on the grid of a method."""
+    transcription = transcribe(structure(problem, method, schedule=schedule))
+    fractions = method.fractions_for(problem.sequence)
+    return transcription if fractions is None else transcription.place_nodes(fractions)
 
 
 def _is_inertia_limited(problem: GaitProblem) -> bool:
@@ -61,18 +69,19 @@ def data_vector(problem: GaitProblem) -> Array:
 def nlp_data(
     transcription: Transcription, problem: GaitProblem, x: Array | None = None, *, exact: bool = False
 ) -> Array:
-    """Return all data of an NLP: those of its problem, and the sign changes of the joint powers in `x` if it is given.
+    """Return all data of an NLP: those of its problem, the places of its nodes, and sign changes of the joint powers.
 
     Parameters
     ----------
     transcription : Transcription
     problem : GaitProblem
     x : (n_variables,) array, optional
-        Decision vector.  Without it, the absolute work is bounded from above.
+        Decision vector in which sign changes are located.  Without it, the absolute work is bounded from above.
     exact : bool
         Whether the data are used to evaluate the objective at `x` instead of solving from it.
     """
-    return np.concatenate([data_vector(problem), transcription.locate_sign_changes(x, touching=exact)])
+    changes = transcription.locate_sign_changes(x, touching=exact)
+    return np.concatenate([data_vector(problem), transcription.node_fractions, changes])
 
 
 def bounds(transcription: Transcription, problem: GaitProblem) -> Bounds:
@@ -157,7 +166,7 @@ def _speed_bounds(phase: Phase, margin: float, ends_at_rest: bool) -> tuple[Arra
 
     The least speed decreases to zero towards a start at rest and towards the transition that ends the slip.
     """
-    part = np.linspace(0, 1, phase.count + 1)
+    part = phase.fractions
     least = np.full(part.size, margin)
     if phase.starts_at_rest or phase.starts_open:
         least *= np.minimum(1, 2 * part) ** 2  # a slide that starts on the cone starts with zero acceleration

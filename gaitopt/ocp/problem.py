@@ -176,6 +176,7 @@ class GaitProblem:
             "guess": "automatic" if self.guess is None else self.guess.describe(),
             "transcription": self.transcription.name,
             "tolerance": self.transcription.tolerance,
+            "cost_tolerance": self.transcription.largest_cost_error,
             "intervals": list(self.transcription.intervals_for(self.sequence)),
             "script": self.script and self.script.describe(),
         }
@@ -199,6 +200,7 @@ class GaitProblem:
         if not any(self.limits.torques(self.robot.actuators)):
             raise InputError("Limits.torque is 0 for every actuator; at least one must be greater than 0.")
         self.transcription.intervals_for(self.sequence)
+        self.transcription.fractions_for(self.sequence)
 
     def _check_friction(self) -> None:
         if self.sequence.is_open and math.isinf(self.friction):

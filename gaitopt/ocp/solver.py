@@ -32,6 +32,9 @@ def solve(
 ) -> Gait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
+    On the default grid, nodes are placed where the torques jump, and the grid is refined until the estimated error of
+    the objective, ``gait.solver.cost_error``, is at most ``cost_tolerance`` of the transcription.
+
     After a failure on the coarsest grid, a motion that satisfies all limits is sought near the first start and three
     others.  The problem is solved from it if there is one; otherwise it is reported as infeasible, with the
     conflicting limits in ``gait.solver.conflicts``.  If neither is found, up to three other starts are tried.

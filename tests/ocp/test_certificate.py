@@ -4,7 +4,7 @@ import attrs
 import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, load, save, solve
+from gaitopt import Collocation, GaitProblem, InputError, Limits, WarmStart, compass_biped, load, save, solve
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import summarise
 from gaitopt.ocp.nlp.ipopt import Ipopt
@@ -18,6 +18,7 @@ REFERENCE = GaitProblem(
     step_length=0.4713,
     limits=Limits(torque=6),
     objective="torque_squared",
+    transcription=Collocation(intervals=40),
 )
 
 

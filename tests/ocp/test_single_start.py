@@ -203,7 +203,7 @@ def test_a_small_margin_makes_up_for_a_coarse_grid(reference_problem):
 
 def test_a_force_that_leaves_its_cone_just_behind_a_node_is_met_by_a_finer_grid():
     """On its first grid this foot, once at rest, would slide again for a moment: its replay walks another sequence."""
-    problem = random_problem(3).replace(margins=Margins(cone=0))
+    problem = random_problem(3).replace(margins=Margins(cone=0), transcription=Collocation(intervals=40))
     start = SingleStart(problem, LinearGuess(), Newton(), silent)
     coarse = approach_through_coarse_grids(start)
     assert coarse.transcription.structure.counts == (10, 40)

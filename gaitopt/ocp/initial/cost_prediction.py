@@ -1,16 +1,16 @@
 """First-order prediction of the optimal cost of a perturbed problem."""
 
 import numpy as np
+from attrs import evolve
 
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.bounds import bounds, nlp_data, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.transcription.transcription import transcribe
 
 
 def predict_cost(problem: GaitProblem, gait: Gait) -> float:
@@ -18,7 +18,8 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
 
     The prediction is the problem's Lagrangian at the gait's unknowns and multipliers (envelope theorem: Nocedal &
     Wright, Numerical Optimization, 12.8).  The two problems may differ in any number: friction, speed, a mass or a
-    limit; their grids and phases are equal.  For the problem of the gait itself the prediction is its objective.
+    limit; their phases are equal, and the grid is that of the gait.  For the problem of the gait itself the prediction
+    is its objective.
 
     Parameters
     ----------
@@ -33,9 +34,11 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
     """
     if gait.solution is None:
         raise InputError("The gait must contain unknowns and multipliers, but has none: solve its problem again.")
-    transcription = transcribe(structure(problem, problem.transcription))
+    solution = gait.solution
+    method = evolve(problem.transcription, intervals=solution.intervals, fractions=solution.fractions)
+    transcription = transcribe_problem(problem, method)
     limits = bounds(transcription, problem)
-    x, (on_bounds, on_rows) = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))
+    x, (on_bounds, on_rows) = transfer_solution(solution, transcription, np.zeros(transcription.variables.size))
     data = nlp_data(transcription, problem, x)
     return evaluate_lagrangian(transcription.nlp, x, (on_bounds, on_rows), data, limits)
 

@@ -42,9 +42,7 @@ def point_from_guess(transcription: Transcription, problem: GaitProblem, guess: 
     layout, aim = transcription.variables, setting(problem)
     durations = guess.durations(aim)
     ends = np.concatenate([[0.0], np.cumsum(durations)])
-    pieces = [
-        np.linspace(ends[phase.number], ends[phase.number + 1], phase.count + 1) for phase in transcription.phases
-    ]
+    pieces = [ends[phase.number] + durations[phase.number] * phase.fractions for phase in transcription.phases]
     time = np.concatenate([pieces[0], *[piece[1:] for piece in pieces[1:]]])
     sample = guess.sample(aim, time)
     nodal = transcription.structure.scheme.nodal

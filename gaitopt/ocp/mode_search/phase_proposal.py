@@ -4,7 +4,6 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from attrs import evolve
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -39,7 +38,7 @@ def propose_phases(
     """Follow the homotopy of a contact sequence with open phases on a separate grid."""
     parts = {Mode.ANY: 1, Mode.STICK: 2}
     counts = tuple(homotopy.intervals // parts.get(mode, 4) for mode in problem.sequence.phases)
-    method = evolve(problem.transcription, intervals=counts)
+    method = problem.transcription.replace_grid(counts)
     transcription = transcribe(structure(problem, method, homotopy.relaxation))
     path = follow_homotopy(
         homotopy,

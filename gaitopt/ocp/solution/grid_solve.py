@@ -11,7 +11,7 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
-from gaitopt.ocp.bounds import bounds, nlp_data, structure
+from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, has_same_grid, transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -19,7 +19,9 @@ from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.keys import Group, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.cost_error import GridCost
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, report_short_steps
+from gaitopt.ocp.solution.node_placement import TorqueRamps, make_ramps
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
 from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_parameters, reconstruct_motion
@@ -86,6 +88,13 @@ class GridSolution:
                 rows = np.asarray(nlp.derivatives["jac_g"](x, data)[0]).ravel()
                 x[variables[Unknown.INTEGRAL]] += rows[self.transcription.constraints[Group.INTEGRAL]]
             return float(nlp.objective(x, data))
+
+    @functools.cached_property
+    def ramps(self) -> TorqueRamps | None:
+        """The torques along the step, from which nodes are placed; None if the solution is not finite."""
+        layout, x = self.transcription.variables, self.outcome.x
+        nodes = [phase.fractions for phase in self.transcription.phases]
+        return make_ramps(nodes, x[layout[Unknown.DURATION][0]], x[layout[Unknown.TORQUE]])
 
     def has_other_sign_changes(self) -> bool:
         """Return whether a solve from this solution would have other data on sign changes."""
@@ -176,6 +185,17 @@ class SingleStart:
     observer : Observer
     cold_solver : NlpSolver, optional
         Solver of grids without a warm start; `solver` by default.
+
+    Attributes
+    ----------
+    schedule : GuardSchedule or None
+        Schedule of the touchdown guard on the present grid.
+    grid_costs : list of GridCost
+        Objectives and variations of the torques on the grids so far.
+    known_factor : float
+        Error of the objective per variation of the torques of the gait that the solve is warm-started from, or nan.
+    refinements : int
+        Number of refinements for the cost so far.
     """
 
     def __init__(
@@ -190,6 +210,9 @@ class SingleStart:
         self.cold_solver = solver if cold_solver is None else cold_solver
         self.iterations, self.build_seconds = 0, 0.0
         self.schedule: GuardSchedule | None = None
+        self.grid_costs: list[GridCost] = []
+        self.known_factor = math.nan
+        self.refinements = 0
 
     def describe(self, solution: GridSolution) -> dict[str, object]:
         """Return the entries of the problem's description that the solve determines."""
@@ -206,7 +229,7 @@ class SingleStart:
         problem = self.problem
         if self.guess is not problem.guess or isinstance(self.guess, WarmStart):
             return ()
-        transcription = transcribe(structure(problem, problem.transcription))
+        transcription = transcribe_problem(problem, problem.transcription)
         return report_clipped_guess(
             transcription, bounds(transcription, problem), point_from_guess(transcription, problem, self.guess)
         )
@@ -222,7 +245,7 @@ class SingleStart:
         problem = self.problem
         started, misses = time.perf_counter(), transcribe.cache_info().misses
         with defer_interrupt():
-            transcription = transcribe(structure(problem, method, schedule=self.schedule))
+            transcription = transcribe_problem(problem, method, self.schedule)
             if transcribe.cache_info().misses > misses:
                 self.build_seconds += time.perf_counter() - started
             if warm_start is not None and covers_transcription(warm_start, transcription):

@@ -7,6 +7,7 @@ from dataclasses import replace
 from gaitopt.errors import InputError
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
+from gaitopt.ocp.solution.cost_refinement import choose_default_grid, move_schedule, record_cost
 from gaitopt.ocp.solution.diagnosis import ROUNDING
 from gaitopt.ocp.solution.grid_solve import BARRIER_NEARBY_PROBLEM, BARRIER_SAME_PROBLEM, GridSolution, SingleStart
 from gaitopt.ocp.solution.swing_foot_checks import early_touchdown
@@ -48,6 +49,7 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
     known = guess.solution_for(problem.sequence)
     if known is not None:
         grids, warm_start, barrier = grids[-1:], known, BARRIER_NEARBY_PROBLEM
+        start.known_factor = known.cost_factor
     elif not guess.needs_coarse_grids:
         grids = grids[-1:]
     solution, coarse = None, None
@@ -55,6 +57,11 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
         coarse = solution
         if coarse is not None:
             warm_start = solution_of(coarse.transcription, coarse.outcome)
+        equal, schedule = method, start.schedule
+        if method is grids[-1] and warm_start is not None:
+            method = choose_default_grid(start, method, warm_start)
+            if coarse is not None and method is not equal:
+                move_schedule(start, coarse, method)
         solution = start.solve_on_grid(method, warm_start, barrier)
         if solution.outcome.status in STOPPED and coarse is not None:
             return coarse.mark_stopped(solution.outcome)
@@ -63,7 +70,9 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
         if solution.outcome.status in STOPPED_EARLY:
             return solution
         if not solution.outcome.status.ok:
+            start.schedule = schedule
             break
+        record_cost(start, solution)
         # On another grid the clearance is active at other points.
         barrier = BARRIER_SAME_PROBLEM if problem.limits.clearance is None else BARRIER_NEARBY_PROBLEM
     if solution is None:

@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import replace
 
 from gaitopt.lazy import Deferred
 from gaitopt.motion.gait import Gait, SolverReport
@@ -12,9 +13,15 @@ from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.certification import certify
+from gaitopt.ocp.solution.cost_refinement import cost_error, cost_factor, refine_for_cost, report_cost_error
 from gaitopt.ocp.solution.diagnosis import violations
-from gaitopt.ocp.solution.grid_solve import SingleStart
-from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh, repair_early_touchdown
+from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
+from gaitopt.ocp.solution.mesh_refinement import (
+    STOPPED_EARLY,
+    approach_through_coarse_grids,
+    refine_mesh,
+    repair_early_touchdown,
+)
 from gaitopt.ocp.solution.problem_checks import report_poor_scaling
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.progress import Observer
@@ -35,10 +42,8 @@ def solve_from_start(
         Solver of grids without a warm start, such as `solver` with fewer iterations.
     """
     started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer, cold_solver)
-    solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start)))
-    if math.isfinite(problem.transcription.tolerance):
-        solution = solution.check_plan()
-    transcription, outcome, remarks = solution.transcription, solution.outcome, start.check_guess()
+    solution, remarks = _solve_accurately(start)
+    transcription, outcome = solution.transcription, solution.outcome
     if not outcome.status.ok:
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, guess), nlp_data(transcription, problem)
@@ -61,8 +66,34 @@ def solve_from_start(
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
             warnings=Deferred(lambda: remarks + solution.warnings()),
+            cost_error=cost_error(start, solution),
         ),
         versions=versions(),
-        solution=solution_of(transcription, outcome),
+        solution=replace(solution_of(transcription, outcome), cost_factor=cost_factor(start, solution)),
         certificate=Deferred(lambda: certify(solution)),
     )
+
+
+def _solve_accurately(start: SingleStart) -> tuple[GridSolution, tuple[str, ...]]:
+    """Return the solution of a start and remarks on it: on the best of the refined grids whose plan is accurate."""
+    result, failed = _refine(start, approach_through_coarse_grids(start))
+    tolerance = start.problem.transcription.largest_cost_error
+    if result.outcome.status.ok and not failed and cost_error(start, result) > tolerance:
+        finer, failed = _refine(start, result)  # the accurate plan has another error than the solution before it
+        stopped = finer.outcome.status in STOPPED_EARLY
+        result = finer if stopped or (finer.outcome.status.ok and finer.cost < result.cost) else result
+    return result, start.check_guess() + report_cost_error(start, result, failed=failed)
+
+
+def _refine(start: SingleStart, solution: GridSolution) -> tuple[GridSolution, bool]:
+    """Return the solution of lowest cost on refined grids whose plan is accurate, and whether a finer grid failed."""
+    solutions, failed = refine_for_cost(start, solution)
+    results: list[GridSolution] = []
+    for one in solutions:
+        start.schedule = one.transcription.structure.schedule
+        result = repair_early_touchdown(start, refine_mesh(start, one))
+        results.append(result.check_plan() if math.isfinite(start.problem.transcription.tolerance) else result)
+        status = results[-1].outcome.status
+        if status.ok or status in STOPPED_EARLY:
+            return results[-1], failed or len(results) > 1
+    return results[0], failed

@@ -95,8 +95,8 @@ def _nodes(transcription: Transcription, x: Array) -> tuple[Array, Array, Array]
     """Return q and v at all nodes, relative to the stance foot, and the lengths of the intervals [s]."""
     layout = transcription.variables
     q, v = (full_coordinates(x[layout[part]]) for part in (Unknown.ANGLES, Unknown.RATES))
-    counts = transcription.structure.counts
-    return q, v, np.repeat(x[layout[Unknown.DURATION][0]] / counts, counts)
+    durations = x[layout[Unknown.DURATION][0]]
+    return q, v, np.concatenate([durations[phase.number] * phase.shares for phase in transcription.phases])
 
 
 def _between(values: Array, rates: Array, lengths: Array) -> Array:

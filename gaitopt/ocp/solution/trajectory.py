@@ -62,7 +62,7 @@ def _segment(
     state, torque = read_states(transcription, phase, x)
     duration = x[layout[Unknown.DURATION][0, phase.number]]
     initial, parts = np.vstack([state[:, :-1], np.zeros((n_works, count))]), _count_steps(transcription, phase, x)
-    fine = _integrate_intervals(dynamics, initial, _subdivide(torque, parts), duration / count, p)
+    fine = _integrate_intervals(dynamics, initial, _subdivide(torque, parts), duration * phase.shares, p)
     middle, end = fine[:, parts // 2 - 1 :: parts], fine[:, parts - 1 :: parts]
     n_x, samples = dynamics.n_x, 2 * count + 1
     states, torques, energy = np.empty((n_x, samples)), np.empty((n_u, samples)), np.zeros((n_works, samples))
@@ -77,14 +77,16 @@ def _segment(
     sampled = SegmentSamples(
         mode=phase.mode,
         step=0,
-        time=time + np.linspace(0, duration, samples),
+        time=time + duration * np.interp(np.arange(samples) / 2, np.arange(count + 1), phase.fractions),
         q=q,
         v=v,
         torque=torques,
         work=energy[:n_u],
         friction_work=energy[n_u],
         damping_work=energy[-1] if robot.has_dampers else None,
-        positive_work=_integrate_positive_power(dynamics, state[:, :1], fine, torque, duration, p)[:, :: parts // 2],
+        positive_work=_integrate_positive_power(dynamics, state[:, :1], fine, torque, duration * phase.fractions, p)[
+            :, :: parts // 2
+        ],
     )
     return make_segment(robot, p, sampled)
 
@@ -121,15 +123,16 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
     for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         states, torque = read_states(transcription, phase, x)
         parts = _count_steps(transcription, phase, x)
-        step = x[transcription.variables[Unknown.DURATION][0, phase.number]] / (phase.count * parts)
+        duration = x[transcription.variables[Unknown.DURATION][0, phase.number]]
+        steps = np.repeat(duration * phase.shares / parts, parts)
         initial = np.concatenate([reached, states[reached.size :, 0], np.zeros(robot.n_works)])
         fine = _subdivide(torque, parts)
         integrate = _build_integrator(dynamics, parts * phase.count, 1)
-        ends = np.asarray(integrate(initial, fine[:, :-1], fine[:, 1:], step, p))[: dynamics.n_x]
+        ends = np.asarray(integrate(initial, fine[:, :-1], fine[:, 1:], steps[None], p))[: dynamics.n_x]
         drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
         reached = ends[:continuous, -1]  # the slide of the foot starts from zero in each phase
         visited = np.hstack([initial[: dynamics.n_x, None], ends[:, :-1]])
-        violation, distance = _compare_with_mode(dynamics, visited, fine[:, :-1], p)
+        violation, distance = _compare_with_mode(dynamics, visited, fine[:, :-1], steps[:-1], p)
         outside, reserve = worst(outside, violation), -worst(-reserve, -distance)
     return BetweenNodes(drift, outside, reserve, _change_during_delay(dynamics, ends[:, -1], fine[:, -1], p))
 
@@ -142,26 +145,33 @@ def _change_during_delay(dynamics: PhaseDynamics, state: Array, torque: Array, p
     return worst(np.abs(v), np.abs(acceleration)) * abs(guard / rate) if rate else math.inf
 
 
-def _compare_with_mode(dynamics: PhaseDynamics, states: Array, torque: Array, p: Array) -> tuple[float, float]:
-    """Return the largest violation of a contact mode over states, shape (n_x, K), and the reserve after the first."""
+def _compare_with_mode(
+    dynamics: PhaseDynamics, states: Array, torque: Array, steps: Array, p: Array
+) -> tuple[float, float]:
+    """Return the largest violation of a contact mode over states, shape (n_x, K), and the reserve after the first.
+
+    `steps` are the times between the states, shape (K - 1,) [s].
+    """
     force, inertia = map(np.asarray, _build_forces(dynamics, states.shape[1])(states, torque, p))
     tangential, normal = force
     pulls = np.where(np.isfinite(normal), normal <= 0, np.inf)
     if dynamics.mode.slips:
         speed = dynamics.mode.sign * states[dynamics.speed_entry]
-        return worst(-speed, pulls, inertia <= PARADOX_MARGIN), _least(speed[1:])
+        return worst(-speed, pulls, inertia <= PARADOX_MARGIN), _least(speed[1:], steps[1:])
     friction = float(dynamics.robot.static_friction(p))
     with np.errstate(over="ignore"):  # a pulling force is outside any cone
         cone = np.abs(tangential) / friction / np.maximum(normal, 1e-300) - 1
     return worst(cone if math.isfinite(friction) else 0.0, pulls), -worst(cone) if math.isfinite(friction) else math.inf
 
 
-def _least(speed: Array) -> float:
-    """Return the least of equidistant samples of a speed, and of minima between them estimated by parabolas."""
-    rise, bend = (speed[2:] - speed[:-2]) / 2, speed[2:] - 2 * speed[1:-1] + speed[:-2]
-    lowest = np.flatnonzero(bend > np.abs(rise))
-    # The parabola lies rise^2 / (2 bend) below its middle sample; twice that covers the error of the parabola.
-    return -worst(-speed, rise[lowest] ** 2 / bend[lowest] - speed[1:-1][lowest])
+def _least(speed: Array, steps: Array) -> float:
+    """Return the least of some samples of a speed, `steps` apart, and of minima between them estimated by parabolas."""
+    before, after, slopes = steps[:-1], steps[1:], np.diff(speed) / steps
+    slope = (slopes[:-1] * after + slopes[1:] * before) / (before + after)
+    bend = 2 * np.diff(slopes) / (before + after)
+    lowest = np.flatnonzero((bend * after > -slope) & (bend * before > slope) & (bend > 0))
+    # The parabola lies slope^2 / (2 bend) below its middle sample; twice that covers the error of the parabola.
+    return -worst(-speed, slope[lowest] ** 2 / bend[lowest] - speed[1:-1][lowest])
 
 
 @functools.lru_cache(maxsize=64)
@@ -178,27 +188,30 @@ def _build_forces(dynamics: PhaseDynamics, count: int) -> ca.Function:
 def _count_steps(transcription: Transcription, phase: Phase, x: Array) -> int:
     """Return the number of Runge-Kutta steps per interval of a phase: a power of two, so that few Functions are built.
 
+    The steps of the longest interval are no longer than the period divided by `STEPS`.
+
     It is at least four, so that a force outside its cone is detected within a quarter of an interval after a node.
     """
     durations = x[transcription.variables[Unknown.DURATION][0]]
-    total = durations.sum() * phase.count
-    steps = STEPS * durations[phase.number] / total if total > 0 else 1.0
+    longest, period = durations[phase.number] * phase.shares.max(), durations.sum()
+    steps = STEPS * longest / period if period > 0 else 1.0
     return int(2 ** max(2, math.ceil(math.log2(max(steps, 1.0)))))
 
 
-def _integrate_intervals(dynamics: PhaseDynamics, initial: Array, torque: Array, length: float, p: Array) -> Array:
+def _integrate_intervals(dynamics: PhaseDynamics, initial: Array, torque: Array, lengths: Array, p: Array) -> Array:
     """Return states and works after each Runge-Kutta step of intervals, integrated from their initial states.
 
-    `torque` is that at the ends of all Runge-Kutta steps, `length` that of an interval [s].
+    `torque` is that at the ends of all Runge-Kutta steps, `lengths` are those of the intervals [s].
     """
     count = initial.shape[1]
     parts = (torque.shape[1] - 1) // count
     integrate = _build_integrator(dynamics, parts, count)
-    return np.asarray(integrate(initial, torque[:, :-1], torque[:, 1:], length / parts, p))
+    steps = np.repeat(lengths / parts, parts)[None]
+    return np.asarray(integrate(initial, torque[:, :-1], torque[:, 1:], steps, p))
 
 
 def _integrate_positive_power(
-    dynamics: PhaseDynamics, initial: Array, ends: Array, torque: Array, duration: float, p: Array
+    dynamics: PhaseDynamics, initial: Array, ends: Array, torque: Array, nodes: Array, p: Array
 ) -> Array:
     """Return the positive work of each actuator since the start of a phase, after each Runge-Kutta step.
 
@@ -210,6 +223,8 @@ def _integrate_positive_power(
         States and works after each step; the works start from zero in each interval.
     torque : (n_u, N + 1) array
         Torques at the nodes.
+    nodes : (N + 1,) array
+        Times of the nodes since the start of the phase [s].
 
     Returns
     -------
@@ -217,7 +232,7 @@ def _integrate_positive_power(
     """
     count, n_u = torque.shape[1] - 1, torque.shape[0]
     parts = ends.shape[1] // count
-    fine, time = _subdivide(torque, parts), np.linspace(0, duration, ends.shape[1] + 1)
+    fine, time = _subdivide(torque, parts), _subdivide(nodes[None], parts)[0]
     works = ends[dynamics.n_x : dynamics.n_x + n_u].reshape(n_u, count, parts)
     rises = np.diff(works, axis=2, prepend=0.0).reshape(n_u, -1)
     work = np.hstack([np.zeros((n_u, 1)), np.cumsum(rises, axis=1)])
@@ -236,21 +251,22 @@ def _build_powers(dynamics: PhaseDynamics, count: int) -> ca.Function:
     return single.map("powers", "serial", count, [2], [])
 
 
-def _subdivide(torque: Array, parts: int) -> Array:
-    """Return torques at the ends of all Runge-Kutta steps, linear between the nodes."""
-    count = torque.shape[1] - 1
+def _subdivide(values: Array, parts: int) -> Array:
+    """Return values at the ends of all Runge-Kutta steps, linear between the nodes."""
+    count = values.shape[1] - 1
     at = np.linspace(0, count, parts * count + 1)
-    return np.array([np.interp(at, np.arange(count + 1), row) for row in torque])
+    return np.array([np.interp(at, np.arange(count + 1), row) for row in values])
 
 
 @functools.lru_cache(maxsize=64)
 def _build_integrator(dynamics: PhaseDynamics, steps: int, count: int) -> ca.Function:
     """Return the Function (states and works, torques, torques after, step, p) -> states and works after each step.
 
-    `steps` Runge-Kutta steps start from each of `count` states, whose torques and ends are columns side by side.
+    `steps` Runge-Kutta steps start from each of `count` states; the torques, lengths and ends of the steps are columns
+    side by side.
     """
     chain = _build_runge_kutta_step(dynamics).mapaccum("chain", steps)
-    return chain if count == 1 else chain.map("follow", "serial", count, [3, 4], [])
+    return chain if count == 1 else chain.map("follow", "serial", count, [4], [])
 
 
 @functools.lru_cache(maxsize=64)

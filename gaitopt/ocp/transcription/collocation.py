@@ -119,9 +119,14 @@ class Collocation(Method):
 
     Attributes
     ----------
-    intervals : int or tuple of int
+    intervals : int or tuple of int, optional
         Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
-        sequence are short and have a quarter of it.
+        sequence are short and have a quarter of it.  By default nodes are placed where the torques jump.
+    cost_tolerance : float, optional
+        Largest estimated relative error of the objective due to the grid, see
+        :class:`gaitopt.ocp.transcription.method.Method`.
+    fractions : tuple of tuple of float, optional
+        Instants of the nodes of each phase as fractions of its duration; equal intervals if `intervals` is stated.
     points : int
         Collocation points of an interval, nodes included: 3 is the Hermite-Simpson method (order 4), 4 has order 6.
         Mesh refinement raises it by one at a time.

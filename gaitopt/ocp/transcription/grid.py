@@ -1,10 +1,13 @@
 """The time grid of a contact sequence: the nodes of each phase."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Place, StepPart
 
 
@@ -19,6 +22,8 @@ class Phase:
     mode : Mode
     first, count : int
         First node and number of intervals.
+    fractions : (count + 1,) array
+        Instants of the nodes as fractions of the duration of the phase, from 0 to 1.
     previous : Mode
         Mode of the phase before, or for the first phase the outcome of the impact.
     following : Mode or None
@@ -33,6 +38,7 @@ class Phase:
     mode: Mode
     first: int
     count: int
+    fractions: Array
     previous: Mode
     following: Mode | None
     starts_at_rest: bool
@@ -48,6 +54,11 @@ class Phase:
         """Nodes of the phase, both ends included."""
         return range(self.first, self.first + self.count + 1)
 
+    @property
+    def shares(self) -> Array:
+        """Shares of the intervals in the duration of the phase, shape (count,)."""
+        return np.diff(self.fractions)
+
     def place(self, node: int | None = None, *, between: bool = False) -> Place:
         """Return the key of the phase, of one of its nodes counted from its start, or of the interval after a node."""
         return Place(StepPart.PHASE, self.number, self.mode, node, between)
@@ -59,7 +70,7 @@ def node_places(phases: Sequence[Phase]) -> list[Place]:
 
 
 def divide_into_phases(sequence: ContactSequence, counts: Sequence[int]) -> tuple[Phase, ...]:
-    """Return the phases of a contact sequence on a grid with `counts` intervals each."""
+    """Return the phases of a contact sequence on a grid with `counts` equal intervals each."""
     phases, first = [], 0
     for i, (mode, count) in enumerate(zip(sequence.phases, counts, strict=True)):
         before = sequence.phases[i - 1] if i > 0 else sequence.impact
@@ -71,6 +82,7 @@ def divide_into_phases(sequence: ContactSequence, counts: Sequence[int]) -> tupl
                 mode=mode,
                 first=first,
                 count=count,
+                fractions=np.linspace(0.0, 1.0, count + 1),
                 previous=before,
                 following=following,
                 starts_at_rest=mode.slips and (i > 0 or not before.slips) and not starts_open,
@@ -79,3 +91,10 @@ def divide_into_phases(sequence: ContactSequence, counts: Sequence[int]) -> tupl
         )
         first += count
     return tuple(phases)
+
+
+def place_nodes(phases: Sequence[Phase], fractions: Sequence[Sequence[float]] | None) -> tuple[Phase, ...]:
+    """Return phases with their nodes at some fractions of each duration; equally spaced without them."""
+    if fractions is None:
+        return tuple(phases)
+    return tuple(replace(phase, fractions=np.array(at)) for phase, at in zip(phases, fractions, strict=True))

@@ -23,7 +23,7 @@ from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 
 @dataclass(frozen=True)
 class GuardSchedule:
-    """Schedule of the touchdown guard; instants are counted in phases, 1.5 being the middle of the second.
+    """Schedule of the touchdown guard; instants are counted in phases, 1.5 being the middle node of the second.
 
     Attributes
     ----------
@@ -119,6 +119,23 @@ def shift_arming(phases: tuple[Phase, ...], schedule: GuardSchedule | None, side
         return None
     unarmed = _node(phases, schedule.unarmed) + side
     return replace(schedule, unarmed=_instant(phases, unarmed)) if 0 < unarmed < _node(phases, schedule.below) else None
+
+
+def transfer_schedule(
+    schedule: GuardSchedule | None, before: tuple[Phase, ...], after: tuple[Phase, ...]
+) -> GuardSchedule | None:
+    """Return a schedule with its instants at the nearest nodes of another grid."""
+    if schedule is None:
+        return None
+
+    def transfer(instant: float) -> float:
+        node = _node(before, instant)
+        phase = next(phase for phase in before if node in phase.nodes)
+        new = after[phase.number]
+        return _instant(after, new.first + int(np.argmin(np.abs(new.fractions - phase.fractions[node - phase.first]))))
+
+    instants = {name: transfer(getattr(schedule, name)) for name in ("unarmed", "below", "above")}
+    return replace(schedule, **instants)
 
 
 def _node(phases: tuple[Phase, ...], instant: float) -> int:

@@ -1,17 +1,30 @@
 """Transcription methods: grid, integration scheme and required accuracy."""
 
+import itertools
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
+import numpy as np
 from attrs import evolve, field, frozen
 
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.transcription.scheme import Scheme
-from gaitopt.parameters import Parameter, positive
+from gaitopt.parameters import Parameter, optional, positive
 
 MOST_INTERVALS = 2000
 """Largest number of intervals of a phase."""
+
+DEFAULT_INTERVALS = 40
+"""Intervals of a sticking phase on the default grid."""
+
+COST_TOLERANCE = 0.003
+"""Largest estimated relative error of the objective on the default grid."""
+
+Fractions = tuple[tuple[float, ...], ...]
+"""Instants of the nodes of each phase as fractions of its duration."""
 
 COARSEST, COARSE = 10, 20
 """Intervals of the longest phase on the coarsest grid, and the largest number that needs no coarser grid."""
@@ -23,9 +36,16 @@ class Method(ABC):
 
     Attributes
     ----------
-    intervals : int or tuple of int
+    intervals : int or tuple of int, optional
         Number of intervals of each phase.  A single number is that of a sticking phase; slip phases of the same
-        sequence are short and have a quarter of it.
+        sequence are short and have a quarter of it.  By default the grid is chosen by `cost_tolerance`; a stated number
+        is kept.
+    cost_tolerance : float, optional
+        Largest relative difference of the objective from its value on an infinitely fine grid, as estimated from the
+        grids of the solve.  While it is exceeded, :func:`gaitopt.solve` moves the nodes to the jumps of the torques and
+        adds intervals.  By default 0.003 if `intervals` is not stated, otherwise infinite: the stated grid is kept.
+    fractions : tuple of tuple of float, optional
+        Instants of the nodes of each phase as fractions of its duration, from 0 to 1; equal intervals by default.
     tolerance : float
         Largest error of the states between nodes, computed by integration of the plan with smaller steps, and largest
         relative error of its energy balance.  If it is exceeded, :func:`gaitopt.solve` refines the method (`refine`),
@@ -33,8 +53,10 @@ class Method(ABC):
         doubled.  If infinite, the plan is not refined.
     """
 
-    intervals: int | tuple[int, ...] = 40
+    intervals: int | tuple[int, ...] | None = None
     tolerance: float = field(default=1e-7, validator=positive(infinite=True))
+    cost_tolerance: float | None = field(default=None, validator=optional(positive(infinite=True)))
+    fractions: tuple[tuple[float, ...], ...] | None = None
 
     @property
     @abstractmethod
@@ -49,6 +71,13 @@ class Method(ABC):
     @abstractmethod
     def refine(self) -> "Method | None":
         """Return a more accurate version of the method, or None at the end of the refinement."""
+
+    @property
+    def largest_cost_error(self) -> float:
+        """Largest relative difference of the objective from its value on an infinitely fine grid; inf for any."""
+        if self.cost_tolerance is not None:
+            return self.cost_tolerance
+        return COST_TOLERANCE if self.intervals is None else math.inf
 
     def list_grids(self, sequence: ContactSequence) -> "list[Method]":
         """Return the grids solved in turn, from the coarsest to the method itself.
@@ -67,12 +96,18 @@ class Method(ABC):
         if max(counts) <= COARSEST:
             return None
         factor = min(most, max(counts) / COARSEST)
-        return evolve(self, intervals=tuple(max(5, round(count / factor)) for count in counts))
+        return self.replace_grid(tuple(max(5, round(count / factor)) for count in counts))
 
     def double_intervals(self, sequence: ContactSequence) -> "Method | None":
         """Return the method with twice the intervals in every phase, or None if they exceed `MOST_INTERVALS`."""
         counts = tuple(2 * count for count in self.intervals_for(sequence))
-        return None if max(counts) > MOST_INTERVALS else evolve(self, intervals=counts)
+        if max(counts) > MOST_INTERVALS:
+            return None
+        return self.replace_grid(counts, self.fractions and tuple(_halve(nodes) for nodes in self.fractions))
+
+    def replace_grid(self, intervals: tuple[int, ...], fractions: Fractions | None = None) -> "Method":
+        """Return the method with other numbers of intervals, equal ones without the fractions of their nodes."""
+        return evolve(self, intervals=intervals, fractions=fractions, cost_tolerance=self.largest_cost_error)
 
     def intervals_for(self, sequence: ContactSequence) -> tuple[int, ...]:
         """Return the number of intervals of each phase.
@@ -82,12 +117,13 @@ class Method(ABC):
         InputError
             If a count is not a whole number of at least 2, or there is not one per phase.
         """
-        if isinstance(self.intervals, tuple | list):
-            counts = tuple(self.intervals)
+        longest = DEFAULT_INTERVALS if self.intervals is None else self.intervals
+        if isinstance(longest, tuple | list):
+            counts = tuple(longest)
         else:
-            check_count("intervals", self.intervals, 2, MOST_INTERVALS)
-            short = max(5, int(self.intervals) // 4) if Mode.STICK in sequence.phases else self.intervals
-            counts = tuple(short if mode.slips else self.intervals for mode in sequence.phases)
+            check_count("intervals", longest, 2, MOST_INTERVALS)
+            short = max(5, int(longest) // 4) if Mode.STICK in sequence.phases else longest
+            counts = tuple(short if mode.slips else longest for mode in sequence.phases)
         if len(counts) != len(sequence.phases):
             raise InputError(
                 f"intervals has {len(counts)} entries, but the sequence '{sequence}' has {len(sequence.phases)} phases."
@@ -95,6 +131,34 @@ class Method(ABC):
         for count in counts:
             check_count("intervals", count, 2, MOST_INTERVALS)
         return tuple(int(count) for count in counts)
+
+    def fractions_for(self, sequence: ContactSequence) -> Fractions | None:
+        """Return the fractions of the phases at which their nodes are, or None for equal intervals.
+
+        Raises
+        ------
+        InputError
+            If they do not increase from 0 to 1 over the intervals of each phase.
+        """
+        if self.fractions is None:
+            return None
+        counts = self.intervals_for(sequence)
+        if len(self.fractions) != len(counts):
+            raise InputError(
+                f"fractions has {len(self.fractions)} entries, but the sequence '{sequence}' has {len(counts)} phases."
+            )
+        for nodes, count in zip(self.fractions, counts, strict=True):
+            ends = len(nodes) == count + 1 and nodes[0] == 0 and nodes[-1] == 1
+            if not ends or not all(one < other for one, other in itertools.pairwise(nodes)):
+                raise InputError(
+                    f"fractions must increase from 0 to 1 at the {count + 1} nodes of {count} intervals, got {nodes!r}."
+                )
+        return self.fractions
+
+
+def _halve(nodes: Sequence[float]) -> tuple[float, ...]:
+    """Return nodes with the middles of their intervals."""
+    return tuple(np.interp(np.arange(2 * len(nodes) - 1) / 2, np.arange(len(nodes)), nodes).tolist())
 
 
 def check_count(name: str, count: object, lower: int, upper: int) -> None:

@@ -51,6 +51,8 @@ class NlpBuilder:
         Unknown foot speeds that a transition requires to be zero; they are bounded instead of constrained.
     sign_changes : SignChangeLayout or None
         Places of the data on sign changes of the joint powers, if there are any.
+    placed : bool
+        Whether the fractions of the phases at which their nodes are placed are data, the first after the shared ones.
     """
 
     robot: Robot
@@ -66,6 +68,7 @@ class NlpBuilder:
     relaxation: Relaxation | None = None
     resting: set[int] = field(default_factory=set)
     sign_changes: SignChangeLayout | None = None
+    placed: bool = False
 
     @functools.cached_property
     def terms(self) -> tuple[tuple[float, Objective], ...]:
@@ -172,6 +175,7 @@ class BlockVariables:
         self._shared: dict[TableKey, ca.SX] = {}
         self._intermediates: list[ca.SX] = []
         self._definitions: list[ca.SX] = []
+        self._intervals: dict[tuple[int, ...], tuple[ca.SX, ca.SX]] = {}
 
     def add(self, name: str, columns: Index) -> ca.SX:
         """Return a symbol for each row of `columns`, shape (n,); a single column is common to all instances."""
@@ -202,6 +206,25 @@ class BlockVariables:
         """Let symbols stand for an expression of the local variables."""
         self._intermediates.append(symbols)
         self._definitions.append(expression)
+
+    def add_intervals(self, phase: Phase, nodes: Sequence[int]) -> tuple[ca.SX, ca.SX]:
+        """Return start and share of the intervals after some nodes, counted from the start of a phase, as fractions."""
+        key = tuple(nodes)
+        if key not in self._intervals:
+            if self.builder.placed:
+                first = self.builder.data.numel() + phase.first + phase.number  # a phase of N intervals has N + 1 data
+                ends = np.array([key, np.minimum(np.array(key) + 1, phase.count)])
+                start, end = ca.vertsplit(self.add_data("fractions", first + ends))
+                self._intervals[key] = start, end - start
+            else:
+                # Constants of an instance, so that the equations are those of any grid.
+                start = self.add_constant("start", np.array(key) / phase.count)
+                self._intervals[key] = start, self.add_constant("share", np.full(len(key), 1 / phase.count))
+        return self._intervals[key]
+
+    def add_length(self, phase: Phase, duration: ca.SX, nodes: Sequence[int]) -> ca.SX:
+        """Return the lengths of the intervals after some nodes of a phase [s]."""
+        return duration * self.add_intervals(phase, nodes)[1]
 
     def parameters(self) -> ca.SX:
         """Return the parameters of the robot; a free slope is a local variable."""

@@ -99,7 +99,12 @@ class InstantFactory:
     @functools.cached_property
     def _length(self) -> ca.SX:
         """Length of an interval [s]."""
-        return self.local.add_shared(Unknown.DURATION)[self.phase.number] / self.phase.count
+        return self.local.add_length(self.phase, self._duration, self.nodes.tolist())
+
+    @functools.cached_property
+    def _duration(self) -> ca.SX:
+        """Duration of the phase [s]."""
+        return self.local.add_shared(Unknown.DURATION)[self.phase.number]
 
     @functools.cached_property
     def _period(self) -> ca.SX:
@@ -110,7 +115,7 @@ class InstantFactory:
         """Time from the start of the step to the node [s]."""
         durations = self.local.add_shared(Unknown.DURATION)
         before = sum((durations[i] for i in range(self.phase.number)), ca.SX(0))
-        return before + self.local.add_constant("node", np.asarray(self.nodes, dtype=float)) * self._length
+        return before + self.local.add_intervals(self.phase, self.nodes.tolist())[0] * self._duration
 
 
 def name_parameters(builder: NlpBuilder, p: ca.SX) -> Mapping[str, ca.SX]:

@@ -72,9 +72,8 @@ class _Intervals:
         self.p = self.local.parameters()
         start = point_at(builder, phase, dynamics, self.local, self.left, self.p)
         end = point_at(builder, phase, dynamics, self.local, self.right, self.p)
-        # The share of an interval is a constant of its instance, so that the equations are those of any grid.
-        share = self.local.add_constant("share", np.full(phase.count, 1 / phase.count))
-        self.length = self.local.add("duration", builder.variables[Unknown.DURATION][:, [phase.number]]) * share
+        duration = self.local.add("duration", builder.variables[Unknown.DURATION][:, [phase.number]])
+        self.length = self.local.add_length(phase, duration, range(phase.count))
         table = (builder.scheme.inner_table, phase.number)
         unknowns = self.local.add("inner", builder.variables[table]) if table in builder.variables else ca.SX(0, 1)
         self.gap, inner = builder.scheme.advance(dynamics, start, end, unknowns, self.length, self.p)
@@ -266,7 +265,8 @@ def point_at(
 def _rate_before(builder: NlpBuilder, phase: Phase, local: BlockVariables, last: Point) -> ca.SX:
     """Return the torque rate in the interval before the last node of a phase."""
     before = local.add("torque before", builder.torque_columns(phase, [phase.nodes[-2]]))
-    return (last.torque - before) * phase.count / local.add_shared(Unknown.DURATION)[phase.number]
+    duration = local.add_shared(Unknown.DURATION)[phase.number]
+    return (last.torque - before) / local.add_length(phase, duration, [phase.count - 1])
 
 
 def _balance(builder: NlpBuilder, dynamics: PhaseDynamics) -> list[Row]:

@@ -119,14 +119,15 @@ def locate_sign_changes(
     data = np.zeros(layout.size)
     if not layout.size or not np.all(np.isfinite(x)):
         return data
-    lengths = [x[variables[Unknown.DURATION][0, phase.number]] / phase.count for phase in phases]
+    lengths = [x[variables[Unknown.DURATION][0, phase.number]] * phase.shares[:, None] for phase in phases]
     powers = [_coefficients(variables, phase, x) for phase in phases]
-    bound = sum(length * np.abs(power).mean(axis=0).sum() for length, power in zip(lengths, powers, strict=True))
-    for phase, length, power in zip(phases, lengths, powers, strict=True):
+    bounds = [length * np.abs(power).mean(axis=0) for length, power in zip(lengths, powers, strict=True)]
+    total = sum(bound.sum() for bound in bounds)
+    for phase, bound, power in zip(phases, bounds, powers, strict=True):
         points, count, n = power.shape
         table = np.zeros((count, n, 1 + MAX_ZEROS, points))
         mixed = (power.min(axis=0) < 0) & (power.max(axis=0) > 0)
-        relevant = mixed & (length * np.abs(power).mean(axis=0) > NEGLIGIBLE_WORK * bound)
+        relevant = mixed & (bound > NEGLIGIBLE_WORK * total)
         for k, j in np.argwhere(relevant):
             zeros = zeros_inside(power[:, k, j])
             if zeros or touching:

@@ -8,7 +8,7 @@ torques and contact forces belong to intervals, and one table contains the slide
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -23,7 +23,7 @@ from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, Tabl
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.statement.objective import Objective, is_curved, overrides
-from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_places
+from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_places, place_nodes
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, guard_blocks
 from gaitopt.ocp.transcription.impact_complementarity import UNKNOWNS
 from gaitopt.ocp.transcription.impact_constraints import touchdown_block
@@ -62,6 +62,8 @@ class Structure:
         Whether the clearance of the swing foot is constrained.
     inertia_limited : bool
         Whether the sliding inertia is constrained.
+    placed : bool
+        Whether the fractions of the phases at which their nodes are placed are data; otherwise intervals are equal.
     schedule : GuardSchedule or None
         Schedule of the touchdown guard during the step.
     relaxation : Relaxation or None
@@ -78,6 +80,7 @@ class Structure:
     rate_limited: bool = False
     cleared: bool = False
     inertia_limited: bool = False
+    placed: bool = False
     schedule: GuardSchedule | None = None
     relaxation: Relaxation | None = None
 
@@ -118,6 +121,15 @@ class Transcription:
     nlp: Nlp
     sign_changes: SignChangeLayout | None = None
 
+    def place_nodes(self, fractions: Sequence[Sequence[float]]) -> "Transcription":
+        """Return the transcription, whose nodes are data, with its nodes at some fractions of each phase."""
+        return replace(self, phases=place_nodes(self.phases, fractions))
+
+    @property
+    def node_fractions(self) -> Array:
+        """The fractions of the phases at which their nodes are, as data of the NLP; empty if they are not data."""
+        return np.concatenate([phase.fractions for phase in self.phases]) if self.structure.placed else np.empty(0)
+
     @property
     def slacks(self) -> tuple[Slack, ...]:
         """Unknowns that the relaxation adds to each complementarity pair."""
@@ -149,8 +161,9 @@ def transcribe(structure: Structure) -> Transcription:
     dynamics_of_phases = tuple(PhaseDynamics(robot, phase.mode if nodal else Mode.ANY) for phase in phases)
     variables, rows = _variables(structure, phases, dynamics_of_phases), Rows()
     data, powered, changes = structure.data(), tuple(robot.actuators.index(name) for name in structure.powered), None
+    first = data.numel() + (sum(phase.count + 1 for phase in phases) if structure.placed else 0)
     if objective.uses_power and powered and nodal and structure.relaxation is None:
-        changes = lay_out_sign_changes(phases, data.numel(), len(powered), structure.scheme.power_fractions.size)
+        changes = lay_out_sign_changes(phases, first, len(powered), structure.scheme.power_fractions.size)
     builder = NlpBuilder(
         robot=robot,
         objective=objective,
@@ -164,6 +177,7 @@ def transcribe(structure: Structure) -> Transcription:
         inertia_limited=structure.inertia_limited,
         relaxation=structure.relaxation,
         sign_changes=changes,
+        placed=structure.placed,
     )
     smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)
     blocks = _blocks(builder, structure, phases, dynamics_of_phases)
@@ -180,7 +194,7 @@ def transcribe(structure: Structure) -> Transcription:
             builder.data,
             variables.size,
             rows.layout.size,
-            n_numbers=0 if changes is None else changes.size,
+            n_numbers=first - data.numel() + (0 if changes is None else changes.size),
             typical=objective.typical,
             smooth=smooth,
         ),

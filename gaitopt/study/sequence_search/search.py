@@ -123,7 +123,7 @@ def search(
 def _require_one_grid(problem: GaitProblem) -> None:
     """Raise InputError if the intervals are those of the phases of one sequence."""
     intervals = problem.transcription.intervals
-    if not isinstance(intervals, int):
+    if intervals is not None and not isinstance(intervals, int):
         raise InputError(
             f"A search needs one number of intervals for all contact sequences, such as intervals={max(intervals)}, "
             f"got {intervals} for the phases of '{problem.sequence}'."

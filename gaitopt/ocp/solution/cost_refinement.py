@@ -1,0 +1,127 @@
+"""Grid refinement for the objective: nodes are moved to the jumps of the torques until the estimated error is small."""
+
+import math
+
+from gaitopt.motion.nlp_solution import Solution
+from gaitopt.ocp.bounds import transcribe_problem
+from gaitopt.ocp.initial.solution_transfer import solution_of
+from gaitopt.ocp.nlp.ipopt import STOPPED
+from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
+from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, GridSolution, SingleStart
+from gaitopt.ocp.solution.node_placement import allot_intervals, distribute_nodes, find_ramps
+from gaitopt.ocp.transcription.guard_constraints import transfer_schedule
+from gaitopt.ocp.transcription.method import Method
+from gaitopt.reductions import rank_of
+from gaitopt.status import Status
+
+GROWTH = (1, 2, 4)
+"""Total number of intervals of each refinement, relative to the first grid."""
+
+NEGLIGIBLE = 1e-6
+"""Share of a typical objective below which its error is relative to this share."""
+
+
+def choose_default_grid(start: SingleStart, method: Method, solution: Solution) -> Method:
+    """Return a method whose nodes are placed by the torques of a solution, if its grid is the default one."""
+    if method.intervals is not None or not _refines(start):
+        return method
+    if solution.fractions is not None:
+        return method.replace_grid(solution.intervals, solution.fractions)
+    ramps = find_ramps(solution)
+    if ramps is None or len(ramps.nodes) != len(start.problem.sequence.phases):
+        return method
+    counts = allot_intervals(ramps, sum(method.intervals_for(start.problem.sequence)))
+    return method.replace_grid(counts, distribute_nodes(ramps, counts))
+
+
+def move_schedule(start: SingleStart, solution: GridSolution, method: Method) -> None:
+    """Move the schedule of the touchdown guard from the nodes of a solution to those of a method."""
+    if start.schedule is not None:
+        after = transcribe_problem(start.problem, method).phases
+        start.schedule = transfer_schedule(start.schedule, solution.transcription.phases, after)
+
+
+def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[GridSolution], bool]:
+    """Refine the grid of a solution until the estimated error of the objective is at most its tolerance.
+
+    Returns
+    -------
+    list of GridSolution
+        The solutions on all grids, lowest cost first.
+    bool
+        Whether the solve on a finer grid has failed.
+    """
+    solutions, tolerance = [solution], start.problem.transcription.largest_cost_error
+    total = sum(start.problem.transcription.intervals_for(start.problem.sequence))
+    for growth in GROWTH[start.refinements :] if _refines(start) else ():
+        if not solution.outcome.status.ok or cost_error(start, solution) <= tolerance:
+            break
+        start.refinements += 1
+        ramps = solution.ramps
+        if ramps is None:
+            break
+        known = solution_of(solution.transcription, solution.outcome)
+        counts = known.intervals if growth == 1 else allot_intervals(ramps, growth * total)
+        method = solution.method.replace_grid(counts, distribute_nodes(ramps, counts))
+        schedule = start.schedule
+        move_schedule(start, solution, method)
+        finer = start.solve_on_grid(method, known, BARRIER_SAME_PROBLEM)
+        if finer.outcome.status in STOPPED:
+            return [solution.mark_stopped(finer.outcome)], False
+        if not finer.outcome.status.ok:
+            start.schedule = schedule
+            return _sort_by_cost(solutions), True
+        record_cost(start, finer)
+        solution = finer
+        solutions.append(finer)
+    return _sort_by_cost(solutions), False
+
+
+def _sort_by_cost(solutions: list[GridSolution]) -> list[GridSolution]:
+    return sorted(solutions, key=lambda one: rank_of(one.cost))
+
+
+def record_cost(start: SingleStart, solution: GridSolution) -> None:
+    """Add the objective and the variation of the torques on a grid to the record of a start."""
+    if solution.outcome.status.ok and (cost := _grid_cost(solution)) is not None:
+        start.grid_costs.append(cost)
+
+
+def cost_factor(start: SingleStart, solution: GridSolution) -> float:
+    """Return the error of the objective per variation of the torques; nan if only one grid is known."""
+    last = _grid_cost(solution)
+    factor = math.nan if last is None else estimate_factor(start.grid_costs, last)
+    return start.known_factor if math.isnan(factor) else factor
+
+
+def cost_error(start: SingleStart, solution: GridSolution) -> float:
+    """Return the estimated relative difference of the objective from its value on an infinitely fine grid, or nan."""
+    last = _grid_cost(solution)
+    if last is None or solution.outcome.status not in (Status.SOLVED, Status.PLAN_INACCURATE):
+        return math.nan
+    scale = max(abs(last.cost), NEGLIGIBLE * start.problem.objective.typical)
+    return cost_factor(start, solution) * last.variation / scale
+
+
+def report_cost_error(start: SingleStart, solution: GridSolution, *, failed: bool) -> tuple[str, ...]:
+    """Return a sentence about an objective whose estimated error is too large; empty if it is not."""
+    tolerance, error = start.problem.transcription.largest_cost_error, cost_error(start, solution)
+    counts = solution.method.intervals_for(start.problem.sequence)
+    reason = "the solve on a finer grid failed" if failed else "the refinement has ended"
+    if not _refines(start) or not (failed or error > tolerance):
+        return ()
+    amount = f" by {100 * error:.2g} %" if math.isfinite(error) else ""
+    return (
+        f"The objective on {sum(counts)} intervals may exceed its value on a finer grid{amount} "
+        f"(cost_tolerance {100 * tolerance:g} %): {reason}.",
+    )
+
+
+def _refines(start: SingleStart) -> bool:
+    method = start.problem.transcription
+    return math.isfinite(method.tolerance) and math.isfinite(method.largest_cost_error)
+
+
+def _grid_cost(solution: GridSolution) -> GridCost | None:
+    ramps = solution.ramps
+    return None if ramps is None or not math.isfinite(solution.cost) else GridCost(solution.cost, ramps.variation)
