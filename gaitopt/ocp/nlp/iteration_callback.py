@@ -1,6 +1,7 @@
-"""Iteration callback of CasADi solvers: reports progress, records the best feasible iterate, stops on request."""
+"""Iteration callback of CasADi solvers: reports progress, records the best feasible iterate, stops the solver."""
 
 import math
+import time
 from dataclasses import dataclass
 
 import casadi as ca
@@ -27,7 +28,10 @@ class BestIterate:
 
 
 class IterationCallback(ca.Callback):
-    """Iteration callback of Ipopt: calls the observer, records the best feasible iterate, stops on an interrupt."""
+    """Iteration callback of Ipopt: calls the observer, records the best feasible iterate, stops when it has to.
+
+    It stops Ipopt after an interrupt and at the deadline of a solve.
+    """
 
     def __init__(self, nlp: Nlp) -> None:
         ca.Callback.__init__(self)
@@ -35,15 +39,16 @@ class IterationCallback(ca.Callback):
         self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
         self._observer: Observer | None = None
         self._limits = np.empty(0), np.empty(0)
-        self._count = 0
+        self._count, self._deadline = 0, math.inf
         self.best: BestIterate | None = None
-        self.interrupted = False
+        self.interrupted = self.late = False
         self.failure: Exception | None = None
         self.construct("iteration_tap", {})
 
-    def watch(self, observer: Observer, bounds: Bounds) -> None:
-        """Set the observer and the constraint bounds of a solve, and reset the record."""
+    def watch(self, observer: Observer, bounds: Bounds, deadline: float = math.inf) -> None:
+        """Set the observer, the constraint bounds and the deadline of a solve, and reset the record."""
         self._observer, self._limits, self._count = observer, (bounds.g_lower, bounds.g_upper), 0
+        self._deadline, self.late = deadline, False
         self.interrupted, self.failure, self.best = False, None, None
 
     def interrupt(self) -> None:
@@ -93,4 +98,5 @@ class IterationCallback(ca.Callback):
         except Exception as failure:  # CasADi would print and discard it
             self.failure = failure
             self.interrupt()
-        return [int(self.interrupted)]
+        self.late = time.perf_counter() > self._deadline
+        return [int(self.interrupted or self.late)]

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from attrs import evolve
 
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.elastic import ElasticResult
@@ -50,7 +51,13 @@ LABEL = "a motion that satisfies all limits"
 
 
 def conclude_failure(
-    problem: GaitProblem, failure: Gait, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer
+    problem: GaitProblem,
+    failure: Gait,
+    guesses: Sequence[Guess],
+    solver: NlpSolver,
+    observer: Observer,
+    *,
+    isolate_conflicts: bool = True,
 ) -> Gait:
     """Return a gait solved from a feasible motion, or the failure with its reason.
 
@@ -68,9 +75,12 @@ def conclude_failure(
     guesses : sequence of Guess
     solver : NlpSolver
     observer : Observer
+    isolate_conflicts : bool
+        Whether the conflicting limits of an infeasible problem are determined one by one; otherwise those that the
+        motion of least excess exceeds are reported, which are a few more in some problems.
     """
     try:
-        return _Search(problem, failure, guesses, solver, observer).run()
+        return _Search(problem, failure, guesses, solver, observer).run(isolate=isolate_conflicts)
     except KeyboardInterrupt:
         return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
 
@@ -100,13 +110,14 @@ class _Search:
     def _seconds(self) -> float:
         return time.perf_counter() - self._started
 
-    def run(self) -> Gait:
+    def run(self, *, isolate: bool) -> Gait:
         """Return the conclusion."""
         for guess in self._guesses:
             gait = self._try(self._elastic, guess)
             if gait is not None:
                 return gait
-            if len(self._undecided) >= MOST_UNDECIDED or self._starts_agree():
+            excesses = [self._elastic.excess(result) for result in self._infeasible]
+            if len(self._undecided) >= MOST_UNDECIDED or excesses_agree(excesses):
                 break
         if self._unsolved:
             return self._report_failure()
@@ -118,7 +129,9 @@ class _Search:
             gait = self._try(fine, FromMotion(self._elastic.motion(nearest)))
             if gait is not None:
                 return gait
-        conflicts = () if self._unsolved else self._elastic.find_conflicts(nearest)
+        conflicts: tuple[Conflict, ...] | ElasticResult = ()
+        if not self._unsolved:
+            conflicts = self._elastic.find_conflicts(nearest) if isolate else self._elastic.list_excesses(nearest)
         if isinstance(conflicts, ElasticResult):
             gait, conflicts = self._solve_from(self._elastic, conflicts), ()
             if gait is not None:
@@ -158,11 +171,6 @@ class _Search:
             self._unsolved.append(gait)
         return None
 
-    def _starts_agree(self) -> bool:
-        """Return whether the two least excesses are equal and large."""
-        least = sorted(map(self._elastic.excess, self._infeasible))[:2]
-        return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0] and least[0] > LARGE_EXCESS
-
     def _conclude_without_result(self) -> Gait:
         """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""
         if any(status is not Status.INFEASIBLE for status in self._undecided):
@@ -177,6 +185,12 @@ class _Search:
             return gait
         message = f"{gait.solver.message}, from a motion that satisfies all limits on a coarse grid"
         return gait.with_failure(Status.FAILED, message)
+
+
+def excesses_agree(excesses: Sequence[float]) -> bool:
+    """Return whether the two least excesses found near some starts are equal and large."""
+    least = sorted(excesses)[:2]
+    return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0] and least[0] > LARGE_EXCESS
 
 
 def limit_iterations(solver: NlpSolver) -> NlpSolver:

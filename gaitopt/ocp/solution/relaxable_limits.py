@@ -15,6 +15,9 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
 
+OPEN_CONES = ("cone beside slip speed", "impact cone beside slip speed")
+"""Names of the pairs of open phases and impacts with the friction cone."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RelaxableLimit:
@@ -245,6 +248,7 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
         quantities=(
             (True, np.concatenate(cones), 1.0),
             (True, np.concatenate(impact), 0.1 * units.weight * units.time),
+            (True, np.concatenate([rows.find(Kind.PAIR, name) for name in OPEN_CONES]), 1.0),
         ),
     )
     yield RelaxableLimit(
