@@ -88,6 +88,11 @@ class Ipopt:
     time_limit: float = field(default=math.inf, validator=positive("s", infinite=True))
     linear_solver: str = field(default="mumps", validator=_check_linear_solver)
     _deadline: float = field(default=math.inf, eq=False, repr=False, alias="_deadline")
+    _patience: int = field(default=MOST_ITERATIONS, eq=False, repr=False, alias="_patience")
+
+    def with_patience(self, iterations: int, *, max_iterations: int) -> "Ipopt":
+        """Return the solver that ends after some iterations if it is far from feasible, otherwise later."""
+        return evolve(self, max_iterations=max_iterations, _patience=iterations)
 
     def start_clock(self) -> "Ipopt":
         """Return the solver whose time limit, counted from now, is that of all NLPs it solves together."""
@@ -116,13 +121,13 @@ class Ipopt:
         with _lock_solves():
             try:
                 with stop_on_interrupt(callback.interrupt):
-                    callback.watch(observer, bounds, self.deadline())
+                    callback.watch(observer, bounds, self.deadline(), self._patience)
                     answer = solver(x0=x, p=data, **limits, **near)
             finally:
                 callback.release()
             # Read before the lock is released: the next thread overwrites these.
             stats, best, interrupted, failure = solver.stats(), callback.best, callback.interrupted, callback.failure
-            late = callback.late
+            stop = callback.stop_message
         if failure is not None:
             raise failure
         message = str(stats["return_status"])
@@ -131,8 +136,8 @@ class Ipopt:
             stats = {}
         elif interrupted:
             message = "User_Requested_Stop"
-        elif late and message == "User_Requested_Stop":
-            message = "Maximum_WallTime_Exceeded"
+        elif message == "User_Requested_Stop":
+            message = stop
         status = _STATUS.get(message, Status.FAILED)
         if status is Status.SOLVED:
             message = CONVERGED

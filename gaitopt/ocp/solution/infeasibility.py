@@ -41,7 +41,12 @@ COLD_START_ITERATIONS = 60
 """Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
 
 AGREEMENT, LARGE_EXCESS = 0.01, 0.03
-"""Relative difference of the least excesses near two starts below which no other start is tried if they are large."""
+"""Relative difference of the least excesses near two starts below which, and their size above which, no other start is
+tried: from each of four starts, the excess of 33 of 33 feasible problems was below 1e-4."""
+
+MOST_INFEASIBLE_ITERATIONS = 20
+"""Iterations of a cold start after which it ends if it is far from feasible, as are 40 of 45 infeasible problems and
+none of 46 solved ones."""
 
 MOST_UNDECIDED = 2
 """Number of starts without a conclusion after which no other is tried."""
@@ -116,8 +121,7 @@ class _Search:
             gait = self._try(self._elastic, guess)
             if gait is not None:
                 return gait
-            excesses = [self._elastic.excess(result) for result in self._infeasible]
-            if len(self._undecided) >= MOST_UNDECIDED or excesses_agree(excesses):
+            if self._is_decided():
                 break
         if self._unsolved:
             return self._report_failure()
@@ -138,8 +142,15 @@ class _Search:
                 return gait
         if self._unsolved:
             return self._report_failure()
-        message = f"no gait found near any of {count} starts: the least excess over the limits is not zero"
+        near = f"any of {count} starts" if count > 1 else "the start"
+        message = f"no gait found near {near}: the least excess over the limits is not zero"
         return self._failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=self._seconds())
+
+    def _is_decided(self) -> bool:
+        """Return whether no other start is tried."""
+        excesses, undecided = list(map(self._elastic.excess, self._infeasible)), len(self._undecided)
+        is_large = min(excesses, default=0.0) > LARGE_EXCESS
+        return undecided >= MOST_UNDECIDED or (is_large and undecided > 0) or excesses_agree(excesses)
 
     def _try(self, elastic: ElasticProblem, guess: Guess) -> Gait | None:
         """Return the gait solved from the feasible motion near a guess, or that of a stopped solve; otherwise None."""
@@ -188,17 +199,22 @@ class _Search:
 
 
 def excesses_agree(excesses: Sequence[float]) -> bool:
-    """Return whether the two least excesses found near some starts are equal and large."""
+    """Return whether the two least excesses found near some starts are large, or equal."""
     least = sorted(excesses)[:2]
-    return len(least) == 2 and least[1] - least[0] <= AGREEMENT * least[0] and least[0] > LARGE_EXCESS
+    return len(least) == 2 and (least[0] > LARGE_EXCESS or least[1] - least[0] <= AGREEMENT * least[0])
 
 
 def limit_iterations(solver: NlpSolver) -> NlpSolver:
-    """Return a solver with at most `COLD_START_ITERATIONS` iterations; a custom solver is returned unchanged."""
+    """Return a solver with at most `COLD_START_ITERATIONS` iterations, and fewer if they remain far from feasible.
+
+    A custom solver, and one with a lower limit of iterations, is returned unchanged.
+    """
     if isinstance(solver, Newton):
         return evolve(solver, fallback=_limit_ipopt(solver.fallback))
     return _limit_ipopt(solver) if isinstance(solver, Ipopt) else solver
 
 
 def _limit_ipopt(solver: Ipopt) -> Ipopt:
-    return evolve(solver, max_iterations=min(solver.max_iterations, COLD_START_ITERATIONS))
+    if solver.max_iterations <= COLD_START_ITERATIONS:
+        return solver
+    return solver.with_patience(MOST_INFEASIBLE_ITERATIONS, max_iterations=COLD_START_ITERATIONS)

@@ -267,13 +267,15 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
 
 
 def _conditions(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
-    """Return the other conditions of the contact sequence with their margins."""
+    """Return the other conditions of the contact sequence with their margins.
+
+    The well-posedness of slip is not among them: where it is violated, accelerations are unbounded.
+    """
     units, margins = _Units.of(problem), problem.margins
     speed, rate = units.length / units.time, 1 / units.time
     for kind, name, margin, unit, size in (
         (Kind.NORMAL_FORCE, "normal force", "normal_force", "1", 1.0),
         (Kind.SLIP_FROM_REST, "start of a slip from rest", "", "1", 1.0),
-        (Kind.SLIDING_INERTIA, "well-posedness of slip", "sliding_inertia", "1", 1.0),
         (Kind.SEPARATION, "separation of the trailing foot", "separation", "m/s", speed),
         (Kind.TOUCHDOWN_DIRECTION, "touchdown direction", "touchdown_rate", "", rate),
         (Kind.TOUCHDOWN_AHEAD, "touchdown ahead of the stance foot", "touchdown_armed", "", 1.0),
