@@ -10,7 +10,7 @@ from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations
+from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
@@ -95,7 +95,7 @@ def _solve_first(
     """Return the gait of the first start, or none if it is to be repeated, and the conclusion from its failure."""
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     limited = limit_iterations(solver)
-    first = solve_from_start(problem, guesses[0], solver, observer, limited)
+    first = solve_from_start(problem, guesses[0], limit_refinement(solver), observer, limited)
     if first.status not in RETRY or first.status is Status.PLAN_INACCURATE:
         return [first], []
     conclusion = conclude_failure(problem, first, guesses, solver, observer)

@@ -40,6 +40,9 @@ RETRY = (
 COLD_START_ITERATIONS = 60
 """Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
 
+REFINEMENT_ITERATIONS = 200
+"""Iterations on a finer grid after which its feasibility is examined; nearly all solves need fewer."""
+
 AGREEMENT, LARGE_EXCESS = 0.01, 0.03
 """Relative difference of the least excesses near two starts below which, and their size above which, no other start is
 tried: from each of four starts, the excess of 33 of 33 feasible problems was below 1e-4."""
@@ -117,6 +120,8 @@ class _Search:
 
     def run(self, *, isolate: bool) -> Gait:
         """Return the conclusion."""
+        if self._failure_is_coarse():
+            return self._conclude_from_coarse_solution(isolate=isolate)
         for guess in self._guesses:
             gait = self._try(self._elastic, guess)
             if gait is not None:
@@ -129,20 +134,45 @@ class _Search:
             return self._conclude_without_result()
         nearest, count = min(self._infeasible, key=self._elastic.excess), len(self._infeasible)
         if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
-            fine = ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
-            gait = self._try(fine, FromMotion(self._elastic.motion(nearest)))
+            gait = self._try(self._fine_problem(), FromMotion(self._elastic.motion(nearest)))
             if gait is not None:
                 return gait
+        near = f"any of {count} starts" if count > 1 else "the start"
+        return self._report_conflicts(self._elastic, nearest, near, isolate=isolate)
+
+    def _failure_is_coarse(self) -> bool:
+        """Return whether the failure is a solution on a coarse grid whose refinement reached the iteration limit."""
+        failure = self._failure
+        finest = tuple(self._grids[-1].intervals_for(self._problem.sequence))
+        is_coarse = failure.solution is not None and tuple(failure.problem["intervals"]) != finest
+        return failure.status is Status.ITERATION_LIMIT and is_coarse and not failure.solver.violations
+
+    def _conclude_from_coarse_solution(self, *, isolate: bool) -> Gait:
+        """Return the conclusion if the problem is feasible on a coarse grid."""
+        fine = self._fine_problem()
+        gait = self._try(fine, FromMotion(self._failure.motion))
+        if gait is not None:
+            return gait
+        if self._unsolved:
+            return self._report_failure()
+        if not self._infeasible:
+            return self._failure
+        return self._report_conflicts(fine, self._infeasible[0], "the solution on a coarse grid", isolate=isolate)
+
+    def _fine_problem(self) -> ElasticProblem:
+        return ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
+
+    def _report_conflicts(self, elastic: ElasticProblem, nearest: ElasticResult, near: str, *, isolate: bool) -> Gait:
+        """Return the failure as infeasible, with the conflicting limits, unless a feasible motion is found."""
         conflicts: tuple[Conflict, ...] | ElasticResult = ()
         if not self._unsolved:
-            conflicts = self._elastic.find_conflicts(nearest) if isolate else self._elastic.list_excesses(nearest)
+            conflicts = elastic.find_conflicts(nearest) if isolate else elastic.list_excesses(nearest)
         if isinstance(conflicts, ElasticResult):
-            gait, conflicts = self._solve_from(self._elastic, conflicts), ()
+            gait, conflicts = self._solve_from(elastic, conflicts), ()
             if gait is not None:
                 return gait
         if self._unsolved:
             return self._report_failure()
-        near = f"any of {count} starts" if count > 1 else "the start"
         message = f"no gait found near {near}: the least excess over the limits is not zero"
         return self._failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=self._seconds())
 
@@ -212,6 +242,15 @@ def limit_iterations(solver: NlpSolver) -> NlpSolver:
     if isinstance(solver, Newton):
         return evolve(solver, fallback=_limit_ipopt(solver.fallback))
     return _limit_ipopt(solver) if isinstance(solver, Ipopt) else solver
+
+
+def limit_refinement(solver: NlpSolver) -> NlpSolver:
+    """Return a solver with at most `REFINEMENT_ITERATIONS` iterations; a custom solver is returned unchanged."""
+    ipopt = solver.fallback if isinstance(solver, Newton) else solver
+    if not isinstance(ipopt, Ipopt):
+        return solver
+    limited = evolve(ipopt, max_iterations=min(ipopt.max_iterations, REFINEMENT_ITERATIONS))
+    return evolve(solver, fallback=limited) if isinstance(solver, Newton) else limited
 
 
 def _limit_ipopt(solver: Ipopt) -> Ipopt:
