@@ -10,6 +10,7 @@ import typer
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.motion.gait import Gait
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
 
@@ -36,7 +37,6 @@ def solve(
     from gaitopt.motion.atomic import check_writable
     from gaitopt.motion.summary import summarise
     from gaitopt.ocp.solver import solve as solve_problem
-    from gaitopt.simulation.verification import verify as verify_gait
 
     problem = build_problem(script, setting)
     path = output or Path(f"{script.stem}.h5")
@@ -45,10 +45,13 @@ def solve(
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         steps = verbose or not (json or quiet)
         gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
+        interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
-            display.describe("replaying in the event-driven simulator")
-            gait = verify_gait(gait)
-    written = save(gait, path) if gait.status.ok else None
+            gait, interrupted = _verify_and_certify(gait, display)
+    try:
+        written = save(gait, path) if gait.status.ok else None
+    except KeyboardInterrupt:  # raised when the file is written
+        written, interrupted = path, True
     if json:
         print_json(summarise(gait) | {"file": None if written is None else str(written)})
     else:
@@ -57,9 +60,23 @@ def solve(
             report_file(written)
         else:
             out.print("no verified gait was found; nothing was written")
-    if gait.status is Status.INTERRUPTED:
-        sys.exit(INTERRUPTED)  # the status is in the table already
+    if interrupted:
+        sys.exit(INTERRUPTED)  # the results are in the table already
     raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def _verify_and_certify(gait: Gait, display: Display) -> tuple[Gait, bool]:
+    """Return a solved gait with its replay and its certificate; after an interrupt without the rest, and True."""
+    from gaitopt.simulation.verification import verify as verify_gait
+
+    try:
+        display.describe("replaying in the event-driven simulator")
+        gait = verify_gait(gait)
+        display.describe("checking the second-order conditions of the optimum")
+        _ = gait.certificate
+    except KeyboardInterrupt:
+        return gait.without_certificate(), True
+    return gait, False
 
 
 def _observer(

@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 from gaitopt.errors import ArchiveError, InputError
+from gaitopt.interrupts import hold_interrupt
 from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.motion.conflict import Conflict
@@ -43,7 +44,7 @@ _SOLUTION_PARTS = ("unknowns", "constraints")
 
 
 def save(gait: Gait, path: str | Path) -> Path:
-    """Write a gait to a file atomically.
+    """Write a gait to a file atomically; a Ctrl-C takes effect when the file is written.
 
     Parameters
     ----------
@@ -75,8 +76,10 @@ def save(gait: Gait, path: str | Path) -> Path:
     check_gait(gait)
     path = Path(path)
     check_gait_suffix(path)
-    with write_hdf5(path) as file:
-        write_gait(file, gait)
+    with hold_interrupt() as interrupt:
+        with write_hdf5(path) as file:
+            write_gait(file, gait)
+        interrupt.check()
     return path
 
 

@@ -85,7 +85,8 @@ class Certificate:
     free_directions : int
         Dimension of the null space of the strongly active constraints.
     curvature : float
-        Least eigenvalue of the reduced Hessian of the scaled objective; nan if there are no free directions.
+        Least eigenvalue of the reduced Hessian of the scaled objective, unknowns in typical sizes; nan if
+        there are no free directions.
     nearest : tuple of NearConstraint
         Inactive inequalities that are nearest to their bounds, one for each name in each phase.
     sensitivities : tuple of Sensitivity

@@ -1,16 +1,16 @@
 """Solution of a gait problem from one or several starts."""
 
-import functools
-
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.mode_search.homotopy import Homotopy
+from gaitopt.ocp.mode_search.open_infeasibility import conclude_proposal, conclude_without_pairs
 from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
+from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations
+from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
@@ -20,6 +20,9 @@ from gaitopt.status import Status
 
 RETRIES = 3
 """Number of further starts that are tried if none has converged."""
+
+INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
+"""Statuses of a converged solve whose result is not a solution."""
 
 
 def solve(
@@ -76,20 +79,16 @@ def solve(
     """
     check_count("starts", starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
+    if isinstance(solver, Newton | Ipopt):
+        solver = solver.start_clock()
     require_valid_step(problem.robot)
-    solve_once = (
-        functools.partial(solve_open_sequence, homotopy=homotopy or Homotopy())
-        if problem.sequence.is_open
-        else solve_from_start
-    )
-    gaits: list[Gait] = []
-    conclusions: list[Gait] = []
-    if not problem.sequence.is_open:
-        gaits, conclusions = _solve_first(problem, starts, solver, observer)
-        if any(gait.solver.conflicts for gait in conclusions):
-            return conclusions[0]
+    if problem.sequence.is_open:
+        return _solve_open(problem, starts, solver, homotopy or Homotopy(), observer)
+    gaits, conclusions = _solve_first(problem, starts, solver, observer)
+    if any(gait.solver.conflicts for gait in conclusions):
+        return conclusions[0]
     while not _is_finished(gaits, conclusions, starts):
-        gaits.append(solve_once(problem, _start(problem, len(gaits)), solver, observer))
+        gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer))
     return _best([*gaits, *conclusions])
 
 
@@ -99,13 +98,32 @@ def _solve_first(
     """Return the gait of the first start, or none if it is to be repeated, and the conclusion from its failure."""
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     limited = limit_iterations(solver)
-    first = solve_from_start(problem, guesses[0], solver, observer, limited)
+    first = solve_from_start(problem, guesses[0], limit_refinement(solver), observer, limited)
     if first.status not in RETRY or first.status is Status.PLAN_INACCURATE:
         return [first], []
     conclusion = conclude_failure(problem, first, guesses, solver, observer)
     if conclusion is not first:
         return [first], [conclusion]
     return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
+
+
+def _solve_open(
+    problem: GaitProblem, starts: int, solver: NlpSolver, homotopy: Homotopy, observer: SolveObserver
+) -> Gait:
+    """Solve a problem with an open contact sequence from each start, or conclude why it is not solved."""
+    guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
+    gaits: list[Gait] = []
+    while not _is_finished(gaits, [], starts):
+        guess = guesses[len(gaits)]
+        gaits.append(solve_open_sequence(problem, guess, solver, observer, homotopy=homotopy))
+        if len(gaits) == 1 and gaits[0].status in RETRY and gaits[0].status not in INACCURATE:
+            concluded = conclude_without_pairs(problem, gaits[0], guesses, solver, observer, homotopy)
+            if concluded is not gaits[0]:
+                return concluded
+    gait = _best(gaits)
+    if gait.status not in RETRY or gait.status in INACCURATE:
+        return gait
+    return conclude_proposal(problem, gait, guesses, solver, observer)
 
 
 def _check_solver(solver: NlpSolver) -> NlpSolver:

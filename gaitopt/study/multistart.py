@@ -146,7 +146,8 @@ def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
     result = _verify_by_cost(problem, gaits)
     if result.status not in RETRY or result.solver.conflicts:
         return result
-    concluded = conclude_failure(problem, result, default_starts(problem, CONCLUDING_STARTS), CONCLUDE, silent)
+    guesses = default_starts(problem, CONCLUDING_STARTS)
+    concluded = conclude_failure(problem, result, guesses, CONCLUDE, silent, isolate_conflicts=False)
     if concluded.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return _verify_by_cost(problem, [concluded.without_certificate()])

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from gaitopt import ArchiveError
+from gaitopt import ArchiveError, load, save
 from gaitopt.cli.app import main
 from gaitopt.errors import ScriptError
 from gaitopt.motion import archive
@@ -109,3 +109,35 @@ def test_before_the_solve(script, folder):
     assert status == 130
     assert json.loads(out)["status"] == "interrupted"
     assert err.strip() == "Interrupted; nothing was written."
+
+
+def raise_interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_after_the_solve_keeps_the_gait(command, root, folder, monkeypatch):
+    """The second-order conditions are evaluated when the gait is written, which may take as long as the solve."""
+    monkeypatch.setattr("gaitopt.ocp.solution.single_start.certify", raise_interrupt)
+    run = command("solve", root / "problems/compass_stick.py", "--set", "intervals=8")
+    assert run.status == 130
+    assert "wrote compass_stick.h5" in run.out
+    gait = load("compass_stick.h5")
+    assert gait.verification.passed
+    assert gait.certificate is None
+
+
+def test_an_interrupt_while_a_gait_is_written_takes_effect_afterwards(slip_file, folder, monkeypatch):
+    write, gait = archive.write_motion, load(slip_file)
+
+    def interrupt(*arguments):
+        signal.raise_signal(signal.SIGINT)
+        write(*arguments)
+
+    monkeypatch.setattr(archive, "write_motion", interrupt)
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            save(gait, "gait.h5")
+    finally:
+        signal.signal(signal.SIGINT, former)
+    assert load("gait.h5").cost_of_transport == gait.cost_of_transport

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt import Homotopy, InputError, Ipopt, Mode, load, save, solve, verify
+from gaitopt import Homotopy, InputError, Ipopt, Limits, Mode, load, save, solve, verify
 from gaitopt.errors import SequenceError
 from gaitopt.model import solve_impact
 from gaitopt.motion import summarise
@@ -150,6 +150,35 @@ def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypat
     assert "is not solved" in gait.proposal.reason
     assert gait.proposal.stationarity == "unknown: the homotopy did not reach its end"
     assert gait.solver.violations
+
+
+@pytest.mark.parametrize("change", [{"torque": 0.3}, {"friction": 0.02, "speed": 1.5}])
+def test_an_infeasible_open_problem_is_concluded_after_its_first_start(reference_problem, change):
+    steps = []
+    problem = reference_problem(sequence=OPEN, intervals=10, **change)
+    gait = solve(problem, observer=steps.append)
+    assert gait.status is Status.INFEASIBLE
+    assert gait.solver.message.startswith("no gait of any closed sequence found near any of 2 starts")
+    assert len([step for step in steps if isinstance(step, HomotopyIteration)]) == 1
+    (conflict,) = gait.solver.conflicts
+    limits = Limits(torque={"ankle": 6, "hip": 6} | {conflict.name.removeprefix("torque limit of "): math.inf})
+    if "torque" in change:
+        assert solve(problem.replace(limits=limits)).status is Status.SOLVED
+    for sequence in CLOSED:
+        assert solve(problem.replace(sequence=sequence)).status is Status.INFEASIBLE
+
+
+def test_a_failed_proposal_is_concluded(reference_problem, monkeypatch):
+    """The relaxed problem is feasible, since the foot may stick and slip at the same time; its proposal is not."""
+    monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 0)
+    failed = solve(reference_problem(sequence=CLOSED[0], torque=0.3, intervals=10))
+    assert failed.status is Status.INFEASIBLE
+    monkeypatch.setattr("gaitopt.ocp.solver.solve_open_sequence", lambda *arguments, homotopy: failed)
+    monkeypatch.setattr("gaitopt.ocp.solver.conclude_without_pairs", lambda problem, failure, *others: failure)
+    gait = solve(reference_problem(sequence=OPEN, torque=0.3, intervals=10))
+    assert gait.status is Status.INFEASIBLE
+    assert gait.solver.message.endswith(f"with the proposed sequence '{CLOSED[0]}'")
+    assert gait.solver.conflicts
 
 
 def test_too_few_steps_are_told(reference_problem):

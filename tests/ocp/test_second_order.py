@@ -15,7 +15,7 @@ X, Y = ca.SX.sym("x"), ca.SX.sym("y")
 FREE = (-np.inf, np.inf)
 
 
-def check(cost, *, start=(0.3, 0.4), rows=(), bounds=(FREE, FREE), row_bounds=(), smooth=False):
+def check(cost, *, start=(0.3, 0.4), rows=(), bounds=(FREE, FREE), row_bounds=(), smooth=False, sizes=None):
     """Solve an NLP in (x, y) and return the point reached and its check."""
     block = Block(
         name="toy",
@@ -30,7 +30,7 @@ def check(cost, *, start=(0.3, 0.4), rows=(), bounds=(FREE, FREE), row_bounds=()
     limits, data = Bounds(x_lower, x_upper, g_lower, g_upper), np.array([0.0])
     result = Ipopt().minimise(nlp, np.array(start), data, limits, silent)
     assert result.status.ok
-    return result.x, check_second_order(nlp, result.x, result.multipliers, data, limits)
+    return result.x, check_second_order(nlp, result.x, result.multipliers, data, limits, sizes)
 
 
 @pytest.mark.parametrize("smooth", [True, False])
@@ -51,6 +51,15 @@ def test_a_constraint_makes_an_indefinite_hessian_definite():
     assert x == pytest.approx([1, -1], abs=1e-7)
     assert (result.verdict, result.free_directions) == (Verdict.STRICT, 1)
     assert result.curvature == pytest.approx(2.0, abs=1e-6)
+
+
+def test_curvature_is_judged_in_typical_sizes_of_the_unknowns():
+    """The unit of an unknown does not change the verdict: x is of order 1e6 in the second form."""
+    cost = (X / 1e6) ** 2 + Y**2
+    assert check(cost, smooth=True)[1].verdict is Verdict.UNDECIDED
+    result = check(cost, smooth=True, sizes=np.array([1e6, 1.0]))[1]
+    assert result.verdict is Verdict.STRICT
+    assert result.curvature == pytest.approx(2.0)
 
 
 def test_a_vertex_of_a_linear_program_is_sharp():

@@ -17,7 +17,7 @@ STUDIES = ROOT / "problems" / "studies"
 SEQUENCES = ("stick | stick", "slip+ stick | slip+")
 SMALL = {
     "benchmarks": {"starts": 30},
-    "compass_actuated": {"intervals": 40},
+    "compass_actuated": {},
     "compass_force_ratio": {},
     "compass_multipliers": {"points": 4, "least": 0.12, "most": 0.18},
     "compass_portraits": {},

@@ -40,6 +40,8 @@ def test_an_inaccurate_plan_is_not_infeasible():
     inaccurate = failure.replace_fields(
         status=Status.PLAN_INACCURATE, solver=failure.solver.replace_fields(warnings=("it is inaccurate.",))
     )
+    assert inaccurate.solver.violations  # which an inaccurate plan may have: they are smaller than its inaccuracy
+    assert explain_failure(inaccurate) == "the plan is inaccurate: it is inaccurate."
     concluded = multistart.verify_best(problem, [inaccurate])
     assert concluded.status is Status.PLAN_INACCURATE
     assert concluded.solver.conflicts == ()

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.relaxation import ExactPenalty, Relaxation
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.parameters import instance_of, number_within, whole_number
@@ -56,6 +59,15 @@ class Homotopy:
     tolerance: float = field(default=1e-6, validator=number_within(lower=1e-7, upper=1e-2))
     max_steps: int = field(default=10, validator=whole_number(1, 100))
     intervals: int = field(default=40, validator=whole_number(10, 400))
+
+
+def choose_relaxed_grid(problem: GaitProblem, homotopy: Homotopy) -> Method:
+    """Return the grid of the relaxed problems of an open sequence: the coarsest one, or that of open phases."""
+    sequence, method = problem.sequence, problem.transcription
+    if not sequence.has_open_phases:
+        return method.list_grids(sequence)[0]
+    parts = {Mode.ANY: 1, Mode.STICK: 2}
+    return method.replace_grid(tuple(homotopy.intervals // parts.get(mode, 4) for mode in sequence.phases))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.mode_search.candidate_sequences import Candidates, RelaxedSolution, select_admitted, select_simplest
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
-from gaitopt.ocp.mode_search.homotopy import Homotopy, follow_homotopy
+from gaitopt.ocp.mode_search.homotopy import Homotopy, choose_relaxed_grid, follow_homotopy
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
@@ -29,8 +29,7 @@ def propose_impact(
     problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: SolveObserver, homotopy: Homotopy
 ) -> Candidates:
     """Follow the homotopy of a sequence whose impact alone is open, on the coarsest grid of its transcription."""
-    method = problem.transcription.list_grids(problem.sequence)[0]
-    transcription = transcribe(structure(problem, method, homotopy.relaxation))
+    transcription = transcribe(structure(problem, choose_relaxed_grid(problem, homotopy), homotopy.relaxation))
     path = follow_homotopy(
         homotopy,
         transcription,

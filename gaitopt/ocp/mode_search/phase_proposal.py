@@ -12,7 +12,7 @@ from gaitopt.ocp.bounds import bounds, data_vector, structure
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.mode_search.candidate_sequences import Candidates, RelaxedSolution, select_admitted, select_simplest
 from gaitopt.ocp.mode_search.complementarity_residual import complementarity_residual
-from gaitopt.ocp.mode_search.homotopy import Homotopy, follow_homotopy
+from gaitopt.ocp.mode_search.homotopy import Homotopy, choose_relaxed_grid, follow_homotopy
 from gaitopt.ocp.mode_search.impact_proposal import impact_residual, impulse_and_speed, list_outcomes_near
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -36,10 +36,7 @@ def propose_phases(
     problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: SolveObserver, homotopy: Homotopy
 ) -> Candidates:
     """Follow the homotopy of a contact sequence with open phases on a separate grid."""
-    parts = {Mode.ANY: 1, Mode.STICK: 2}
-    counts = tuple(homotopy.intervals // parts.get(mode, 4) for mode in problem.sequence.phases)
-    method = problem.transcription.replace_grid(counts)
-    transcription = transcribe(structure(problem, method, homotopy.relaxation))
+    transcription = transcribe(structure(problem, choose_relaxed_grid(problem, homotopy), homotopy.relaxation))
     path = follow_homotopy(
         homotopy,
         transcription,

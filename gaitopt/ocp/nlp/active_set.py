@@ -16,11 +16,12 @@ a minimum from a saddle.
 
 import functools
 import math
+import time
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
@@ -40,7 +41,11 @@ MOST_STEPS = 15
 SOFT, STIFF = 1e-11, 1e12
 """Compliance of active constraints; penalty of fixed variables, and compliance of inactive constraints."""
 
-_MESSAGES = {Status.SOLVED: CONVERGED, Status.INTERRUPTED: "User_Requested_Stop"}
+_MESSAGES = {
+    Status.SOLVED: CONVERGED,
+    Status.INTERRUPTED: "User_Requested_Stop",
+    Status.TIME_LIMIT: "Maximum_WallTime_Exceeded",
+}
 
 EQUAL_COST = 1e-4
 """Largest relative increase in cost at which Newton's result counts as the minimum of the fallback."""
@@ -64,7 +69,7 @@ class Newton:
     Attributes
     ----------
     fallback : Ipopt
-        Solver used when Newton's method does not converge; its tolerance and its iteration limit apply to both.
+        Solver used when Newton's method does not converge; its tolerance and its limits apply to both.
 
     Raises
     ------
@@ -78,6 +83,10 @@ class Newton:
     """
 
     fallback: Ipopt = field(factory=Ipopt, validator=instance_of(Ipopt, example="an Ipopt(...)"))
+
+    def start_clock(self) -> "Newton":
+        """Return the solver whose time limit, counted from now, is that of all NLPs it solves together."""
+        return evolve(self, fallback=self.fallback.start_clock())
 
     def minimise(
         self,
@@ -115,7 +124,11 @@ class Newton:
                 exact = run_newton(result.x, result.multipliers[1], silent)
                 if exact is not None and exact.status is Status.INTERRUPTED:
                     result = replace(result, status=exact.status, message=exact.message)
-                elif exact is not None and exact.objective <= result.objective + EQUAL_COST * abs(result.objective):
+                elif (
+                    exact is not None
+                    and exact.status.ok
+                    and exact.objective <= result.objective + EQUAL_COST * abs(result.objective)
+                ):
                     result = replace(exact, iterations=result.iterations + exact.iterations)
         return result
 
@@ -131,6 +144,7 @@ class _Run:
 
     def __init__(self, nlp: Nlp, data: Array, bounds: Bounds, options: Ipopt) -> None:
         self.nlp, self.data, self.tolerance, self.interrupted = nlp, data, options.tolerance, False
+        self.deadline = options.deadline()
         self.most_steps = min(MOST_STEPS, int(options.max_iterations))
         self.limits = (bounds.x_lower, bounds.x_upper, bounds.g_lower, bounds.g_upper)
 
@@ -139,7 +153,7 @@ class _Run:
         self.interrupted = True
 
     def minimise(self, x: Array, multipliers: Array, observer: Observer) -> NlpResult | None:
-        """Return the minimum reached from a start, or the interrupted iterate; None if the method does not converge."""
+        """Return the minimum reached from a start, or the iterate of a stop; None if the method does not converge."""
         iterate, inertia = _build_iterate(self.nlp)
         scaled, before = multipliers / self.nlp.typical, (math.inf, math.inf)
         for number in range(self.most_steps + 1):
@@ -153,8 +167,7 @@ class _Run:
             g, x_after, scaled_after = g.copy(), x_after.copy(), scaled_after.copy()
             unscaled = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
             self._report(observer, Iteration(number, f, unmet))
-            if self.interrupted or (converged and not saddle):
-                status = Status.INTERRUPTED if self.interrupted else Status.SOLVED
+            if status := self._ending(converged and not saddle):
                 return NlpResult(status, _MESSAGES[status], x, g, f, number, unscaled)
             # The first step sets the multipliers, so it may increase the error; from then on the error must fall, or
             # if it is within the tolerance, the violation.
@@ -163,6 +176,14 @@ class _Run:
                 return None
             x, scaled, before = x_after, scaled_after, (wrong, unmet)
         return None
+
+    def _ending(self, converged: bool) -> Status | None:
+        """Return the status with which the method ends at an iterate, or None if it continues."""
+        if self.interrupted:
+            return Status.INTERRUPTED
+        if converged:
+            return Status.SOLVED
+        return Status.TIME_LIMIT if time.perf_counter() > self.deadline else None
 
     def _report(self, observer: Observer, iteration: Iteration) -> None:
         try:

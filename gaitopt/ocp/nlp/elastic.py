@@ -26,6 +26,9 @@ from gaitopt.status import Status
 PROXIMAL = 1e-4
 """Weight of the proximal term."""
 
+BARRIER = 1e-2
+"""Barrier parameter of a warm start with other prices."""
+
 
 @dataclass(frozen=True)
 class RelaxedSide:
@@ -65,6 +68,8 @@ class ElasticResult:
     active : (n_limits,) array
         Sum of the absolute multipliers of each limit, relative to its price: 0 for a limit that is not active.
     iterations : int
+    multipliers : arrays
+        Multipliers of the bounds and constraints of the elastic NLP.
     """
 
     status: Status
@@ -72,6 +77,7 @@ class ElasticResult:
     slacks: Array
     active: Array
     iterations: int
+    multipliers: tuple[Array, Array]
 
 
 class ElasticNlp:
@@ -95,7 +101,15 @@ class ElasticNlp:
         self._limits = np.array([_bound(bounds, side) for side in sides])
         self._bounds = self._relax_bounds(bounds, least)
 
-    def minimise(self, x: Array, data: Array, prices: Array, solver: NlpSolver, observer: Observer) -> ElasticResult:
+    def minimise(
+        self,
+        x: Array,
+        data: Array,
+        prices: Array,
+        solver: NlpSolver,
+        observer: Observer,
+        multipliers: tuple[Array, Array] | None = None,
+    ) -> ElasticResult:
         """Minimise the weighted sum of the slacks.
 
         Parameters
@@ -107,14 +121,15 @@ class ElasticNlp:
             Weight of each slack.
         solver : NlpSolver
         observer : Observer
+        multipliers : arrays, optional
+            Multipliers at the initial point, from which the solver is warm-started.
         """
         all_data = np.concatenate([data, prices, x, 1 / self._sizes])
         initial = np.concatenate([x, self.find_excesses(x, data)[0]])
-        result = solver.minimise(self.nlp, initial, all_data, self._bounds, observer)
+        result = solver.minimise(self.nlp, initial, all_data, self._bounds, observer, multipliers, BARRIER)
         n = self._original.n_variables
-        return ElasticResult(
-            result.status, result.x[:n], np.maximum(result.x[n:], 0), self._activity(result, prices), result.iterations
-        )
+        slacks, active = np.maximum(result.x[n:], 0), self._activity(result, prices)
+        return ElasticResult(result.status, result.x[:n], slacks, active, result.iterations, result.multipliers)
 
     @defer_interrupt()
     def find_excesses(self, x: Array, data: Array) -> tuple[Array, list[RelaxedSide | None]]:

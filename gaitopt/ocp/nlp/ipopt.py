@@ -3,13 +3,14 @@
 import functools
 import math
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
@@ -67,6 +68,7 @@ class Ipopt:
         Convergence tolerance (scaled).
     max_iterations : int
     time_limit : float [s]
+        Limit of a whole solve: all starts, grids and searches for a feasible motion together.
     linear_solver : str
         ``"mumps"`` and the slower ``"spral"`` are part of CasADi; others must be installed.
 
@@ -85,6 +87,20 @@ class Ipopt:
     max_iterations: int = field(default=500, validator=whole_number(0, MOST_ITERATIONS))
     time_limit: float = field(default=math.inf, validator=positive("s", infinite=True))
     linear_solver: str = field(default="mumps", validator=_check_linear_solver)
+    _deadline: float = field(default=math.inf, eq=False, repr=False, alias="_deadline")
+    _patience: int = field(default=MOST_ITERATIONS, eq=False, repr=False, alias="_patience")
+
+    def with_patience(self, iterations: int, *, max_iterations: int) -> "Ipopt":
+        """Return the solver that ends after some iterations if it is far from feasible, otherwise later."""
+        return evolve(self, max_iterations=max_iterations, _patience=iterations)
+
+    def start_clock(self) -> "Ipopt":
+        """Return the solver whose time limit, counted from now, is that of all NLPs it solves together."""
+        return self if math.isfinite(self._deadline) else evolve(self, _deadline=self.deadline())
+
+    def deadline(self) -> float:
+        """Return the time at which a solve that begins now ends at the latest, on the clock of `time.perf_counter`."""
+        return min(self._deadline, time.perf_counter() + self.time_limit)
 
     def minimise(
         self,
@@ -99,18 +115,20 @@ class Ipopt:
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         with defer_interrupt():
-            solver, callback = _compile(nlp, self, None if multipliers is None else barrier)
+            untimed = evolve(self, time_limit=math.inf)  # so that solvers are built once for all limits
+            solver, callback = _compile(nlp, untimed, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
         with _lock_solves():
             try:
                 with stop_on_interrupt(callback.interrupt):
-                    callback.watch(observer, bounds)
+                    callback.watch(observer, bounds, self.deadline(), self._patience)
                     answer = solver(x0=x, p=data, **limits, **near)
             finally:
                 callback.release()
             # Read before the lock is released: the next thread overwrites these.
             stats, best, interrupted, failure = solver.stats(), callback.best, callback.interrupted, callback.failure
+            stop = callback.stop_message
         if failure is not None:
             raise failure
         message = str(stats["return_status"])
@@ -119,6 +137,8 @@ class Ipopt:
             stats = {}
         elif interrupted:
             message = "User_Requested_Stop"
+        elif message == "User_Requested_Stop":
+            message = stop
         status = _STATUS.get(message, Status.FAILED)
         if status is Status.SOLVED:
             message = CONVERGED
@@ -149,8 +169,6 @@ class Ipopt:
         if self.linear_solver == "mumps":
             # A permutation to a large diagonal pairs unknowns with constraints, which causes fill on fine grids.
             options["ipopt.mumps_permuting_scaling"] = 0
-        if math.isfinite(self.time_limit):
-            options["ipopt.max_wall_time"] = self.time_limit
         if barrier is not None:
             kinds = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
             options |= {f"ipopt.warm_start_{kind}": barrier / 10 for kind in kinds}

@@ -1,6 +1,7 @@
-"""Iteration callback of CasADi solvers: reports progress, records the best feasible iterate, stops on request."""
+"""Iteration callback of CasADi solvers: reports progress, records the best feasible iterate, stops the solver."""
 
 import math
+import time
 from dataclasses import dataclass
 
 import casadi as ca
@@ -13,6 +14,9 @@ from gaitopt.reductions import worst
 
 FEASIBLE = 1e-6
 """Largest constraint violation of a feasible iterate."""
+
+FAR_FROM_FEASIBLE = 0.5
+"""Constraint violation, in scaled units, above which an iterate is far from feasible; that of initial points is 10."""
 
 OUTPUTS = tuple(ca.nlpsol_out(i) for i in range(ca.nlpsol_n_out()))
 """Names of the values that a CasADi solver passes to its iteration callback, in order."""
@@ -27,7 +31,10 @@ class BestIterate:
 
 
 class IterationCallback(ca.Callback):
-    """Iteration callback of Ipopt: calls the observer, records the best feasible iterate, stops on an interrupt."""
+    """Iteration callback of Ipopt: calls the observer, records the best feasible iterate, stops when it has to.
+
+    It stops Ipopt after an interrupt and at the deadline of a solve.
+    """
 
     def __init__(self, nlp: Nlp) -> None:
         ca.Callback.__init__(self)
@@ -35,15 +42,26 @@ class IterationCallback(ca.Callback):
         self._sizes |= {"lam_x": nlp.n_variables, "lam_g": nlp.n_constraints, "lam_p": 0}
         self._observer: Observer | None = None
         self._limits = np.empty(0), np.empty(0)
-        self._count = 0
+        self._count, self._deadline, self._patience = 0, math.inf, 0
         self.best: BestIterate | None = None
-        self.interrupted = False
+        self.interrupted, self.stop_message = False, ""
         self.failure: Exception | None = None
         self.construct("iteration_tap", {})
 
-    def watch(self, observer: Observer, bounds: Bounds) -> None:
-        """Set the observer and the constraint bounds of a solve, and reset the record."""
+    def watch(self, observer: Observer, bounds: Bounds, deadline: float, patience: int) -> None:
+        """Set the observer, the constraint bounds and the limits of a solve, and reset the record.
+
+        Parameters
+        ----------
+        observer : Observer
+        bounds : Bounds
+        deadline : float [s]
+            Time on the clock of `time.perf_counter` after which the solve is stopped.
+        patience : int
+            Number of the iteration after which it is stopped at the next iterate that is far from feasible.
+        """
         self._observer, self._limits, self._count = observer, (bounds.g_lower, bounds.g_upper), 0
+        self._deadline, self._patience, self.stop_message = deadline, patience, ""
         self.interrupted, self.failure, self.best = False, None, None
 
     def interrupt(self) -> None:
@@ -87,10 +105,18 @@ class IterationCallback(ca.Callback):
             if excess <= FEASIBLE and math.isfinite(objective) and better:
                 self.best = BestIterate(self._count, values)
             self._observer(Iteration(self._count, objective, excess))
+            self._check_limits(excess)
             self._count += 1
         except KeyboardInterrupt:
             self.interrupt()
         except Exception as failure:  # CasADi would print and discard it
             self.failure = failure
             self.interrupt()
-        return [int(self.interrupted)]
+        return [int(self.interrupted or bool(self.stop_message))]
+
+    def _check_limits(self, excess: float) -> None:
+        """Set the message of a stop if a limit of the solve is reached."""
+        if time.perf_counter() > self._deadline:
+            self.stop_message = "Maximum_WallTime_Exceeded"
+        elif self._count >= self._patience and not excess <= FAR_FROM_FEASIBLE:
+            self.stop_message = "Maximum_Iterations_Exceeded"

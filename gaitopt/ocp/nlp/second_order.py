@@ -28,8 +28,11 @@ from gaitopt.ocp.nlp.nlp import Nlp
 SMALL = 1e-7
 """Scaled multiplier, and distance from a bound, that count as zero."""
 
-CURVED = 1e-9
-"""Least curvature that counts as positive, relative to the largest entry of the Hessian."""
+CURVED = 1e-8
+"""Least curvature that counts as positive, relative to the largest entry of the Hessian; unknowns in typical sizes.
+
+Errors of the multipliers leave 2e-9 at optima of absolute work; the least curvature of smooth optima is above 1e-6.
+"""
 
 BOX = 1e-3
 """Half-width of the box of the linear program relative to the size of an unknown, at least 1."""
@@ -76,7 +79,8 @@ class SecondOrder:
     free_directions : int
         Dimension of the null space of equalities and strongly active inequalities.
     curvature : float
-        Least eigenvalue of the reduced Hessian of the scaled Lagrangian; nan if there are no free directions.
+        Least eigenvalue of the reduced Hessian of the scaled Lagrangian, unknowns in units of their typical sizes; nan
+        if there are no free directions.
     slacks : (n_variables + n_constraints,) array
         Distance of each unknown and of each row to its nearer bound; inf without one, and for equalities.
     """
@@ -91,7 +95,12 @@ class SecondOrder:
 
 
 def check_second_order(
-    nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds
+    nlp: Nlp,
+    x: Array,
+    multipliers: tuple[Array, Array],
+    data: Array,
+    bounds: Bounds,
+    sizes: Array | None = None,
 ) -> SecondOrder:
     """Check the second-order conditions at a solution of an NLP.
 
@@ -103,12 +112,14 @@ def check_second_order(
         Multipliers of the bounds and of the constraints.
     data : (n_z,) array
     bounds : Bounds
+    sizes : (n_variables,) array, optional
+        Typical sizes of the unknowns; 1 by default.
 
     Returns
     -------
     SecondOrder
     """
-    check = _Conditions(nlp, x, multipliers, data, bounds)
+    check = _Conditions(nlp, x, multipliers, data, bounds, np.ones(x.size) if sizes is None else sizes)
     result = check.conclude()
     if result.verdict in (Verdict.SHARP, Verdict.STRICT) or nlp.smooth:
         return result
@@ -119,12 +130,16 @@ def check_second_order(
 class _Conditions:
     """The solution in terms of one vector of values (unknowns, then rows) with one vector of multipliers."""
 
-    def __init__(self, nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds) -> None:
+    def __init__(
+        self, nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds, sizes: Array
+    ) -> None:
         self.nlp, self.x, self.data, self.bounds = nlp, x, data, bounds
+        self.sizes, scaling = sizes, sp.diags(sizes)
         with defer_interrupt():
             g, jacobian = nlp.derivatives["jac_g"](x, data)
         self.jacobian = _sparse(jacobian)
         self.gradients = sp.vstack([sp.identity(x.size), self.jacobian], format="csr")
+        self.scaled_gradients = (self.gradients @ scaling).tocsr()
         self.multipliers = np.concatenate(multipliers) / nlp.typical
         self.lower = np.concatenate([bounds.x_lower, bounds.g_lower])
         self.upper = np.concatenate([bounds.x_upper, bounds.g_upper])
@@ -141,11 +156,12 @@ class _Conditions:
         """Return the result."""
         with defer_interrupt():
             upper = self.nlp.derivatives["hess_lag"](self.x, self.data, 1 / self.nlp.typical, self._on_rows())
-        hessian = _sparse(upper)
-        hessian = hessian + sp.triu(hessian, 1).T
+        scaling = sp.diags(self.sizes)
+        hessian = scaling @ _sparse(upper) @ scaling
+        hessian = (hessian + sp.triu(hessian, 1).T).tocsr()
         least = CURVED * max(1.0, float(np.abs(hessian).max()))
-        basis = _null_space(self.gradients[self.equal | self.strong])
-        weakly = _restrict(basis, self.gradients[self.active & ~self.strong])
+        basis = _null_space(self.scaled_gradients[self.equal | self.strong])
+        weakly = _restrict(basis, self.scaled_gradients[self.active & ~self.strong])
         curvature = _least_curvature(hessian, basis)
         if not basis.shape[1]:
             verdict = Verdict.SHARP
@@ -191,7 +207,7 @@ class _Conditions:
         on_rows[below] += answer.ineqlin.marginals[count:]
         on_bounds = -(answer.lower.marginals + answer.upper.marginals)
         scaled = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
-        vertex = _Conditions(self.nlp, self.x, scaled, self.data, self.bounds)
+        vertex = _Conditions(self.nlp, self.x, scaled, self.data, self.bounds, self.sizes)
         vertex._determine_active(self.values + self.gradients @ answer.x)
         return vertex
 
@@ -260,7 +276,8 @@ def _projection(rows: sp.csr_matrix) -> Callable[[Array], Array]:
     if not m:
         return lambda vectors: vectors
     matrix = sp.bmat([[sp.identity(n), rows.T], [rows, -REGULARISATION * sp.identity(m)]], format="csc")
-    factors: SuperLU = splu(matrix)
+    # The matrix is quasi-definite: pivots on its diagonal leave a factor with an eighth of the entries.
+    factors: SuperLU = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def project(vectors: Array) -> Array:
         for _ in range(2):  # the second projection removes the rounding errors of the first

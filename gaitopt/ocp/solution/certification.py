@@ -8,6 +8,7 @@ from gaitopt.motion.certificate import Certificate, NearConstraint
 from gaitopt.ocp.nlp.keys import Key, Kind, Place
 from gaitopt.ocp.nlp.second_order import SecondOrder, check_second_order
 from gaitopt.ocp.solution.grid_solve import GridSolution
+from gaitopt.ocp.solution.relaxable_limits import typical_sizes
 from gaitopt.ocp.solution.sensitivity import cost_sensitivities
 
 NEAREST = 5
@@ -27,7 +28,8 @@ def certify(solution: GridSolution) -> Certificate | None:
     transcription, outcome = solution.transcription, solution.outcome
     if not outcome.status.ok:
         return None
-    check = check_second_order(transcription.nlp, outcome.x, outcome.multipliers, solution.data, solution.limits)
+    sizes = typical_sizes(transcription, solution.problem)
+    check = check_second_order(transcription.nlp, outcome.x, outcome.multipliers, solution.data, solution.limits, sizes)
     return Certificate(
         verdict=check.verdict.value,
         active=check.active.size,

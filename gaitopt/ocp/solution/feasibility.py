@@ -21,6 +21,7 @@ from gaitopt.ocp.solution.trajectory import read_parameters, reconstruct_motion
 from gaitopt.ocp.statement.criteria import TorqueSquared
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.transcription.method import Method
+from gaitopt.ocp.transcription.relaxation import Relaxation
 from gaitopt.ocp.transcription.transcription import transcribe
 from gaitopt.progress import Observer
 from gaitopt.status import Status
@@ -33,6 +34,7 @@ FARTHEST = 5.0
 
 PROHIBITIVE = 100.0
 """Factor of the price of limits that are not to be exceeded."""
+
 
 SAFETY_FACTOR = 1.02
 """Factor of the missing amount in the value that is reported as sufficient."""
@@ -54,13 +56,25 @@ class ElasticProblem:
         Grid and scheme.
     solver : NlpSolver
     observer : Observer
+    relaxation : Relaxation, optional
+        Relaxation of the complementarity pairs of an open contact sequence.
+    pair_parameter : float
+        Its parameter t.
     """
 
-    def __init__(self, problem: GaitProblem, method: Method, solver: NlpSolver, observer: Observer) -> None:
+    def __init__(
+        self,
+        problem: GaitProblem,
+        method: Method,
+        solver: NlpSolver,
+        observer: Observer,
+        relaxation: Relaxation | None = None,
+        pair_parameter: float = 1.0,
+    ) -> None:
         # The conditions on a motion do not depend on the objective: an objective without further unknowns is used.
         self.problem, self._solver, self._observer = problem.replace(objective=TorqueSquared()), solver, observer
         with defer_interrupt():
-            self.transcription = transcribe(structure(self.problem, method))
+            self.transcription = transcribe(structure(self.problem, method, relaxation))
             limits = bounds(self.transcription, self.problem)
             self.limits = list_limits(self.transcription, self.problem)
             least = np.full(self.transcription.variables.size, -math.inf)
@@ -68,7 +82,7 @@ class ElasticProblem:
             sizes = typical_sizes(self.transcription, self.problem)
             sides = relaxed_sides(self.limits, limits)
             self._elastic = ElasticNlp(self.transcription.nlp, limits, sides, sizes, least)
-        self._data = data_vector(self.problem)
+        self._data = np.append(data_vector(self.problem), [] if relaxation is None else pair_parameter)
         self.prices = np.array([1 / limit.size for limit in self.limits[: self._elastic.n_limits]])
 
     def minimise_excess(self, guess: Guess) -> ElasticResult:
@@ -81,10 +95,10 @@ class ElasticProblem:
         """Return the motion that exceeds the given limits as little as possible and, if possible, no others."""
         prices = PROHIBITIVE * self.prices
         prices[members] = self.prices[members]
-        return self._minimise(near.x, prices)
+        return self._minimise(near.x, prices, near.multipliers)
 
-    def _minimise(self, x: Array, prices: Array) -> ElasticResult:
-        return self._elastic.minimise(x, self._data, prices, self._solver, self._observer)
+    def _minimise(self, x: Array, prices: Array, multipliers: tuple[Array, Array] | None = None) -> ElasticResult:
+        return self._elastic.minimise(x, self._data, prices, self._solver, self._observer, multipliers)
 
     def excess(self, result: ElasticResult, *, without: list[int] | None = None) -> float:
         """Return the weighted sum of the slacks, without those of some limits."""
@@ -118,24 +132,49 @@ class ElasticProblem:
         tuple of Conflict, or ElasticResult
             A feasible motion if one is found in the process: `result` is then not the motion of least excess.
         """
-        conflicts = []
-        for number in map(int, np.flatnonzero(result.active * FARTHEST > self.excess(result))):
-            alone = result
-            if self.excess(result, without=[number]) > FEASIBLE:
-                alone = self.exceed_only([number], result)
-            if alone.status is Status.INTERRUPTED:
-                raise KeyboardInterrupt
-            if self.is_feasible(alone):
-                return alone
-            if alone.status.ok and self.excess(alone, without=[number]) <= FEASIBLE:
-                conflicts.append((self.excess(alone), self._conflict(number, alone, separable=True)))
-        if not conflicts:
-            return self._find_joint_conflict(result)
-        ordered = [conflict for _, conflict in sorted(conflicts, key=lambda entry: entry[0])]
-        return tuple(conflict for conflict in ordered if not math.isnan(conflict.sufficient)) or tuple(ordered)
+        candidates = [int(i) for i in np.flatnonzero(result.active * FARTHEST > self.excess(result))]
+        conflicts: list[tuple[float, Conflict]] = []
+        for may_suffice in (True, False):
+            for number in candidates:
+                if self._may_suffice(number, result) is not may_suffice:
+                    continue
+                alone = self._relax_alone(number, result)
+                if self.is_feasible(alone):
+                    return alone
+                if alone.status.ok and self.excess(alone, without=[number]) <= FEASIBLE:
+                    conflicts.append((self.excess(alone), self._conflict(number, alone, separable=True)))
+            ordered = [conflict for _, conflict in sorted(conflicts, key=lambda entry: entry[0])]
+            sufficient = tuple(conflict for conflict in ordered if not math.isnan(conflict.sufficient))
+            if sufficient:
+                return sufficient
+        return tuple(ordered) or self._find_joint_conflict(result)
+
+    def _may_suffice(self, number: int, result: ElasticResult) -> bool:
+        """Return whether a limit has an admissible value at which, to first order, it is not exceeded."""
+        limit = self.limits[number]
+        if not limit.is_least or limit.unit == "rad" or isinstance(limit.value, tuple):
+            return True
+        return limit.value * self.prices[number] >= self.excess(result) / result.active[number]
+
+    def _relax_alone(self, number: int, result: ElasticResult) -> ElasticResult:
+        """Return the motion that exceeds one limit and, if possible, no others."""
+        if self.excess(result, without=[number]) <= FEASIBLE:
+            return result
+        alone = self.exceed_only([number], result)
+        if alone.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        return alone
+
+    def list_excesses(self, result: ElasticResult) -> tuple[Conflict, ...]:
+        """Return the limits that a motion exceeds, which suffices if all of them are relaxed."""
+        numbers = self._find_exceeded(result)
+        return tuple(self._conflict(number, result, separable=len(numbers) == 1) for number in numbers)
+
+    def _find_exceeded(self, result: ElasticResult) -> list[int]:
+        return [int(i) for i in np.flatnonzero(self.prices * result.slacks > FEASIBLE)]
 
     def _find_joint_conflict(self, result: ElasticResult) -> tuple[Conflict, ...]:
-        members = [int(i) for i in np.flatnonzero(self.prices * result.slacks > FEASIBLE)]
+        members = self._find_exceeded(result)
         for number in sorted(members, key=lambda member: self.prices[member] * result.slacks[member]):
             rest = [member for member in members if member != number]
             if not rest:
@@ -145,7 +184,7 @@ class ElasticProblem:
                 raise KeyboardInterrupt
             if reduced.status.ok and self.excess(reduced, without=rest) <= FEASIBLE:
                 members, result = rest, reduced
-        return tuple(self._conflict(member, result, separable=False) for member in members)
+        return self.list_excesses(result)
 
     def _conflict(self, number: int, result: ElasticResult, *, separable: bool) -> Conflict:
         """Return the record of a limit that is exceeded in a motion."""
@@ -176,7 +215,7 @@ class ElasticProblem:
 
     @defer_interrupt()
     def _sufficient_friction(self, x: Array) -> float:
-        """Return the friction coefficient whose cones contain all forces of a motion; nan with slip or tension."""
+        """Return the friction coefficient whose cones contain all forces of a motion; nan with slip, tension or any."""
         sequence, rows = self.problem.sequence, self.transcription.constraints
         if any(mode.slips for mode in (*sequence.phases, sequence.impact)):
             return math.nan  # friction also determines how the foot slides
@@ -188,7 +227,7 @@ class ElasticProblem:
                 (Kind.BACKWARD_CONE, Kind.BACKWARD_IMPACT_CONE),
             )
         )
-        if (forward + backward <= 0).any():
+        if self.problem.sequence.is_open or (forward + backward <= 0).any():
             return math.nan
         ratio = float(np.max(np.abs(forward - backward) / (forward + backward)))
         return self.problem.friction * max(1.0, SAFETY_FACTOR * ratio)

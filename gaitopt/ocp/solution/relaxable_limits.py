@@ -15,6 +15,9 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
 
+OPEN_CONES = ("cone beside slip speed", "impact cone beside slip speed")
+"""Names of the pairs of open phases and impacts with the friction cone."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RelaxableLimit:
@@ -245,6 +248,7 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
         quantities=(
             (True, np.concatenate(cones), 1.0),
             (True, np.concatenate(impact), 0.1 * units.weight * units.time),
+            (True, np.concatenate([rows.find(Kind.PAIR, name) for name in OPEN_CONES]), 1.0),
         ),
     )
     yield RelaxableLimit(
@@ -263,13 +267,15 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
 
 
 def _conditions(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
-    """Return the other conditions of the contact sequence with their margins."""
+    """Return the other conditions of the contact sequence with their margins.
+
+    The well-posedness of slip is not among them: where it is violated, accelerations are unbounded.
+    """
     units, margins = _Units.of(problem), problem.margins
     speed, rate = units.length / units.time, 1 / units.time
     for kind, name, margin, unit, size in (
         (Kind.NORMAL_FORCE, "normal force", "normal_force", "1", 1.0),
         (Kind.SLIP_FROM_REST, "start of a slip from rest", "", "1", 1.0),
-        (Kind.SLIDING_INERTIA, "well-posedness of slip", "sliding_inertia", "1", 1.0),
         (Kind.SEPARATION, "separation of the trailing foot", "separation", "m/s", speed),
         (Kind.TOUCHDOWN_DIRECTION, "touchdown direction", "touchdown_rate", "", rate),
         (Kind.TOUCHDOWN_AHEAD, "touchdown ahead of the stance foot", "touchdown_armed", "", 1.0),

@@ -25,9 +25,9 @@ def explain_failure(gait: Gait) -> str:
         return "replay: " + "; ".join(gait.verification.reasons)
     if gait.solver.conflicts:
         return "no gait found; " + "; ".join(map(str, gait.solver.conflicts))
+    if gait.status is Status.PLAN_INACCURATE:
+        return "the plan is inaccurate: " + " ".join(gait.solver.warnings)
     if gait.solver.violations:
         worst = gait.solver.violations[0]
         return f'no gait found; the best attempt violates "{worst.name}" ({worst.place}) by {worst.size:.2g}'
-    if gait.status is Status.PLAN_INACCURATE:
-        return "the plan is inaccurate: " + " ".join(gait.solver.warnings)
     return f"{gait.status.hint} ({gait.solver.message})"
