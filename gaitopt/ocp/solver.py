@@ -12,11 +12,15 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations
 from gaitopt.ocp.solution.single_start import solve_from_start
+from gaitopt.ocp.solution.start_selection import solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import SolveObserver, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
+
+DEFAULT_STARTS = 4
+"""Number of starts of a problem without a guess."""
 
 RETRIES = 3
 """Number of further starts that are tried if none has converged."""
@@ -25,12 +29,14 @@ RETRIES = 3
 def solve(
     problem: GaitProblem,
     *,
-    starts: int = 1,
+    starts: int | None = None,
     solver: NlpSolver | None = None,
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
 ) -> Gait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
+
+    Several starts are solved on the coarsest grid, and the two of lowest cost that differ are refined.
 
     After a failure on the coarsest grid, a motion that satisfies all limits is sought near the first start and three
     others.  The problem is solved from it if there is one; otherwise it is reported as infeasible, with the
@@ -42,8 +48,10 @@ def solve(
     Parameters
     ----------
     problem : GaitProblem
-    starts : int
-        Number of starts, the first of which is the guess of the problem; the gait of lowest objective is returned.
+    starts : int, optional
+        Number of starts on the coarsest grid, with fixed seeds; the gait of lowest objective is returned.  With 1, the
+        only start is the guess of the problem or, without one, a straight line from pose to pose.  By default 4;
+        1 if the problem has a guess or an open sequence.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional
@@ -71,7 +79,7 @@ def solve(
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
-    check_count("starts", starts, 1, 1000)
+    check_count("starts", 1 if starts is None else starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     require_valid_step(problem.robot)
     solve_once = (
@@ -82,10 +90,13 @@ def solve(
     gaits: list[Gait] = []
     conclusions: list[Gait] = []
     if not problem.sequence.is_open:
-        gaits, conclusions = _solve_first(problem, starts, solver, observer)
+        coarse_starts = starts or (DEFAULT_STARTS if problem.guess is None else 1)
+        gaits, conclusions = _solve_first(problem, coarse_starts, solver, observer)
         if any(gait.solver.conflicts for gait in conclusions):
             return conclusions[0]
-    while not _is_finished(gaits, conclusions, starts):
+        if any(gait.status.ok for gait in gaits):
+            return _best(gaits)
+    while not _is_finished(gaits, conclusions, starts or 1):
         gaits.append(solve_once(problem, _start(problem, len(gaits)), solver, observer))
     return _best([*gaits, *conclusions])
 
@@ -93,12 +104,13 @@ def solve(
 def _solve_first(
     problem: GaitProblem, starts: int, solver: NlpSolver, observer: SolveObserver
 ) -> tuple[list[Gait], list[Gait]]:
-    """Return the gait of the first start, or none if it is to be repeated, and the conclusion from its failure."""
+    """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     limited = limit_iterations(solver)
-    first = solve_from_start(problem, guesses[0], solver, observer, limited)
-    if first.status not in RETRY or first.status is Status.PLAN_INACCURATE:
-        return [first], []
+    gaits = solve_from_starts(problem, guesses[:starts], solver, observer, limited)
+    first = gaits[0]
+    if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
+        return gaits, []
     conclusion = conclude_failure(problem, first, guesses, solver, observer)
     if conclusion is not first:
         return [first], [conclusion]

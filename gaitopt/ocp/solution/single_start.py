@@ -13,7 +13,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.certification import certify
 from gaitopt.ocp.solution.diagnosis import violations
-from gaitopt.ocp.solution.grid_solve import SingleStart
+from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
 from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh, repair_early_touchdown
 from gaitopt.ocp.solution.problem_checks import report_poor_scaling
 from gaitopt.ocp.statement.initial_guess import Guess
@@ -34,8 +34,13 @@ def solve_from_start(
     cold_solver : NlpSolver, optional
         Solver of grids without a warm start, such as `solver` with fewer iterations.
     """
-    started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer, cold_solver)
-    solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start)))
+    return complete_solve(SingleStart(problem, guess, solver, observer, cold_solver))
+
+
+def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> Gait:
+    """Return the gait of a start, whose solution on the coarsest grid may be known."""
+    started, built, problem = time.perf_counter(), start.build_seconds, start.problem
+    solution = repair_early_touchdown(start, refine_mesh(start, approach_through_coarse_grids(start, coarsest)))
     if math.isfinite(problem.transcription.tolerance):
         solution = solution.check_plan()
     transcription, outcome, remarks = solution.transcription, solution.outcome, start.check_guess()
@@ -57,7 +62,7 @@ def solve_from_start(
             constraint_violation=unmet[0].size if unmet else 0.0,
             error_between_nodes=Deferred(lambda: solution.drift),
             build_seconds=start.build_seconds,
-            solve_seconds=time.perf_counter() - started - start.build_seconds,
+            solve_seconds=time.perf_counter() - started - (start.build_seconds - built),
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
             warnings=Deferred(lambda: remarks + solution.warnings()),
