@@ -46,7 +46,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
     transcription, outcome, remarks = solution.transcription, solution.outcome, start.check_guess()
     if not outcome.status.ok:
         remarks += report_poor_scaling(
-            transcription, initial_point(transcription, problem, guess), nlp_data(transcription, problem)
+            transcription, initial_point(transcription, problem, start.guess), nlp_data(transcription, problem)
         )
     unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
     # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.

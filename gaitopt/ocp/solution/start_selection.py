@@ -47,7 +47,7 @@ def solve_from_starts(
     began = time.perf_counter()
     starts = [SingleStart(problem, guess, solver, observer, cold_solver) for guess in guesses]
     solutions = _solve_coarsest_grids(starts)
-    stopped, gaits = solutions[-1].outcome, []
+    stopped, gaits = solutions[-1].outcome, list[Gait]()
     candidates = _rank(problem, solutions) if solutions[0].outcome.status.ok else [0]
     for position, number in enumerate(candidates):
         solution, excess = solutions[number], solutions[number].cost - solutions[candidates[0]].cost
