@@ -46,20 +46,32 @@ def solve_from_starts(
     """
     began = time.perf_counter()
     starts = [SingleStart(problem, guess, solver, observer, cold_solver) for guess in guesses]
-    solutions = _solve_coarsest_grids(starts)
+    if len(starts) == 1 or not starts[0].needs_coarse_grids():
+        gaits = [complete_solve(starts[0])]
+        others = starts[1:] if gaits[0].status.ok else []
+    else:
+        gaits, others = [], starts
+    if others:
+        gaits += _refine_best(problem, others, _solve_coarsest_grids(others))
+    return _report_totals(gaits, starts, began)
+
+
+def _refine_best(problem: GaitProblem, starts: list[SingleStart], solutions: list[GridSolution]) -> list[Gait]:
+    """Return the gaits refined from the best different solutions on the coarsest grid, or the failure of the first."""
     stopped, gaits = solutions[-1].outcome, list[Gait]()
-    candidates = _rank(problem, solutions) if solutions[0].outcome.status.ok else [0]
+    candidates = _rank(problem, solutions) or [0]
+    lowest = solutions[candidates[0]].cost
     for position, number in enumerate(candidates):
-        solution, excess = solutions[number], solutions[number].cost - solutions[candidates[0]].cost
-        few = position < MOST_REFINED and excess <= COST_RANGE * _scale(problem, solutions[candidates[0]].cost)
-        if not few and any(gait.status.ok for gait in gaits):
+        solution = solutions[number]
+        near = solution.cost - lowest <= COST_RANGE * _scale(problem, lowest)
+        if any(gait.status.ok for gait in gaits) and not (near and position < MOST_REFINED):
             break
         if stopped.status is Status.INTERRUPTED and solution.outcome.status.ok:
             solution = solution.mark_stopped(stopped)
         gaits.append(complete_solve(starts[number], solution))
         if gaits[-1].status is Status.INTERRUPTED:
             break
-    return _report_totals(gaits, starts, began)
+    return gaits
 
 
 def _solve_coarsest_grids(starts: list[SingleStart]) -> list[GridSolution]:
@@ -73,22 +85,20 @@ def _solve_coarsest_grids(starts: list[SingleStart]) -> list[GridSolution]:
 
 
 def _rank(problem: GaitProblem, solutions: list[GridSolution]) -> list[int]:
-    """Return the numbers of the different solutions, lowest cost first."""
-    solved = [number for number, solution in enumerate(solutions) if solution.outcome.status.ok]
-    order = sorted(solved, key=lambda number: rank_of(solutions[number].cost))
-    durations = {n: solutions[n].outcome.x[solutions[n].transcription.variables[Unknown.DURATION][0]] for n in order}
+    """Return the numbers of the different solutions, lowest cost first; of equal ones, that of the first start."""
+    durations = [s.outcome.x[s.transcription.variables[Unknown.DURATION][0]] for s in solutions]
     different: list[int] = []
-    for number in order:
-        if not any(
+    for number, solution in enumerate(solutions):
+        if solution.outcome.status.ok and not any(
             is_same_solution(
-                (solutions[number].cost, solutions[other].cost),
-                (durations[number], durations[other]),
+                (solutions[other].cost, solution.cost),
+                (durations[other], durations[number]),
                 _scale(problem, solutions[other].cost),
             )
             for other in different
         ):
             different.append(number)
-    return different
+    return sorted(different, key=lambda number: rank_of(solutions[number].cost))
 
 
 def is_same_solution(costs: tuple[float, float], durations: tuple[Array, Array], scale: float) -> bool:
