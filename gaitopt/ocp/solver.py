@@ -12,14 +12,14 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations
 from gaitopt.ocp.solution.single_start import solve_from_start
-from gaitopt.ocp.solution.start_selection import solve_from_starts
+from gaitopt.ocp.solution.start_selection import list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import SolveObserver, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
-DEFAULT_STARTS = 4
+DEFAULT_STARTS = 3
 """Number of starts of a problem without a guess."""
 
 RETRIES = 3
@@ -49,9 +49,9 @@ def solve(
     ----------
     problem : GaitProblem
     starts : int, optional
-        Number of starts on the coarsest grid, with fixed seeds; the gait of lowest objective is returned.  With 1, the
-        only start is the guess of the problem or, without one, a straight line from pose to pose.  By default 4;
-        1 if the problem has a guess or an open sequence.
+        Number of starts; the gait of lowest objective is returned.  They are in this order: the guess of the problem
+        or a straight line from pose to pose, a line with a delayed swing, the sticking gait of least squared torques,
+        and random perturbations with fixed seeds.  By default 3; 1 if the problem has a guess or an open sequence.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional
@@ -107,7 +107,7 @@ def _solve_first(
     """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     limited = limit_iterations(solver)
-    gaits = solve_from_starts(problem, guesses[:starts], solver, observer, limited)
+    gaits = solve_from_starts(problem, list_starts(problem, starts), solver, observer, limited)
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []

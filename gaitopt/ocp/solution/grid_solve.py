@@ -191,10 +191,6 @@ class SingleStart:
         self.iterations, self.build_seconds = 0, 0.0
         self.schedule: GuardSchedule | None = None
 
-    def needs_coarse_grids(self) -> bool:
-        """Return whether the problem is solved on coarse grids first: unless the guess is accurate or a solution."""
-        return self.guess.needs_coarse_grids and self.guess.solution_for(self.problem.sequence) is None
-
     def describe(self, solution: GridSolution) -> dict[str, object]:
         """Return the entries of the problem's description that the solve determines."""
         structure = solution.transcription.structure

@@ -1,10 +1,13 @@
 """Several starts of one problem: all are solved on the coarsest grid, and those of lowest cost are refined."""
 
+import math
 import time
 from collections.abc import Sequence
 
 import numpy as np
+from attrs import evolve
 
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Unknown
@@ -13,8 +16,10 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
 from gaitopt.ocp.solution.mesh_refinement import NEGLIGIBLE, solve_coarsest_grid
 from gaitopt.ocp.solution.single_start import complete_solve
-from gaitopt.ocp.statement.initial_guess import Guess
-from gaitopt.progress import Observer
+from gaitopt.ocp.statement.criteria import TorqueSquared
+from gaitopt.ocp.statement.initial_guess import DelayedSwing, Guess, LinearGuess, RandomPerturbation
+from gaitopt.ocp.statement.warm_start import FromMotion
+from gaitopt.progress import Observer, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
@@ -26,9 +31,40 @@ SAME_COST, EQUAL_COST, SAME_DURATION = 1e-4, 1e-6, 1e-3
 """Relative differences of cost: below the first, solutions with phase durations that differ by less than the third, in
 units of the period, are the same; below the second, all are."""
 
+STICKING = ContactSequence.parse("stick | stick")
+
+
+def list_starts(problem: GaitProblem, count: int) -> list[Guess | GaitProblem]:
+    """Return the first starts of a problem: guesses, and a neighbouring problem whose solution is a guess.
+
+    They are the guess of the problem or a line, a delayed swing, the sticking gait of least squared torques, and
+    random perturbations of the line with fixed seeds.
+    """
+    starts: list[Guess | GaitProblem] = [problem.guess or LinearGuess(), DelayedSwing()]
+    if problem.sequence != STICKING or not problem.objective.smooth:
+        starts.append(_neighbour(problem))
+    return [*starts, *map(RandomPerturbation, range(1, count))][:count]
+
+
+def _neighbour(problem: GaitProblem) -> GaitProblem:
+    """Return the problem of the sticking gait of least squared torques, on the coarsest grid of a problem."""
+    coarsest = problem.transcription.list_grids(problem.sequence)[0]
+    return problem.replace(
+        sequence=STICKING,
+        objective=TorqueSquared(),
+        friction=math.inf,
+        guess=None,
+        transcription=evolve(coarsest, intervals=max(coarsest.intervals_for(problem.sequence)), tolerance=math.inf),
+        name="the sticking gait of least squared torques",
+    )
+
 
 def solve_from_starts(
-    problem: GaitProblem, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer, cold_solver: NlpSolver
+    problem: GaitProblem,
+    starts: Sequence[Guess | GaitProblem],
+    solver: NlpSolver,
+    observer: Observer,
+    cold_solver: NlpSolver,
 ) -> list[Gait]:
     """Return the gaits of the best starts; if the first one fails on the coarsest grid, its failure alone.
 
@@ -38,67 +74,116 @@ def solve_from_starts(
     ----------
     problem : GaitProblem
         A problem with a closed contact sequence.
-    guesses : sequence of Guess
+    starts : sequence of Guess or GaitProblem
+        Guesses, or neighbouring problems whose solutions on their coarsest grid are guesses.
     solver : NlpSolver
     observer : Observer
     cold_solver : NlpSolver
         Solver of the coarsest grid.
     """
-    began = time.perf_counter()
-    starts = [SingleStart(problem, guess, solver, observer, cold_solver) for guess in guesses]
-    if len(starts) == 1 or not starts[0].needs_coarse_grids():
-        gaits = [complete_solve(starts[0])]
-        others = starts[1:] if gaits[0].status.ok else []
-    else:
-        gaits, others = [], starts
-    if others:
-        gaits += _refine_best(problem, others, _solve_coarsest_grids(others))
-    return _report_totals(gaits, starts, began)
+    return _Starts(problem, solver, observer, cold_solver).solve(starts)
 
 
-def _refine_best(problem: GaitProblem, starts: list[SingleStart], solutions: list[GridSolution]) -> list[Gait]:
-    """Return the gaits refined from the best different solutions on the coarsest grid, or the failure of the first."""
-    stopped, gaits = solutions[-1].outcome, list[Gait]()
-    candidates = _rank(problem, solutions) or [0]
-    lowest = solutions[candidates[0]].cost
-    for position, number in enumerate(candidates):
-        solution = solutions[number]
-        near = solution.cost - lowest <= COST_RANGE * _scale(problem, lowest)
-        if any(gait.status.ok for gait in gaits) and not (near and position < MOST_REFINED):
-            break
-        if stopped.status is Status.INTERRUPTED and solution.outcome.status.ok:
-            solution = solution.mark_stopped(stopped)
-        gaits.append(complete_solve(starts[number], solution))
-        if gaits[-1].status is Status.INTERRUPTED:
-            break
-    return gaits
+class _Starts:
+    """The starts of a problem, and their solutions on the coarsest grid."""
 
+    def __init__(self, problem: GaitProblem, solver: NlpSolver, observer: Observer, cold_solver: NlpSolver) -> None:
+        self._problem, self._solver, self._observer, self._cold_solver = problem, solver, observer, cold_solver
+        self._began, self._all = time.perf_counter(), list[SingleStart]()
+        self._coarse: list[tuple[SingleStart, GridSolution]] = []
 
-def _solve_coarsest_grids(starts: list[SingleStart]) -> list[GridSolution]:
-    """Return the solutions on the coarsest grid; the others are omitted if the first fails or one is interrupted."""
-    solutions: list[GridSolution] = []
-    for start in starts:
-        solutions.append(solve_coarsest_grid(start))
-        if solutions[-1].outcome.status is Status.INTERRUPTED or not solutions[0].outcome.status.ok:
-            break
-    return solutions
+    def solve(self, starts: Sequence[Guess | GaitProblem]) -> list[Gait]:
+        """Return the gaits of the best starts, with the iterations and the time of all starts."""
+        gaits, first = list[Gait](), starts[0]
+        if isinstance(first, Guess) and (len(starts) == 1 or not self._needs_coarse_grids(first)):
+            gaits.append(complete_solve(self._start(first)))
+            starts = starts[1:] if gaits[0].status.ok else []
+        interrupt = self._solve_coarsest_grids(starts)
+        gaits += self._refine_best(interrupt) if self._coarse else []
+        return self._report_totals(gaits)
 
+    def _needs_coarse_grids(self, guess: Guess) -> bool:
+        """Return whether the problem is solved on coarse grids first: unless the guess is accurate or a solution."""
+        return guess.needs_coarse_grids and guess.solution_for(self._problem.sequence) is None
 
-def _rank(problem: GaitProblem, solutions: list[GridSolution]) -> list[int]:
-    """Return the numbers of the different solutions, lowest cost first; of equal ones, that of the first start."""
-    durations = [s.outcome.x[s.transcription.variables[Unknown.DURATION][0]] for s in solutions]
-    different: list[int] = []
-    for number, solution in enumerate(solutions):
-        if solution.outcome.status.ok and not any(
-            is_same_solution(
-                (solutions[other].cost, solution.cost),
-                (durations[other], durations[number]),
-                _scale(problem, solutions[other].cost),
-            )
-            for other in different
-        ):
-            different.append(number)
-    return sorted(different, key=lambda number: rank_of(solutions[number].cost))
+    def _start(self, guess: Guess) -> SingleStart:
+        self._all.append(SingleStart(self._problem, guess, self._solver, self._observer, self._cold_solver))
+        return self._all[-1]
+
+    def _solve_coarsest_grids(self, starts: Sequence[Guess | GaitProblem]) -> GridSolution | None:
+        """Solve on the coarsest grid from each start unless the first fails; return an interrupted solution."""
+        for start in starts:
+            guess = self._solve_neighbour(start) if isinstance(start, GaitProblem) else start
+            if isinstance(guess, GridSolution):
+                return guess
+            if guess is None:
+                continue
+            single = self._start(guess)
+            solution = solve_coarsest_grid(single)
+            self._coarse.append((single, solution))
+            if solution.outcome.status is Status.INTERRUPTED:
+                return solution
+            if not self._coarse[0][1].outcome.status.ok:
+                break
+        return None
+
+    def _solve_neighbour(self, problem: GaitProblem) -> Guess | GridSolution | None:
+        """Return the solution of a neighbouring problem as a guess, or as it is if interrupted; None if it failed."""
+        start = SingleStart(problem, LinearGuess(), self._solver, silent, self._cold_solver)
+        self._all.append(start)
+        solution = solve_coarsest_grid(start)
+        if solution.outcome.status is Status.INTERRUPTED:
+            return solution
+        return FromMotion(solution.motion, problem.name) if solution.outcome.status.ok else None
+
+    def _refine_best(self, interrupt: GridSolution | None) -> list[Gait]:
+        """Return the gaits refined from the best different solutions on the coarsest grid, or the first failure."""
+        gaits = list[Gait]()
+        candidates = self._rank() or [self._coarse[0]]
+        lowest = candidates[0][1].cost
+        for position, (start, solution) in enumerate(candidates):
+            near = solution.cost - lowest <= COST_RANGE * self._scale(lowest)
+            if any(gait.status.ok for gait in gaits) and not (near and position < MOST_REFINED):
+                break
+            if interrupt is not None and solution.outcome.status.ok:
+                solution = solution.mark_stopped(interrupt.outcome)
+            gaits.append(complete_solve(start, solution))
+            if gaits[-1].status is Status.INTERRUPTED:
+                break
+        return gaits
+
+    def _rank(self) -> list[tuple[SingleStart, GridSolution]]:
+        """Return the different solutions, lowest cost first; of equal ones, that of the first start."""
+        different: list[tuple[SingleStart, GridSolution]] = []
+        for start, solution in self._coarse:
+            if solution.outcome.status.ok and not any(self._are_same(other, solution) for _, other in different):
+                different.append((start, solution))
+        return sorted(different, key=lambda entry: rank_of(entry[1].cost))
+
+    def _are_same(self, one: GridSolution, other: GridSolution) -> bool:
+        durations = [s.outcome.x[s.transcription.variables[Unknown.DURATION][0]] for s in (one, other)]
+        return is_same_solution((one.cost, other.cost), (durations[0], durations[1]), self._scale(one.cost))
+
+    def _scale(self, cost: float) -> float:
+        return max(abs(cost), NEGLIGIBLE * self._problem.objective.typical)
+
+    def _report_totals(self, gaits: list[Gait]) -> list[Gait]:
+        """Return the gaits with the iterations and the time of all starts; if interrupted, only the best one.
+
+        Its status then is that of the interrupt, also if its own solve was complete.
+        """
+        build = sum(start.build_seconds for start in self._all)
+        totals = {
+            "iterations": sum(start.iterations for start in self._all),
+            "build_seconds": build,
+            "solve_seconds": time.perf_counter() - self._began - build,
+        }
+        solved = [gait for gait in gaits if gait.status.ok]
+        if gaits[-1].status is Status.INTERRUPTED and solved:
+            best = min(solved, key=lambda gait: rank_of(gait.solver.objective))
+            message = f"{gaits[-1].solver.message}; another start was solved before"
+            gaits = [best.with_failure(Status.INTERRUPTED, message)]
+        return [gait.replace_fields(solver=gait.solver.replace_fields(**totals)) for gait in gaits]
 
 
 def is_same_solution(costs: tuple[float, float], durations: tuple[Array, Array], scale: float) -> bool:
@@ -116,23 +201,3 @@ def is_same_solution(costs: tuple[float, float], durations: tuple[Array, Array],
         return difference < EQUAL_COST
     one, other = durations
     return bool(np.max(np.abs(other - one)) < SAME_DURATION * one.sum())
-
-
-def _scale(problem: GaitProblem, cost: float) -> float:
-    return max(abs(cost), NEGLIGIBLE * problem.objective.typical)
-
-
-def _report_totals(gaits: list[Gait], starts: list[SingleStart], began: float) -> list[Gait]:
-    """Return the gaits with the iterations and the time of all starts; if interrupted, only the best one.
-
-    Its status then is that of the interrupt, also if its own solve was complete.
-    """
-    iterations, build = sum(start.iterations for start in starts), sum(start.build_seconds for start in starts)
-    seconds = time.perf_counter() - began - build
-    interrupted = gaits[-1].status is Status.INTERRUPTED
-    solved = [gait for gait in gaits if gait.status.ok]
-    if interrupted and solved:
-        best = min(solved, key=lambda gait: rank_of(gait.solver.objective))
-        gaits = [best.with_failure(Status.INTERRUPTED, f"{gaits[-1].solver.message}; another start was solved before")]
-    totals = {"iterations": iterations, "build_seconds": build, "solve_seconds": seconds}
-    return [gait.replace_fields(solver=gait.solver.replace_fields(**totals)) for gait in gaits]
