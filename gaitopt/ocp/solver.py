@@ -12,7 +12,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations
 from gaitopt.ocp.solution.single_start import solve_from_start
-from gaitopt.ocp.solution.start_selection import list_starts, solve_from_starts
+from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import SolveObserver, silent
@@ -94,8 +94,8 @@ def solve(
         gaits, conclusions = _solve_first(problem, coarse_starts, solver, observer)
         if any(gait.solver.conflicts for gait in conclusions):
             return conclusions[0]
-        if any(gait.status.ok for gait in gaits):
-            return _best(gaits)
+        if any(gait.status.ok or gait.status is Status.INTERRUPTED for gait in (*gaits, *conclusions)):
+            return _best([*gaits, *conclusions])
     while not _is_finished(gaits, conclusions, starts or 1):
         gaits.append(solve_once(problem, _start(problem, len(gaits)), solver, observer))
     return _best([*gaits, *conclusions])
@@ -106,14 +106,16 @@ def _solve_first(
 ) -> tuple[list[Gait], list[Gait]]:
     """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
-    limited = limit_iterations(solver)
-    gaits = solve_from_starts(problem, list_starts(problem, starts), solver, observer, limited)
+    limited, listed = limit_iterations(solver), list_starts(problem, starts)
+    gaits = solve_from_starts(problem, listed, solver, observer, limited)
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
     conclusion = conclude_failure(problem, first, guesses, solver, observer)
     if conclusion is not first:
-        return [first], [conclusion]
+        others = listed[1:] if conclusion.status.ok else []
+        more = solve_from_starts(problem, others, solver, observer, limited) if others else []
+        return [first], keep_interrupt([conclusion, *more])
     return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
 
 

@@ -1,0 +1,139 @@
+"""Starts on the coarsest grid: which are solved, which are refined, and what an interrupt leaves of them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from gaitopt import Limits, LinearGuess, Newton, RandomPerturbation, Status, solve
+from gaitopt.ocp.solution import start_selection
+from gaitopt.ocp.solution.infeasibility import limit_iterations
+from gaitopt.ocp.solution.start_selection import is_same_solution, list_starts, solve_from_starts
+from gaitopt.progress import silent
+from tests.benchmarks.random_problems import draw_problem
+from tests.ocp.test_single_start import iterations
+
+SLIP = "slip+ stick | slip+"
+
+
+def stop_in_run(number, iteration=2):
+    """Return an observer that interrupts one run of the solver, counted from 1, and the list of the seen iterations."""
+    seen = []
+
+    def observe(step):
+        seen.append(step)
+        if len(iterations(seen)) == number and step.number == iteration:
+            raise KeyboardInterrupt
+
+    return observe, seen
+
+
+@pytest.mark.parametrize(
+    ("number", "guess"),
+    [
+        (12, "line with a delayed swing"),  # a line leads to a swing leg that waits in front of the walker
+        (31, "the sticking gait of least squared torques"),
+    ],
+)
+def test_a_better_optimum_than_that_of_a_line_is_the_default(number, guess):
+    problem = draw_problem(number)
+    line, default = solve(problem, starts=1), solve(problem)
+    assert line.status is default.status is Status.SOLVED
+    assert line.problem["guess"] == "line"
+    assert default.problem["guess"] == guess
+    assert default.solver.objective < 0.995 * line.solver.objective
+
+
+def test_two_default_solves_agree_to_the_last_bit():
+    one, other = solve(draw_problem(31)), solve(draw_problem(31))
+    for name, table in one.solution.unknowns.items():
+        np.testing.assert_array_equal(table.values, other.solution.unknowns[name].values)
+
+
+def test_of_equal_solutions_the_first_start_is_kept(reference_problem):
+    problem = reference_problem(sequence=SLIP)
+    line, default = solve(problem, starts=1), solve(problem)
+    assert default.problem["guess"] == "line"
+    assert default.solver.objective == line.solver.objective
+
+
+def test_the_report_counts_the_iterations_of_all_starts(reference_problem):
+    seen = []
+    gait = solve(reference_problem(sequence=SLIP), observer=seen.append)
+    neighbour = gait.solver.iterations - sum(iterations(seen))  # it is solved without the observer
+    assert 3 <= neighbour <= 30
+    assert solve(reference_problem(sequence=SLIP), starts=1).solver.iterations < gait.solver.iterations
+
+
+def test_an_interrupt_on_the_coarsest_grid_keeps_an_earlier_start(reference_problem):
+    observe, seen = stop_in_run(2)
+    gait = solve(reference_problem(sequence=SLIP), observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert "the result is the solution before this refinement" in gait.solver.message
+    assert gait.problem["guess"] == "line"
+    assert gait.problem["intervals"] == [5, 10]
+    assert gait.solver.constraint_violation <= 1e-6
+    assert len(iterations(seen)) == 2
+
+
+def test_an_interrupt_of_a_second_refinement_is_reported_with_the_first_gait(monkeypatch):
+    monkeypatch.setattr(start_selection, "COST_RANGE", 0.05)
+    problem, runs = draw_problem(12), []
+    gaits = run_starts(problem, runs.append)
+    assert len(gaits) == 2
+    observe, _ = stop_in_run(len(iterations(runs)))
+    (gait,) = run_starts(problem, observe)
+    assert gait.status is Status.INTERRUPTED
+    assert gait.solver.objective == gaits[0].solver.objective
+    assert "the result is the gait of another start" in gait.solver.message
+    assert solve(problem, observer=stop_in_run(len(iterations(runs)))[0]).status is Status.INTERRUPTED
+
+
+def run_starts(problem, observer=silent):
+    """Return the gaits of the three default starts."""
+    return solve_from_starts(problem, list_starts(problem, 3), Newton(), observer, limit_iterations(Newton()))
+
+
+def test_if_the_first_start_fails_no_other_is_solved(reference_problem):
+    seen = []
+    problem = reference_problem(sequence=SLIP, limits=Limits(torque=0.05))
+    (failure,) = run_starts(problem, seen.append)
+    assert not failure.status.ok
+    assert failure.problem["guess"] == "line"
+    assert len(iterations(seen)) == 1
+
+
+def test_a_neighbour_without_a_solution_is_omitted(reference_problem):
+    problem = reference_problem(sequence=SLIP)
+    impossible = problem.replace(sequence="stick | stick", limits=Limits(torque=1e-3))
+    starts = [LinearGuess(), impossible]
+    (gait,) = solve_from_starts(problem, starts, Newton(), silent, limit_iterations(Newton()))
+    assert gait.status is Status.SOLVED
+    assert gait.problem["guess"] == "line"
+
+
+def test_the_default_starts_have_a_fixed_order(reference_problem):
+    labels = [getattr(start, "name", None) or start.describe() for start in list_starts(reference_problem(), 5)]
+    assert labels == [
+        "line",
+        "line with a delayed swing",
+        "the sticking gait of least squared torques",
+        "randomly perturbed line, seed 1",
+        "randomly perturbed line, seed 2",
+    ]
+    smooth = list_starts(reference_problem(objective="torque_squared"), 3)  # it is its own neighbour
+    assert smooth[2] == RandomPerturbation(1)
+    assert math.isinf(list_starts(reference_problem(), 3)[2].friction)
+
+
+@pytest.mark.parametrize(
+    ("costs", "durations", "same"),
+    [
+        ((1.0, 1.0 + 1e-7), ([0.1, 0.6], [0.2, 0.5]), True),
+        ((1.0, 1.0 + 5e-5), ([0.1, 0.6], [0.1, 0.6]), True),
+        ((1.0, 1.0 + 5e-5), ([0.1, 0.6], [0.2, 0.5]), False),
+        ((1.0, 1.001), ([0.1, 0.6], [0.1, 0.6]), False),
+    ],
+)
+def test_solutions_are_the_same_by_cost_and_durations(costs, durations, same):
+    assert is_same_solution(costs, tuple(map(np.array, durations)), 1.0) is same
