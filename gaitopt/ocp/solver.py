@@ -19,9 +19,6 @@ from gaitopt.progress import SolveObserver, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
-DEFAULT_STARTS = 3
-"""Number of starts of a problem without a guess."""
-
 RETRIES = 3
 """Number of further starts that are tried if none has converged."""
 
@@ -49,9 +46,11 @@ def solve(
     ----------
     problem : GaitProblem
     starts : int, optional
-        Number of starts; the gait of lowest objective is returned.  They are in this order: the guess of the problem
-        or a straight line from pose to pose, a line with a delayed swing, the sticking gait of least squared torques,
-        and random perturbations with fixed seeds.  By default 3; 1 if the problem has a guess or an open sequence.
+        Number of starts; the gait of lowest objective is returned.  By default a problem with a guess or an open
+        sequence has this one start; others have two or three: the gait of least squared torques (a line from pose to
+        pose if the objective is smooth), that of the sequence ``"stick | stick"`` if the foot slips, and a line with a
+        delayed swing.  With 1, the start is the guess of the problem or a line; further starts are the line and random
+        perturbations with fixed seeds.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional
@@ -90,8 +89,7 @@ def solve(
     gaits: list[Gait] = []
     conclusions: list[Gait] = []
     if not problem.sequence.is_open:
-        coarse_starts = starts or (DEFAULT_STARTS if problem.guess is None else 1)
-        gaits, conclusions = _solve_first(problem, coarse_starts, solver, observer)
+        gaits, conclusions = _solve_first(problem, starts, solver, observer)
         if any(gait.solver.conflicts for gait in conclusions):
             return conclusions[0]
         if any(gait.status.ok or gait.status is Status.INTERRUPTED for gait in (*gaits, *conclusions)):
@@ -102,10 +100,10 @@ def solve(
 
 
 def _solve_first(
-    problem: GaitProblem, starts: int, solver: NlpSolver, observer: SolveObserver
+    problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver
 ) -> tuple[list[Gait], list[Gait]]:
     """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
-    guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
+    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
     limited, listed = limit_iterations(solver), list_starts(problem, starts)
     gaits = solve_from_starts(problem, listed, solver, observer, limited)
     first = gaits[0]

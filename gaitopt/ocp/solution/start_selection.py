@@ -14,6 +14,7 @@ from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
+from gaitopt.ocp.solution.infeasibility import limit_iterations
 from gaitopt.ocp.solution.mesh_refinement import NEGLIGIBLE, solve_coarsest_grid
 from gaitopt.ocp.solution.single_start import complete_solve
 from gaitopt.ocp.statement.criteria import TorqueSquared
@@ -28,6 +29,9 @@ COST_RANGE, MOST_REFINED = 0.005, 2
 differ.  In 29 random problems with several local optima, the lowest cost on the coarsest grid led to the lowest cost
 on the grid of 40 intervals within 0.01 % or to a failure, after which the next solution is refined."""
 
+NEIGHBOUR_ITERATIONS = 30
+"""Largest number of iterations of a neighbouring problem; of 180 that are feasible each needed at most 17."""
+
 SAME_COST, EQUAL_COST, SAME_DURATION = 1e-4, 1e-6, 1e-3
 """Relative differences of cost: below the first, solutions with phase durations that differ by less than the third, in
 units of the period, are the same; below the second, all are."""
@@ -35,28 +39,45 @@ units of the period, are the same; below the second, all are."""
 STICKING = ContactSequence.parse("stick | stick")
 
 
-def list_starts(problem: GaitProblem, count: int) -> list[Guess | GaitProblem]:
-    """Return the first starts of a problem: guesses, and a neighbouring problem whose solution is a guess.
+def list_starts(problem: GaitProblem, count: int | None = None) -> list[Guess | GaitProblem]:
+    """Return the starts of a problem: guesses, and neighbouring problems whose solutions are guesses.
 
-    They are the guess of the problem or a line, a delayed swing, the sticking gait of least squared torques, and
-    random perturbations of the line with fixed seeds.
+    By default, a problem with a guess has this one start.  Otherwise, the starts are the gait of least squared torques,
+    that of the sticking sequence if the foot slips, and a delayed swing; a line replaces the gaits if the objective is
+    smooth.  One start is the guess of the problem or a line.  Further starts are a line and its random perturbations
+    with fixed seeds.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+    count : int, optional
     """
-    starts: list[Guess | GaitProblem] = [problem.guess or LinearGuess(), DelayedSwing()]
-    if problem.sequence != STICKING or not problem.objective.smooth:
-        starts.append(_neighbour(problem))
-    return [*starts, *map(RandomPerturbation, range(1, count))][:count]
+    if count == 1 or (count is None and problem.guess is not None):
+        return [problem.guess or LinearGuess()]
+    starts: list[Guess | GaitProblem] = [] if problem.guess is None else [problem.guess]
+    smooth = problem.objective.smooth
+    if smooth:
+        starts.append(LinearGuess())
+    else:
+        starts += [_minimise_torques(problem, s) for s in dict.fromkeys((problem.sequence, STICKING))]
+    starts.append(DelayedSwing())
+    if count is None:
+        return starts
+    return [*starts, *([] if smooth else [LinearGuess()]), *map(RandomPerturbation, range(1, count))][:count]
 
 
-def _neighbour(problem: GaitProblem) -> GaitProblem:
-    """Return the problem of the sticking gait of least squared torques, on the coarsest grid of a problem."""
+def _minimise_torques(problem: GaitProblem, sequence: ContactSequence) -> GaitProblem:
+    """Return the problem of least squared torques with a contact sequence, on the coarsest grid of a problem."""
     coarsest = problem.transcription.list_grids(problem.sequence)[0]
+    counts = coarsest.intervals_for(problem.sequence)
     return problem.replace(
-        sequence=STICKING,
+        sequence=sequence,
         objective=TorqueSquared(),
-        friction=math.inf,
         guess=None,
-        transcription=evolve(coarsest, intervals=max(coarsest.intervals_for(problem.sequence)), tolerance=math.inf),
-        name="the sticking gait of least squared torques",
+        transcription=evolve(
+            coarsest, intervals=counts if sequence == problem.sequence else max(counts), tolerance=math.inf
+        ),
+        name=f"a gait of least squared torques, '{sequence}'",
     )
 
 
@@ -117,9 +138,9 @@ class _Starts:
             guess = self._solve_neighbour(start) if isinstance(start, GaitProblem) else start
             if isinstance(guess, GridSolution):
                 return guess
-            if guess is None:
+            if guess is None and self._coarse:
                 continue
-            single = self._start(guess)
+            single = self._start(guess or LinearGuess())
             solution = solve_coarsest_grid(single)
             self._coarse.append((single, solution))
             if solution.outcome.status is Status.INTERRUPTED:
@@ -130,7 +151,8 @@ class _Starts:
 
     def _solve_neighbour(self, problem: GaitProblem) -> Guess | GridSolution | None:
         """Return the solution of a neighbouring problem as a guess, or as it is if interrupted; None if it failed."""
-        start = SingleStart(problem, LinearGuess(), self._solver, silent, self._cold_solver)
+        limited = limit_iterations(self._cold_solver, NEIGHBOUR_ITERATIONS)
+        start = SingleStart(problem, LinearGuess(), self._solver, silent, limited)
         self._all.append(start)
         solution = solve_coarsest_grid(start)
         if solution.outcome.status is Status.INTERRUPTED:
