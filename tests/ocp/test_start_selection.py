@@ -1,11 +1,9 @@
 """Starts on the coarsest grid: which are solved, which are refined, and what an interrupt leaves of them."""
 
-import math
-
 import numpy as np
 import pytest
 
-from gaitopt import Limits, LinearGuess, Newton, RandomPerturbation, Status, solve
+from gaitopt import Collocation, GaitProblem, Limits, LinearGuess, Newton, RandomPerturbation, Status, solve
 from gaitopt.ocp.solution import start_selection
 from gaitopt.ocp.solution.infeasibility import limit_iterations
 from gaitopt.ocp.solution.start_selection import is_same_solution, list_starts, solve_from_starts
@@ -13,7 +11,7 @@ from gaitopt.progress import silent
 from tests.benchmarks.random_problems import draw_problem
 from tests.ocp.test_single_start import iterations
 
-SLIP = "slip+ stick | slip+"
+SLIP, STARTS = "slip+ stick | slip+", 3
 
 
 def stop_in_run(number, iteration=2):
@@ -32,7 +30,7 @@ def stop_in_run(number, iteration=2):
     ("number", "guess"),
     [
         (12, "line with a delayed swing"),  # a line leads to a swing leg that waits in front of the walker
-        (31, "the sticking gait of least squared torques"),
+        (31, "a gait of least squared torques, 'stick | stick'"),
     ],
 )
 def test_a_better_optimum_than_that_of_a_line_is_the_default(number, guess):
@@ -53,15 +51,15 @@ def test_two_default_solves_agree_to_the_last_bit():
 def test_of_equal_solutions_the_first_start_is_kept(reference_problem):
     problem = reference_problem(sequence=SLIP)
     line, default = solve(problem, starts=1), solve(problem)
-    assert default.problem["guess"] == "line"
-    assert default.solver.objective == line.solver.objective
+    assert default.problem["guess"] == f"a gait of least squared torques, '{SLIP}'"
+    assert default.solver.objective == pytest.approx(line.solver.objective, rel=1e-6)
 
 
 def test_the_report_counts_the_iterations_of_all_starts(reference_problem):
     seen = []
     gait = solve(reference_problem(sequence=SLIP), observer=seen.append)
-    neighbour = gait.solver.iterations - sum(iterations(seen))  # it is solved without the observer
-    assert 3 <= neighbour <= 30
+    neighbours = gait.solver.iterations - sum(iterations(seen))  # they are solved without the observer
+    assert 6 <= neighbours <= 60
     assert solve(reference_problem(sequence=SLIP), starts=1).solver.iterations < gait.solver.iterations
 
 
@@ -70,7 +68,7 @@ def test_an_interrupt_on_the_coarsest_grid_keeps_an_earlier_start(reference_prob
     gait = solve(reference_problem(sequence=SLIP), observer=observe)
     assert gait.status is Status.INTERRUPTED
     assert "the result is the solution before this refinement" in gait.solver.message
-    assert gait.problem["guess"] == "line"
+    assert gait.problem["guess"] == f"a gait of least squared torques, '{SLIP}'"
     assert gait.problem["intervals"] == [5, 10]
     assert gait.solver.constraint_violation <= 1e-6
     assert len(iterations(seen)) == 2
@@ -86,12 +84,12 @@ def test_an_interrupt_of_a_second_refinement_is_reported_with_the_first_gait(mon
     assert gait.status is Status.INTERRUPTED
     assert gait.solver.objective == gaits[0].solver.objective
     assert "the result is the gait of another start" in gait.solver.message
-    assert solve(problem, observer=stop_in_run(len(iterations(runs)))[0]).status is Status.INTERRUPTED
+    assert solve(problem, starts=STARTS, observer=stop_in_run(len(iterations(runs)))[0]).status is Status.INTERRUPTED
 
 
 def run_starts(problem, observer=silent):
-    """Return the gaits of the three default starts."""
-    return solve_from_starts(problem, list_starts(problem, 3), Newton(), observer, limit_iterations(Newton()))
+    """Return the gaits of some starts."""
+    return solve_from_starts(problem, list_starts(problem, STARTS), Newton(), observer, limit_iterations(Newton()))
 
 
 def test_if_the_first_start_fails_no_other_is_solved(reference_problem):
@@ -112,18 +110,32 @@ def test_a_neighbour_without_a_solution_is_omitted(reference_problem):
     assert gait.problem["guess"] == "line"
 
 
-def test_the_default_starts_have_a_fixed_order(reference_problem):
-    labels = [getattr(start, "name", None) or start.describe() for start in list_starts(reference_problem(), 5)]
-    assert labels == [
-        "line",
-        "line with a delayed swing",
-        "the sticking gait of least squared torques",
-        "randomly perturbed line, seed 1",
-        "randomly perturbed line, seed 2",
-    ]
-    smooth = list_starts(reference_problem(objective="torque_squared"), 3)  # it is its own neighbour
-    assert smooth[2] == RandomPerturbation(1)
-    assert math.isinf(list_starts(reference_problem(), 3)[2].friction)
+def labels(problem, count=None):
+    """Return the guesses and the names of the neighbouring problems in the starts of a problem."""
+    starts = list_starts(problem, count)
+    return [start.name if isinstance(start, GaitProblem) else start.describe() for start in starts]
+
+
+def test_the_starts_have_a_fixed_order(reference_problem):
+    torques, delayed = "a gait of least squared torques, ", "line with a delayed swing"
+    assert labels(reference_problem()) == [f"{torques}'stick | stick'", delayed]
+    assert labels(reference_problem(sequence=SLIP)) == [f"{torques}'{SLIP}'", f"{torques}'stick | stick'", delayed]
+    assert labels(reference_problem(objective="torque_squared")) == ["line", delayed]
+    assert labels(reference_problem(), 1) == ["line"]
+    further = ["line", "randomly perturbed line, seed 1", "randomly perturbed line, seed 2"]
+    assert labels(reference_problem(), 5) == [f"{torques}'stick | stick'", delayed, *further]
+    guess = RandomPerturbation(7)
+    assert labels(reference_problem(guess=guess)) == [guess.describe()]
+    assert labels(reference_problem(guess=guess), 2) == [guess.describe(), f"{torques}'stick | stick'"]
+
+
+@pytest.mark.parametrize("intervals", [(7, 30), 40])
+def test_a_neighbouring_problem_has_the_coarsest_grid(reference_problem, intervals):
+    problem = reference_problem(sequence=SLIP, transcription=Collocation(intervals=intervals))
+    same, sticking, _ = list_starts(problem)
+    assert same.transcription.intervals_for(same.sequence) == (5, 10)
+    assert sticking.transcription.intervals_for(sticking.sequence) == (10,)
+    assert same.limits == sticking.limits == problem.limits
 
 
 @pytest.mark.parametrize(
