@@ -55,8 +55,8 @@ def solve(
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional
     observer : SolveObserver
-        Receives an :class:`gaitopt.progress.Iteration` per iteration, and a
-        :class:`gaitopt.progress.HomotopyIteration` per relaxed problem.
+        Receives an :class:`gaitopt.progress.Iteration` per iteration, those with another objective included (starts of
+        least squared torques, feasible motions), and a :class:`gaitopt.progress.HomotopyIteration` per relaxed problem.
 
     Returns
     -------

@@ -179,12 +179,12 @@ class _Search:
         return gait.with_failure(Status.FAILED, message)
 
 
-def limit_iterations(solver: NlpSolver, most: int = COLD_START_ITERATIONS) -> NlpSolver:
-    """Return a solver with at most `most` iterations; a custom solver is returned unchanged."""
+def limit_iterations(solver: NlpSolver) -> NlpSolver:
+    """Return a solver with at most `COLD_START_ITERATIONS` iterations; a custom solver is returned unchanged."""
     if isinstance(solver, Newton):
-        return evolve(solver, fallback=_limit_ipopt(solver.fallback, most))
-    return _limit_ipopt(solver, most) if isinstance(solver, Ipopt) else solver
+        return evolve(solver, fallback=_limit_ipopt(solver.fallback))
+    return _limit_ipopt(solver) if isinstance(solver, Ipopt) else solver
 
 
-def _limit_ipopt(solver: Ipopt, most: int) -> Ipopt:
-    return evolve(solver, max_iterations=min(solver.max_iterations, most))
+def _limit_ipopt(solver: Ipopt) -> Ipopt:
+    return evolve(solver, max_iterations=min(solver.max_iterations, COLD_START_ITERATIONS))

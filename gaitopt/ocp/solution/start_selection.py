@@ -10,11 +10,12 @@ from attrs import evolve
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.active_set import Newton
+from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
-from gaitopt.ocp.solution.infeasibility import limit_iterations
 from gaitopt.ocp.solution.mesh_refinement import NEGLIGIBLE, solve_coarsest_grid
 from gaitopt.ocp.solution.single_start import complete_solve
 from gaitopt.ocp.statement.criteria import TorqueSquared
@@ -29,8 +30,8 @@ COST_RANGE, MOST_REFINED = 0.005, 2
 differ.  In 29 random problems with several local optima, the lowest cost on the coarsest grid led to the lowest cost
 on the grid of 40 intervals within 0.01 % or to a failure, after which the next solution is refined."""
 
-NEIGHBOUR_ITERATIONS = 30
-"""Largest number of iterations of a neighbouring problem; of 180 that are feasible each needed at most 17."""
+NEIGHBOUR_TOLERANCE, NEIGHBOUR_ITERATIONS = 1e-5, 30
+"""Tolerance and largest number of iterations of a neighbouring problem; of 180 feasible ones each needed at most 17."""
 
 SAME_COST, EQUAL_COST, SAME_DURATION = 1e-4, 1e-6, 1e-3
 """Relative differences of cost: below the first, solutions with phase durations that differ by less than the third, in
@@ -81,6 +82,15 @@ def _minimise_torques(problem: GaitProblem, sequence: ContactSequence) -> GaitPr
     )
 
 
+def _neighbour_solver(solver: NlpSolver) -> NlpSolver:
+    """Return a solver of a neighbouring problem: few iterations, and no further accuracy than a guess needs."""
+    ipopt = solver.fallback if isinstance(solver, Newton) else solver
+    if not isinstance(ipopt, Ipopt):
+        return solver
+    tolerance = max(ipopt.tolerance, NEIGHBOUR_TOLERANCE)
+    return evolve(ipopt, tolerance=tolerance, max_iterations=min(ipopt.max_iterations, NEIGHBOUR_ITERATIONS))
+
+
 def solve_from_starts(
     problem: GaitProblem,
     starts: Sequence[Guess | GaitProblem],
@@ -121,8 +131,16 @@ class _Starts:
             gaits.append(complete_solve(self._start(first)))
             starts = starts[1:] if gaits[0].status.ok else []
         interrupt = self._solve_coarsest_grids(starts)
-        gaits += self._refine_best(interrupt) if self._coarse else []
+        if self._coarse:
+            gaits += self._refine_best(interrupt)
+        elif interrupt is not None:
+            gaits.append(self._interrupt_before_first_start(interrupt))
         return self._report_totals(gaits)
+
+    def _interrupt_before_first_start(self, interrupt: GridSolution) -> Gait:
+        """Return the line as a gait, if a neighbouring problem was interrupted before the first start."""
+        gait = complete_solve(SingleStart(self._problem, LinearGuess(), Ipopt(max_iterations=0), silent))
+        return gait.with_failure(Status.INTERRUPTED, interrupt.outcome.message.partition(";")[0])
 
     def _needs_coarse_grids(self, guess: Guess) -> bool:
         """Return whether the problem is solved on coarse grids first: unless the guess is accurate or a solution."""
@@ -151,8 +169,8 @@ class _Starts:
 
     def _solve_neighbour(self, problem: GaitProblem) -> Guess | GridSolution | None:
         """Return the solution of a neighbouring problem as a guess, or as it is if interrupted; None if it failed."""
-        limited = limit_iterations(self._cold_solver, NEIGHBOUR_ITERATIONS)
-        start = SingleStart(problem, LinearGuess(), self._solver, silent, limited)
+        solver = _neighbour_solver(self._cold_solver)
+        start = SingleStart(problem, LinearGuess(), solver, self._observer)
         self._all.append(start)
         solution = solve_coarsest_grid(start)
         if solution.outcome.status is Status.INTERRUPTED:
