@@ -46,10 +46,10 @@ def solve(
     ----------
     problem : GaitProblem
     starts : int, optional
-        Number of starts; the gait of lowest objective is returned.  By default a problem with a guess or an open
-        sequence has this one start; others have two or three: the gait of least squared torques (a line from pose to
-        pose if the objective is smooth), that of the sequence ``"stick | stick"`` if the foot slips, and a line with a
-        delayed swing.  With 1, the start is the guess of the problem or a line; further starts are the line and random
+        Number of starts; the gait of lowest objective is returned.  By default, problems with a guess, a smooth
+        objective or an open sequence have one start: the guess or a line from pose to pose.  Others have two or three:
+        the gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and a line with
+        a delayed swing.  With 1, the start is the guess or the line; further starts are the line and random
         perturbations with fixed seeds.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.

@@ -126,7 +126,8 @@ def test_the_starts_have_a_fixed_order(reference_problem):
     torques, delayed = "a gait of least squared torques, ", "line with a delayed swing"
     assert labels(reference_problem()) == [f"{torques}'stick | stick'", delayed]
     assert labels(reference_problem(sequence=SLIP)) == [f"{torques}'{SLIP}'", f"{torques}'stick | stick'", delayed]
-    assert labels(reference_problem(objective="torque_squared")) == ["line", delayed]
+    assert labels(reference_problem(objective="torque_squared")) == ["line"]
+    assert labels(reference_problem(objective="torque_squared"), 2) == ["line", delayed]
     assert labels(reference_problem(), 1) == ["line"]
     further = ["line", "randomly perturbed line, seed 1", "randomly perturbed line, seed 2"]
     assert labels(reference_problem(), 5) == [f"{torques}'stick | stick'", delayed, *further]

@@ -43,20 +43,20 @@ STICKING = ContactSequence.parse("stick | stick")
 def list_starts(problem: GaitProblem, count: int | None = None) -> list[Guess | GaitProblem]:
     """Return the starts of a problem: guesses, and neighbouring problems whose solutions are guesses.
 
-    By default, a problem with a guess has this one start.  Otherwise, the starts are the gait of least squared torques,
-    that of the sticking sequence if the foot slips, and a delayed swing; a line replaces the gaits if the objective is
-    smooth.  One start is the guess of the problem or a line.  Further starts are a line and its random perturbations
-    with fixed seeds.
+    By default, a problem with a guess has this one start, one with a smooth objective a line.  Otherwise, the starts
+    are the gait of least squared torques, that of the sticking sequence if the foot slips, and a delayed swing.  One
+    start is the guess of the problem or a line.  Further starts are a line and its random perturbations with fixed
+    seeds.
 
     Parameters
     ----------
     problem : GaitProblem
     count : int, optional
     """
-    if count == 1 or (count is None and problem.guess is not None):
+    smooth = problem.objective.smooth
+    if count == 1 or (count is None and (smooth or problem.guess is not None)):
         return [problem.guess or LinearGuess()]
     starts: list[Guess | GaitProblem] = [] if problem.guess is None else [problem.guess]
-    smooth = problem.objective.smooth
     if smooth:
         starts.append(LinearGuess())
     else:
