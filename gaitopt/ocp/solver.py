@@ -12,6 +12,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
 from gaitopt.ocp.solution.single_start import solve_from_start
+from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import SolveObserver, silent
@@ -28,15 +29,16 @@ INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 def solve(
     problem: GaitProblem,
     *,
-    starts: int = 1,
+    starts: int | None = None,
     solver: NlpSolver | None = None,
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
 ) -> Gait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
-    On the default grid, nodes are placed where the torques jump, and the grid is refined until the estimated error of
-    the objective, ``gait.solver.cost_error``, is at most ``cost_tolerance`` of the transcription.
+    Several starts are solved on the coarsest grid, and the two of lowest cost that differ are refined.  On the default
+    grid, nodes are placed where the torques jump, and the grid is refined until the estimated error of the objective,
+    ``gait.solver.cost_error``, is at most ``cost_tolerance`` of the transcription.
 
     After a failure on the coarsest grid, a motion that satisfies all limits is sought near the first start and three
     others.  The problem is solved from it if there is one; otherwise it is reported as infeasible, with the
@@ -48,14 +50,18 @@ def solve(
     Parameters
     ----------
     problem : GaitProblem
-    starts : int
-        Number of starts, the first of which is the guess of the problem; the gait of lowest objective is returned.
+    starts : int, optional
+        Number of starts; the gait of lowest objective is returned.  By default, problems with a guess, a smooth
+        objective or an open sequence have one start: the guess or a line from pose to pose.  Others have two or three:
+        the gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and a line with
+        a delayed swing.  With 1, the start is the guess or the line; further starts are the line and random
+        perturbations with fixed seeds.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional
     observer : SolveObserver
-        Receives an :class:`gaitopt.progress.Iteration` per iteration, and a
-        :class:`gaitopt.progress.HomotopyIteration` per relaxed problem.
+        Receives an :class:`gaitopt.progress.Iteration` per iteration, those with another objective included (starts of
+        least squared torques, feasible motions), and a :class:`gaitopt.progress.HomotopyIteration` per relaxed problem.
 
     Returns
     -------
@@ -77,33 +83,38 @@ def solve(
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
-    check_count("starts", starts, 1, 1000)
+    check_count("starts", 1 if starts is None else starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     if isinstance(solver, Newton | Ipopt):
         solver = solver.start_clock()
     require_valid_step(problem.robot)
     if problem.sequence.is_open:
-        return _solve_open(problem, starts, solver, homotopy or Homotopy(), observer)
+        return _solve_open(problem, starts or 1, solver, homotopy or Homotopy(), observer)
     gaits, conclusions = _solve_first(problem, starts, solver, observer)
     if any(gait.solver.conflicts for gait in conclusions):
         return conclusions[0]
-    while not _is_finished(gaits, conclusions, starts):
+    if any(gait.status.ok or gait.status is Status.INTERRUPTED for gait in (*gaits, *conclusions)):
+        return _best([*gaits, *conclusions])
+    while not _is_finished(gaits, conclusions, starts or 1):
         gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer))
     return _best([*gaits, *conclusions])
 
 
 def _solve_first(
-    problem: GaitProblem, starts: int, solver: NlpSolver, observer: SolveObserver
+    problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver
 ) -> tuple[list[Gait], list[Gait]]:
-    """Return the gait of the first start, or none if it is to be repeated, and the conclusion from its failure."""
-    guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
-    limited = limit_iterations(solver)
-    first = solve_from_start(problem, guesses[0], limit_refinement(solver), observer, limited)
-    if first.status not in RETRY or first.status is Status.PLAN_INACCURATE:
-        return [first], []
+    """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
+    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
+    limited, listed = limit_iterations(solver), list_starts(problem, starts)
+    gaits = solve_from_starts(problem, listed, limit_refinement(solver), observer, limited)
+    first = gaits[0]
+    if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
+        return gaits, []
     conclusion = conclude_failure(problem, first, guesses, solver, observer)
     if conclusion is not first:
-        return [first], [conclusion]
+        others = listed[1:] if conclusion.status.ok else []
+        more = solve_from_starts(problem, others, solver, observer, limited) if others else []
+        return [first], keep_interrupt([conclusion, *more])
     return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
 
 

@@ -52,7 +52,7 @@ def test_a_solve_from_its_own_answer_agrees(reference_problem, solved):
     warm = solve(problem)
     assert warm.solver.objective == pytest.approx(cold.solver.objective, rel=1e-6)
     assert warm.problem["guess"] == "the optimum itself"
-    assert cold.problem["guess"] == "line"
+    assert cold.problem["guess"] == "a gait of least squared torques, 'stick | stick'"
 
 
 def test_a_given_guess_is_the_only_start(reference_problem, solved, monkeypatch):

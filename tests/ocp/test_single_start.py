@@ -24,7 +24,10 @@ from gaitopt import (
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh
 from gaitopt.ocp.solution.single_start import solve_from_start
+from gaitopt.ocp.solution.start_selection import solve_from_starts
+from gaitopt.ocp.statement.initial_guess import DelayedSwing
 from gaitopt.progress import silent
+from tests.benchmarks.random_problems import draw_problem
 from tests.benchmarks.test_reliability import random_problem
 
 SLIP = "slip+ stick | slip+"
@@ -93,15 +96,15 @@ def test_a_gait_of_another_sequence_is_a_start_too(reference_problem, solved):
     assert gait.solver.objective < solved(sequence=SLIP, friction=0.12).solver.objective
 
 
-def test_of_several_starts_the_cheapest_is_kept(reference_problem):
-    problem = reference_problem(sequence="slip+ stick slip- | slip+", friction=0.12, intervals=16)
-    single = [
-        solve_from_start(problem, guess, Ipopt(), silent)
-        for guess in (LinearGuess(), RandomPerturbation(1), RandomPerturbation(2))
-    ]
-    best = solve(problem, starts=3)
+def test_of_several_starts_the_cheapest_is_kept():
+    problem = draw_problem(12)
+    guesses = [LinearGuess(), DelayedSwing(), RandomPerturbation(1)]
+    costs = [solve_from_start(problem, guess, Newton(), silent).solver.objective for guess in guesses]
+    (best,) = solve_from_starts(problem, guesses, Newton(), silent, Newton())
     assert best.status is Status.SOLVED
-    assert best.solver.objective == min(gait.solver.objective for gait in single if gait.status.ok)
+    assert best.solver.objective == pytest.approx(min(costs), rel=1e-9)
+    assert min(costs) < 0.95 * costs[0]
+    assert solve(problem, starts=4).solver.objective == pytest.approx(min(costs), rel=1e-6)
 
 
 @pytest.mark.parametrize("starts", [0, 1.5, "two", True])

@@ -39,10 +39,23 @@ STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
 """Statuses after which no further solve is started."""
 
 
-def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
+def solve_coarsest_grid(start: SingleStart) -> GridSolution:
+    """Return the solution on the coarsest grid, without an early touchdown if one is found."""
+    method = start.problem.transcription.list_grids(start.problem.sequence)[0]
+    solution = start.solve_on_grid(method, None, BARRIER_SAME_PROBLEM)
+    return _exclude_early_touchdown(start, solution, _keep_mesh) if solution.outcome.status.ok else solution
+
+
+def approach_through_coarse_grids(start: SingleStart, coarsest: GridSolution | None = None) -> GridSolution:
     """Return the solution on the grid of the problem, warm-started from coarser grids.
 
     An early touchdown is excluded on the first grid whose plan has one.
+
+    Parameters
+    ----------
+    start : SingleStart
+    coarsest : GridSolution, optional
+        Result of `solve_coarsest_grid` if it is known.
     """
     problem, guess = start.problem, start.guess
     grids, warm_start, barrier = problem.transcription.list_grids(problem.sequence), None, BARRIER_SAME_PROBLEM
@@ -62,10 +75,13 @@ def approach_through_coarse_grids(start: SingleStart) -> GridSolution:
             method = choose_default_grid(start, method, warm_start)
             if coarse is not None and method is not equal:
                 move_schedule(start, coarse, method)
-        solution = start.solve_on_grid(method, warm_start, barrier)
+        if coarse is None and coarsest is not None:
+            solution = coarsest
+        else:
+            solution = start.solve_on_grid(method, warm_start, barrier)
         if solution.outcome.status in STOPPED and coarse is not None:
             return coarse.mark_stopped(solution.outcome)
-        if solution.outcome.status.ok:
+        if solution.outcome.status.ok and solution is not coarsest:
             solution = _exclude_early_touchdown(start, solution, _keep_mesh)
         if solution.outcome.status in STOPPED_EARLY:
             return solution

@@ -41,12 +41,17 @@ def solve_from_start(
     cold_solver : NlpSolver, optional
         Solver of grids without a warm start, such as `solver` with fewer iterations.
     """
-    started, start = time.perf_counter(), SingleStart(problem, guess, solver, observer, cold_solver)
-    solution, remarks = _solve_accurately(start)
+    return complete_solve(SingleStart(problem, guess, solver, observer, cold_solver))
+
+
+def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> Gait:
+    """Return the gait of a start, whose solution on the coarsest grid may be known."""
+    started, built, problem = time.perf_counter(), start.build_seconds, start.problem
+    solution, remarks = _solve_accurately(start, coarsest)
     transcription, outcome = solution.transcription, solution.outcome
     if not outcome.status.ok:
         remarks += report_poor_scaling(
-            transcription, initial_point(transcription, problem, guess), nlp_data(transcription, problem)
+            transcription, initial_point(transcription, problem, start.guess), nlp_data(transcription, problem)
         )
     unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
     # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.
@@ -62,7 +67,7 @@ def solve_from_start(
             constraint_violation=unmet[0].size if unmet else 0.0,
             error_between_nodes=Deferred(lambda: solution.drift),
             build_seconds=start.build_seconds,
-            solve_seconds=time.perf_counter() - started - start.build_seconds,
+            solve_seconds=time.perf_counter() - started - (start.build_seconds - built),
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
             warnings=Deferred(lambda: remarks + solution.warnings()),
@@ -74,9 +79,9 @@ def solve_from_start(
     )
 
 
-def _solve_accurately(start: SingleStart) -> tuple[GridSolution, tuple[str, ...]]:
+def _solve_accurately(start: SingleStart, coarsest: GridSolution | None) -> tuple[GridSolution, tuple[str, ...]]:
     """Return the solution of a start and remarks on it: on the best of the refined grids whose plan is accurate."""
-    result, failed = _refine(start, approach_through_coarse_grids(start))
+    result, failed = _refine(start, approach_through_coarse_grids(start, coarsest))
     tolerance = start.problem.transcription.largest_cost_error
     if result.outcome.status.ok and not failed and cost_error(start, result) > tolerance:
         finer, failed = _refine(start, result)  # the accurate plan has another error than the solution before it

@@ -18,6 +18,9 @@ from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
 from gaitopt.parameters import check_type, number_within, whole_number
 
+LEAD, LAG = 0.1, 0.25
+"""Sizes of the waves of a delayed swing [rad]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Sample:
@@ -198,18 +201,49 @@ class RandomPerturbation(Guess):
 
     def sample(self, setting: Setting, time: Array) -> Sample:
         """Return the line and its waves, which vanish at both ends of the step."""
-        line = LinearGuess().sample(setting, time)
         waves = np.arange(1, 4)
         generator = np.random.default_rng(self.seed)
-        size = generator.normal(0, self.amplitude / waves, (len(setting.robot.angles), waves.size))
-        phase = np.pi * waves[:, None] * time / setting.period
-        angles = line.angles + size @ np.sin(phase)
-        rates = line.rates + size @ (np.pi * waves[:, None] / setting.period * np.cos(phase))
-        return _at_rest(setting.robot, time, angles, rates)
+        return _add_waves(setting, time, generator.normal(0, self.amplitude / waves, (len(setting.robot.angles), 3)))
 
     def describe(self) -> str:
         """Return a text with the seed."""
         return f"randomly perturbed line, seed {self.seed}"
+
+
+@dataclass(frozen=True)
+class DelayedSwing(Guess):
+    """A straight line with half a wave on the angles: the first one, of the stance leg, leads, and the others lag.
+
+    For slow steps there may be two local optima: the swing leg waits in front of the walker, or behind it.
+
+    Examples
+    --------
+    >>> DelayedSwing().describe()
+    'line with a delayed swing'
+    """
+
+    def durations(self, setting: Setting) -> Array:
+        """Return typical durations."""
+        return typical_durations(setting)
+
+    def sample(self, setting: Setting, time: Array) -> Sample:
+        """Return the line and its waves, which vanish at both ends of the step."""
+        size = np.full((len(setting.robot.angles), 1), -LAG)
+        size[0] = LEAD
+        return _add_waves(setting, time, size)
+
+    def describe(self) -> str:
+        """Return ``"line with a delayed swing"``."""
+        return "line with a delayed swing"
+
+
+def _add_waves(setting: Setting, time: Array, size: Array) -> Sample:
+    """Return the line with sine waves on each angle: columns of `size` are amplitudes of 1, 2, ... half waves [rad]."""
+    line, waves = LinearGuess().sample(setting, time), np.arange(1, size.shape[1] + 1)
+    phase = np.pi * waves[:, None] * time / setting.period
+    angles = line.angles + size @ np.sin(phase)
+    rates = line.rates + size @ (np.pi * waves[:, None] / setting.period * np.cos(phase))
+    return _at_rest(setting.robot, time, angles, rates)
 
 
 def _poses(setting: Setting) -> tuple[Array, Array]:

@@ -1,0 +1,112 @@
+"""Page on the random problems: table of results and shares."""
+
+import numpy as np
+
+NEAR = 0.005
+"""Relative excess over the best known cost that counts as near."""
+
+AGREEMENT = 1e-4
+"""Relative difference of the minimised, planned and replayed cost that counts as agreement."""
+
+FACTOR, LEAST_ERROR = 3, 5e-4
+"""Factor within which an estimate is right, and the relative error below which it is not compared."""
+
+
+def compose_page(results, best):
+    """Return the page in Markdown from the results of the default solve and the best known costs."""
+    rows = sorted((int(number), row) for number, row in results["problems"].items())
+    return "\n".join(
+        [
+            "# Random problems",
+            "",
+            f"Optimal gaits of {len(rows)} seeded random problems of the compass biped, each solved with the default",
+            "options. Friction (0.1 to 0.25), speed, step length and torque limit (8 to 20 N m) vary in all problems,",
+            "masses, leg length and centre of mass in half of them. The best known cost is the lowest of 12 starts on",
+            "two coarse grids, whose best solutions are refined to 80 and 160 intervals and replayed. The excess is",
+            "the relative difference between the cost of the default solve and the best known one; it contains the",
+            "error of the grid. The estimate is the one reported by the solve.",
+            "",
+            "This page is written by `python -m tests.benchmarks.random_problems`.",
+            "",
+            summarise(results, best),
+            "",
+            "| no. | sequence | objective | status | replay | cost | best known | excess [%] | estimate [%] "
+            "| disagreement | time [s] |",
+            "|---:|---|---|---|---|---:|---:|---:|---:|---:|---:|",
+            *(compose_row(number, row, find_best(best, number, row)) for number, row in rows),
+            "",
+            f"Date {results['date']}, gaitopt {results['versions']['gaitopt']}, CasADi "
+            f"{results['versions']['casadi']}; best known costs of {best.get('date', 'unknown date')}.",
+            "",
+        ]
+    )
+
+
+def compose_row(number, row, best):
+    """Return the row of a problem."""
+    sequence = row["sequence"].replace("|", "\\|")
+    cells = [str(number), f"`{sequence}`", row["objective"].replace("_", " "), row["status"].replace("_", " ")]
+    cells += [row.get("verified", "").replace("_", " "), text(row["cost"], ".6g"), text(best, ".6g")]
+    cells += [text(percent(excess(row, best)), ".3f"), text(percent(row.get("estimate")), ".3f")]
+    cells += [text(disagreement(row), ".0e"), text(row["seconds"], ".2f")]
+    return "| " + " | ".join(cells) + " |"
+
+
+def summarise(results, best):
+    """Return the shares as a list in Markdown."""
+    rows = {int(number): row for number, row in results["problems"].items()}
+    solved = [row for row in rows.values() if row["status"] == "solved"]
+    refused = [row for row in solved if row["verified"] != "solved"]
+    feasible = {n: find_best(best, n, row) for n, row in rows.items() if find_best(best, n, row) is not None}
+    compared = [excess(rows[n], cost) for n, cost in feasible.items()]
+    near = sum(value is not None and value <= NEAR for value in compared)
+    agreeing = sum(disagreement(row) is not None and disagreement(row) <= AGREEMENT for row in solved)
+    lines = [
+        f"- solved: {len(solved)} of {len(rows)}; solved, but refused by the replay: {len(refused)}",
+        f"- within {100 * NEAR:g} % of the best known cost: {near} of {len(compared)} with a known gait",
+        f"- minimised, planned and replayed cost within {AGREEMENT:g} of each other: {agreeing} of {len(solved)}",
+    ]
+    pairs = [(row["estimate"], excess(row, feasible.get(n))) for n, row in rows.items() if row.get("estimate")]
+    pairs = [(guess, error) for guess, error in pairs if error is not None]
+    if pairs:
+        right = sum(is_right(guess, error) for guess, error in pairs)
+        lines.append(f"- estimate within a factor of {FACTOR} of the excess: {right} of {len(pairs)}")
+    seconds = np.quantile([row["processor_seconds"] - row["build_seconds"] for row in rows.values()], (0.5, 0.9))
+    lines.append(f"- processor time without building: median {seconds[0]:.2f} s, 90 % quantile {seconds[1]:.2f} s")
+    return "\n".join(lines)
+
+
+def find_best(best, number, row):
+    """Return the best known cost of a problem, that of the row included; None without a gait."""
+    known = best["problems"].get(str(number), {}).get("best")
+    costs = [cost for cost in (known, row["cost"]) if cost is not None]
+    return None if known is None else min(costs)
+
+
+def excess(row, best):
+    """Return the relative excess of a cost over the best known one; None without either."""
+    return None if best is None or row["cost"] is None else row["cost"] / best - 1
+
+
+def disagreement(row):
+    """Return the largest relative difference of the minimised, planned and replayed cost from the cost; or None."""
+    if row["cost"] is None:
+        return None
+    others = [row[name] for name in ("plan", "minimised", "replayed") if row[name] is not None]
+    return max(abs(other / row["cost"] - 1) for other in others)
+
+
+def is_right(estimate, error):
+    """Return whether an estimate is within a factor of the error, errors below the least one being equal."""
+    low, high = sorted((max(estimate, LEAST_ERROR), max(error, LEAST_ERROR)))
+    return high <= FACTOR * low
+
+
+def percent(value):
+    """Return a share in percent, or None."""
+    return None if value is None else 100 * value
+
+
+def text(value, form):
+    """Return a formatted number, or an empty text for None."""
+    return "" if value is None else format(value, form)
