@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gaitopt import (
+    Collocation,
     GaitProblem,
     InputError,
     Limits,
@@ -77,8 +78,9 @@ def test_a_slide_ends_at_the_transition(engine):
 
 
 def problem(robot, sequence):
-    limits = Limits(torque=6)
-    return GaitProblem(robot=robot, sequence=sequence, friction=0.14, speed=0.633, step_length=0.4713, limits=limits)
+    targets = {"friction": 0.14, "speed": 0.633, "step_length": 0.4713}
+    method = Collocation(intervals=40)
+    return GaitProblem(robot=robot, sequence=sequence, limits=Limits(torque=6), transcription=method, **targets)
 
 
 @pytest.fixture(scope="module")
