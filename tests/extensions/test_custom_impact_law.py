@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, Limits, compass_biped, find_cycles, solve, verify
+from gaitopt import Collocation, GaitProblem, Limits, compass_biped, find_cycles, solve, verify
 from gaitopt.model import ContactModel, ImpactLaw, PlasticFrictional, solve_impact
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.return_map import ReturnMap
@@ -41,7 +41,13 @@ def vector(friction):
 
 def problem(sequence):
     return GaitProblem(
-        robot=ROBOT, sequence=sequence, friction=0.2, speed=0.633, step_length=0.4713, limits=Limits(torque=6)
+        robot=ROBOT,
+        sequence=sequence,
+        friction=0.2,
+        speed=0.633,
+        step_length=0.4713,
+        limits=Limits(torque=6),
+        transcription=Collocation(intervals=40),  # one grid for the open and the closed sequence
     )
 
 

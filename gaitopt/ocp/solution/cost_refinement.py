@@ -14,7 +14,7 @@ from gaitopt.ocp.transcription.method import Method
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
-GROWTH = (1, 2, 4)
+GROWTH = (1, 1.6, 2.5)
 """Total number of intervals of each refinement, relative to the first grid."""
 
 NEGLIGIBLE = 1e-6
@@ -61,7 +61,7 @@ def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[Gr
         if ramps is None:
             break
         known = solution_of(solution.transcription, solution.outcome)
-        counts = known.intervals if growth == 1 else allot_intervals(ramps, growth * total)
+        counts = known.intervals if growth == 1 else allot_intervals(ramps, round(growth * total))
         method = solution.method.replace_grid(counts, distribute_nodes(ramps, counts))
         schedule = start.schedule
         move_schedule(start, solution, method)

@@ -55,14 +55,24 @@ class TorqueRamps:
         height = self.lengths * np.minimum(np.hstack([free, corners]), np.hstack([corners, free]))
         return np.minimum(height, 2 * np.abs(self.torque).max(initial=0.0)).sum(axis=0)
 
+    def errors(self) -> Array:
+        """Return the contributions of the ramps to the error of the objective, up to a factor, shape (n,) [N m s^2].
+
+        They are the jumps times the squares of the lengths, relative to the share of the phase in the step: the shorter
+        a phase, such as a slip, the larger the effect of its torques.
+        """
+        durations = np.array([lengths.sum() for lengths in self._split(self.lengths)])
+        weights = np.repeat(durations.sum() / durations, [at.size - 1 for at in self.nodes])
+        return self.jumps() * self.lengths**2 * weights
+
     @property
     def variation(self) -> float:
-        """Sum of the jumps times the squares of the lengths of their ramps [N m s^2]."""
-        return float(self.jumps() @ self.lengths**2)
+        """Sum of the contributions of all ramps to the error of the objective, up to a factor [N m s^2]."""
+        return float(self.errors().sum())
 
     def amounts(self) -> list[Array]:
         """Return the amount of intervals that each interval is to be divided into, in total 1, phase by phase."""
-        parts, time = np.cbrt(self.jumps() * self.lengths**2), self.lengths / self.lengths.sum()
+        parts, time = np.cbrt(self.errors()), self.lengths / self.lengths.sum()
         shares = parts / parts.sum() if parts.sum() > 0 else time
         return self._split(JUMPS * shares + (1 - JUMPS) * time)
 
