@@ -17,6 +17,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure
 from gaitopt.ocp.solution.passive_gait import passive_cycle
 from gaitopt.ocp.solution.single_start import solve_from_start as solve_from
+from gaitopt.ocp.solution.start_selection import is_same_solution
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
 from gaitopt.ocp.transcription.method import Method
@@ -46,10 +47,6 @@ START_SLOPE = math.radians(1)
 COST_RANGE, MAX_CANDIDATES = 0.02, 2
 """Coarse solutions are solved on the fine grid if they exceed the lowest cost by at most this, relatively, and at most
 this many that differ."""
-
-SAME_COST, EQUAL_COST = 1e-4, 1e-6
-"""Relative differences of cost: below the first, solutions with equal phase durations are the same; below the second,
-all are."""
 
 
 def solve_start(problem: GaitProblem, start: Gait | Guess, solver: Newton = FINE_SOLVER) -> Gait:
@@ -168,11 +165,8 @@ def _rank(gait: Gait) -> tuple[float, float]:
 
 
 def _same_solution(one: Gait, other: Gait) -> bool:
-    difference = abs(objective(one) - objective(other)) / abs(objective(one))
-    if difference > SAME_COST or difference < EQUAL_COST:
-        return difference < EQUAL_COST
-    durations = np.array([[segment.duration for segment in gait.motion.segments] for gait in (one, other)])
-    return bool(np.ptp(durations, axis=0).max() < 1e-3 * one.period)
+    durations = [np.array([segment.duration for segment in gait.motion.segments]) for gait in (one, other)]
+    return is_same_solution((objective(one), objective(other)), (durations[0], durations[1]), abs(objective(one)))
 
 
 def coarsen(problem: GaitProblem) -> GaitProblem:

@@ -2,8 +2,8 @@
 
 ``python -m tests.benchmarks.random_problems`` solves every problem with the default options, replays the gaits and
 writes ``docs/random_problems.json`` and the page ``docs/random_problems.md``; ``--best-known`` computes the reference
-costs in ``tests/references/random_problems.json`` instead, which takes about an hour.  Every problem is stored when it
-is finished; the same command continues with those that are missing.
+costs in ``tests/references/random_problems.json`` instead, which takes seven minutes of processor time.  Every problem
+is stored when it is finished; the same command continues with those that are missing.
 """
 
 import argparse

@@ -120,10 +120,10 @@ def solve_and_keep(monkeypatch):
         kept.append(repair(start, solution))
         return kept[-1]
 
-    def run(problem):
-        gait = solve(problem)
+    def run(problem, starts=None):
+        gait = solve(problem, starts=starts)
         assert gait.status is Status.SOLVED
-        return gait, kept[-1]
+        return gait, next(solution for solution in kept if solution.cost == gait.solver.objective)
 
     monkeypatch.setattr(single_start, "repair_early_touchdown", keep)
     return run
@@ -154,7 +154,8 @@ def test_objective_plan_and_replay_agree(solve_and_keep, seed):
     ids=["hidden hip work", "hidden positive work", "shooting"],
 )
 def test_no_work_is_hidden_between_the_points(solve_and_keep, problem):
-    gait, solution = solve_and_keep(problem)
+    # From its other starts, the downhill problem has a gait without positive work.
+    gait, solution = solve_and_keep(problem, starts=1)
     assert_costs_agree(problem, gait, solution, integrate_reference(problem, gait))
 
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, GaitProblem, Limits, LinearGuess, Newton, RandomPerturbation, Status, solve
+from gaitopt.ocp import solver
 from gaitopt.ocp.solution import start_selection
 from gaitopt.ocp.solution.infeasibility import limit_iterations
 from gaitopt.ocp.solution.start_selection import is_same_solution, list_starts, solve_from_starts
+from gaitopt.ocp.statement.initial_guess import DelayedSwing
 from gaitopt.progress import silent
 from tests.benchmarks.random_problems import draw_problem
 from tests.ocp.test_single_start import iterations
@@ -105,6 +107,20 @@ def test_if_the_first_start_fails_no_other_is_solved(reference_problem):
     assert not failure.status.ok
     assert failure.problem["guess"] == "line"
     assert len(iterations(seen)) == 2  # squared torques, and the line as none was found
+
+
+def test_after_a_failure_with_a_feasible_motion_the_other_starts_are_solved_too(monkeypatch):
+    listed, solved, solve_some = [LinearGuess(), DelayedSwing()], [], solve_from_starts
+
+    def record(problem, starts, *arguments):
+        solved.append(starts)
+        return solve_some(problem, starts, *arguments)
+
+    monkeypatch.setattr(solver, "list_starts", lambda problem, count: listed)
+    monkeypatch.setattr(solver, "solve_from_starts", record)
+    gait = solve(draw_problem(5))  # a line needs more iterations than the first start has
+    assert gait.status is Status.SOLVED
+    assert solved == [listed, listed[1:]]
 
 
 def test_a_neighbour_without_a_solution_is_omitted(reference_problem):

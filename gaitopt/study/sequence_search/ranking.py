@@ -14,9 +14,10 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
+from gaitopt.ocp.solution.start_selection import SAME_COST
 from gaitopt.ocp.statement.criteria import CostOfTransport, PositiveWork
 from gaitopt.reductions import rank_of
-from gaitopt.study.multistart import SAME_COST, objective
+from gaitopt.study.multistart import objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
 from gaitopt.study.storage.failure_reason import MERGED, explain_failure
 

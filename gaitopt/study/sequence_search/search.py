@@ -8,12 +8,12 @@ from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.start_selection import SAME_COST
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.study.multistart import (
-    SAME_COST,
     default_starts,
     objective,
     solve_coarse,

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.initial.cost_prediction import predict_cost
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.start_selection import SAME_COST
 from gaitopt.study.multistart import (
     COARSE_SOLVER,
-    SAME_COST,
     best,
     coarsen,
     default_starts,
