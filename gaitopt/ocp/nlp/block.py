@@ -13,6 +13,7 @@ import functools
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -188,7 +189,7 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
     stacked = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
     expressions = ("variables", "constraints", "symbols", "numbers", "intermediates", "definitions")
     joined = {name: ca.vertcat(*(getattr(block, name) for block in single)) for name in expressions}
-    sums = {}
+    sums: dict[str, Any] = {}
     for name in ("cost", "penalty"):
         parts = [part for block in single if (part := getattr(block, name)) is not None]
         sums[name] = sum(parts, ca.SX(0)) if parts else None
