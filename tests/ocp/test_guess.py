@@ -23,7 +23,7 @@ from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.initial.initial_point import initial_point, setting
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.statement.initial_guess import Setting
-from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, touchdown_pose
+from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches, touchdown_pose
 from tests.ocp.nlp_examples import SCHEMES, example_nlp, unknowns
 
 PERIOD, STEP = 0.75, 0.47
@@ -154,6 +154,13 @@ def test_the_longest_reach_of_straight_legs(limit):
     # Both legs at the limit: l (sin + sin), and no farther than legs spread flat.
     expected = 2 * 1.6 * math.sin(min(limit, math.pi / 2))
     assert find_longest_reach(robot, robot.resolve({}), [(-limit, limit)] * 2) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("step", "possible"), [(1.5, True), (3.1, True), (3.2 + 1e-9, False)])
+def test_steps_up_to_the_longest_reach_are_possible(step, possible):
+    """The corners of the box are 1.92 m apart, legs spread flat 3.2 m."""
+    robot = compass_biped()
+    assert reaches(robot, robot.resolve({}), [(-2.5, 2.5)] * 2, step) is possible
 
 
 @pytest.mark.parametrize("limit", [0.6, 1.0, 1.3])

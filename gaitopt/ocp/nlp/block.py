@@ -11,7 +11,9 @@ combines the results.  For collocation with many points this takes a third of th
 
 import functools
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -176,6 +178,23 @@ class BlockFunctions:
             hessian = self._chain.T @ (hessian @ self._chain)
             hessian += ca.substitute(second, slopes, ca.densify(gradient[block.variables.numel() :]))
         return ca.triu(hessian)
+
+
+def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
+    """Return blocks with those of a single instance joined to one, since the derivation of each block takes time."""
+    single = [block for block in blocks if block.columns.shape[1] == 1]
+    if len(single) < 2:
+        return list(blocks)
+    tables = ("columns", "rows", "constants", "places")
+    stacked = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
+    expressions = ("variables", "constraints", "symbols", "numbers", "intermediates", "definitions")
+    joined = {name: ca.vertcat(*(getattr(block, name) for block in single)) for name in expressions}
+    sums: dict[str, Any] = {}
+    for name in ("cost", "penalty"):
+        parts = [part for block in single if (part := getattr(block, name)) is not None]
+        sums[name] = sum(parts, ca.SX(0)) if parts else None
+    others = [block for block in blocks if block.columns.shape[1] > 1]
+    return [*others, Block(name="single", **stacked, **joined, **sums)]
 
 
 @dataclass(frozen=True)

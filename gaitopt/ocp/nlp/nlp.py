@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred, LazyField
-from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block
+from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block, join_single_blocks
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
 
@@ -92,7 +92,7 @@ def assemble_nlp(
     Nlp
     """
     assembly = _Assembly(data.numel(), n_numbers, n_variables, n_constraints)
-    for block in blocks:
+    for block in join_single_blocks(blocks):
         assembly.add(block, derive_block(block, data))
     return assembly.finish(typical, smooth)
 

@@ -82,12 +82,11 @@ class Lobatto(Scheme):
         points = []
         for i in range(1, self.points - 1):
             torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
-            if self.points == 3:  # a single inner point, for which the chain rule saves nothing
-                points.append(self.node(dynamics, at(i), torque, inner[:, i - 1], p))
-                continue
-            state = ca.SX.sym("inner state", dynamics.n_x)
+            # With a single inner point, derivatives through its state need no fewer operations.
+            definition = at(i) if self.points > 3 else None
+            state = at(i) if definition is None else ca.SX.sym("inner state", dynamics.n_x)
             point = self.node(dynamics, state, torque, inner[:, i - 1], p)
-            points.append(replace(point, definition=at(i)))
+            points.append(replace(point, definition=definition))
         return right.state - at(self.points - 1), points
 
 
