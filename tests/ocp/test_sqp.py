@@ -78,6 +78,7 @@ def test_an_active_bound_has_its_multiplier():
 
 def test_a_fixed_unknown():
     found = minimised([0.9, 0.9], [0, -1], upper=1.0, least=1.0)
+    assert found.x[1] == 1  # exactly
     np.testing.assert_allclose(found.x, [1, 1], atol=1e-8)
     np.testing.assert_allclose(found.multipliers[0], [0, 1.9], atol=1e-6)
 

@@ -219,7 +219,7 @@ class _Steps:
         on_bounds = on_bounds.copy()
         on_bounds[(boxed[0] & (on_bounds < 0)) | (boxed[1] & (on_bounds > 0))] = 0.0  # multipliers of the box
         on_bounds[fixed] = on_rows[g.size :]
-        return _Trial(x + change, on_bounds, on_rows[: g.size].copy())
+        return _Trial(np.clip(x + change, bounds.x_lower, bounds.x_upper), on_bounds, on_rows[: g.size].copy())
 
     def _merit(self, iterate: _Iterate, trial: _Trial) -> float:
         """Return the scaled objective plus the violations, weighted by the multipliers of a trial point."""
