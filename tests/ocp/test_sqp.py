@@ -1,5 +1,6 @@
 """Sequential quadratic programming: closed forms, repeated solves of the cost of transport, and its fallback."""
 
+import itertools
 import os
 import signal
 
@@ -77,6 +78,7 @@ def test_an_active_bound_has_its_multiplier():
 
 def test_a_fixed_unknown():
     found = minimised([0.9, 0.9], [0, -1], upper=1.0, least=1.0)
+    assert found.x[1] == 1  # exactly
     np.testing.assert_allclose(found.x, [1, 1], atol=1e-8)
     np.testing.assert_allclose(found.multipliers[0], [0, 1.9], atol=1e-6)
 
@@ -158,12 +160,21 @@ def test_without_convergence_the_interior_point_method_solves(gaits, runs, monke
     assert warm.solver.objective == pytest.approx(solve(problem(STICK, friction=0.15)).solver.objective, rel=1e-5)
 
 
-def test_steps_that_increase_the_merit_function_are_rejected(gaits, monkeypatch):
-    """With a torque limit reduced by half the first steps in a large box do not approach a solution."""
-    changes = {"torque": 4.0, "friction": 0.12, "guess": WarmStart(gaits[SLIP])}
-    monkeypatch.setattr(sqp, "BOX", 100.0)
-    warm = solve(problem(SLIP, **changes))
-    assert warm.status is solve(problem(SLIP, **{**changes, "guess": None})).status
+def test_a_smaller_box_follows_a_step_that_increases_the_merit_function(gaits, monkeypatch):
+    boxes, take = [], sqp._Steps.take
+
+    def record(self, iterate, weight, box):
+        following = take(self, iterate, weight, box)
+        boxes.append((box, following is None))
+        return following
+
+    monkeypatch.setattr(sqp._Steps, "take", record)
+    monkeypatch.setattr(sqp, "MOST_WORSE", 0.01)
+    warm = solve(problem(SLIP, friction=0.145, guess=WarmStart(gaits[SLIP])))
+    assert warm.status is Status.SOLVED
+    assert any(rejected for _, rejected in boxes)
+    for (box, rejected), (following, _) in itertools.pairwise(boxes):
+        assert following in (sqp.BOX, sqp.DECREASE * box if rejected else 2 * box)
 
 
 @pytest.mark.parametrize("sequence", [STICK, SLIP])

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.interrupts import stop_on_interrupt
+from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -90,23 +90,24 @@ def minimise_from_solution(
     if not ca.has_conic("piqp"):
         return None
     fixed = tuple(np.flatnonzero(bounds.x_lower == bounds.x_upper).tolist())
-    steps, interrupt = _Steps(_compile(nlp, fixed), bounds, fixed, update_data), threading.Event()
-    iterate = steps.evaluate(_Trial(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
-    weight, box, rejected = FIRST_PROXIMAL, BOX, 0
+    with defer_interrupt():
+        steps, interrupt = _Steps(_compile(nlp, fixed), bounds, fixed, update_data), threading.Event()
+        iterate = steps.evaluate(_Trial(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
+    weight, box, rejected, last = FIRST_PROXIMAL, BOX, 0, min(MOST_STEPS, int(options.max_iterations))
     with stop_on_interrupt(interrupt.set):
-        for number in range(min(MOST_STEPS, int(options.max_iterations)) + 1):
+        for number in range(last + 1):
             _report(observer, Iteration(number, iterate.f, iterate.violation), interrupt)
             if interrupt.is_set():
                 return _conclude(Status.INTERRUPTED, "User_Requested_Stop", iterate, number, nlp.typical)
             if max(iterate.violation, iterate.error / ACCURATE) <= options.tolerance:
                 return _conclude(Status.SOLVED, CONVERGED, iterate, number, nlp.typical)
+            if number == last or rejected > MOST_REJECTED:
+                break
             following = steps.take(iterate, weight, box)
             if following is not None:
                 iterate, weight, box = following, PROXIMAL, min(BOX, box / math.sqrt(DECREASE))
             else:
                 box, rejected = DECREASE * box, rejected + 1
-            if rejected > MOST_REJECTED:
-                break
     if interrupt.is_set():
         raise KeyboardInterrupt  # the interrupt arrived in the last step
     return None
@@ -218,7 +219,7 @@ class _Steps:
         on_bounds = on_bounds.copy()
         on_bounds[(boxed[0] & (on_bounds < 0)) | (boxed[1] & (on_bounds > 0))] = 0.0  # multipliers of the box
         on_bounds[fixed] = on_rows[g.size :]
-        return _Trial(x + change, on_bounds, on_rows[: g.size].copy())
+        return _Trial(np.clip(x + change, bounds.x_lower, bounds.x_upper), on_bounds, on_rows[: g.size].copy())
 
     def _merit(self, iterate: _Iterate, trial: _Trial) -> float:
         """Return the scaled objective plus the violations, weighted by the multipliers of a trial point."""
