@@ -11,7 +11,7 @@ import numpy as np
 from gaitopt import GaitProblem, Limits, Margins, Status, compass_biped, solve
 from tests.benchmarks.conftest import timed
 
-INFEASIBLE, SOLVED, SEED = 30, 20, 5
+INFEASIBLE, SOLVED, SEED = 100, 20, 5
 SEQUENCES = ("stick | stick", "slip+ stick | slip+", "slip+ stick | stick")
 OBJECTIVES = ("cost_of_transport", "torque_squared")
 MOST_DRAWS = 200
