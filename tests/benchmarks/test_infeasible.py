@@ -11,7 +11,7 @@ import numpy as np
 from gaitopt import GaitProblem, Limits, Margins, Status, compass_biped, solve
 from tests.benchmarks.conftest import timed
 
-INFEASIBLE, SOLVED, SEED = 30, 20, 5
+INFEASIBLE, SOLVED, SEED = 100, 20, 5
 SEQUENCES = ("stick | stick", "slip+ stick | slip+", "slip+ stick | stick")
 OBJECTIVES = ("cost_of_transport", "torque_squared")
 MOST_DRAWS = 200
@@ -112,7 +112,7 @@ def test_infeasible_problems_are_reported_quickly_with_the_limits_that_conflict(
         file=sys.stderr,
     )
     benchmark.extra_info.update(within=within, named=named, enough=enough)
-    # The aim is at most 5 in 95 of 100; 22 of 30 are, the slowest with a slip phase and several conflicting limits.
-    assert np.median(ratios) <= 5
+    # The aim is 95 of 100; the others have a slip phase, and a start near which the elastic problem does not converge.
+    assert within >= 0.9 * len(infeasible)
     assert ratios.max() <= 10
     assert named >= 0.9 * len(infeasible)

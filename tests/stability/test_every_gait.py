@@ -76,6 +76,18 @@ def test_the_period_doubling_cascade_is_found_up_to_eight_steps():
     check_multipliers(cascade[4])
 
 
+@pytest.mark.parametrize(("slope", "steps", "radius"), [(4.41, 2, 0.9215), (4.92, 4, 0.8867), (5.04, 8, 1.6855)])
+def test_a_gait_of_doubled_period_is_found_near_and_far_from_its_branching(slope, steps, radius):
+    """Starts at fixed distances miss the gait of eight steps, which is unstable at this slope.
+
+    The radii were computed from starts at 12 distances on both sides, and agree with differences of simulated steps.
+    """
+    gaits = [gait for gait in find_on_slope(COMPASS, slope, steps=steps, **GOSWAMI) if len(gait.points) == steps]
+    nearest = min(gaits, key=lambda gait: abs(gait.radius - radius))
+    assert nearest.radius == pytest.approx(radius, abs=2e-4)
+    check_multipliers(nearest)
+
+
 def test_a_slipping_gait_doubles_its_period_too():
     # A multiplier of Gait C is -1.0017 at friction 0.1442 and -0.9968 at 0.1445: the gaits of two steps lie beyond.
     doubled = [gait for gait in find_on_slope(COMPASS, 1, 0.1445, steps=2) if len(gait.points) == 2]
