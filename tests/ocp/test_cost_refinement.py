@@ -184,3 +184,9 @@ def test_the_factor_of_the_error():
     assert estimate_factor([GridCost(3.0, 1.0)], last) == pytest.approx(2.0)
     assert estimate_factor([GridCost(3.0, 1.0), GridCost(1.4, 0.11), last], last) == pytest.approx(2.0)
     assert math.isnan(estimate_factor([last], last))
+
+
+def test_stated_fractions_are_kept(reference_problem):
+    nodes = ((0.0, *(np.linspace(0, 1, 41)[1:-1] ** 1.2).tolist(), 1.0),)
+    gait = solve(reference_problem(objective="torque_squared", transcription=Collocation(fractions=nodes)))
+    assert gait.solution.fractions == nodes
