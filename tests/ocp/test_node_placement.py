@@ -158,3 +158,32 @@ def test_the_guard_schedule_follows_its_instants(reference_problem):
     moved = transfer_schedule(GuardSchedule(unarmed=0.3, below=0.5, above=0.9), equal, uneven)
     assert (moved.unarmed, moved.below, moved.above) == (0.6, 0.7, 0.9)
     assert transfer_schedule(None, equal, uneven) is None
+
+
+def mean_lengths(fractions):
+    """Return the mean length of the intervals beside each node, as a fraction of a step of two phases."""
+    nodes = np.concatenate([np.array(fractions[0]), 1 + np.array(fractions[1][1:])]) / 2
+    lengths = np.diff(nodes)
+    return (np.append(lengths[0], lengths) + np.append(lengths, lengths[-1])) / 2
+
+
+def test_multipliers_are_densities_in_time(reference_problem):
+    """Multipliers of a constant density stay in proportion to the lengths of the intervals."""
+    problem = reference_problem(sequence=SLIP, objective="torque_squared", transcription=Collocation(intervals=(5, 20)))
+    solution = solve(problem).solution
+    equal = mean_lengths([np.linspace(0, 1, count + 1) for count in (5, 20)])
+    table = dataclasses.replace(solution.unknowns["torque"], multipliers=np.tile(3 * equal, (2, 1)))
+    solution = dataclasses.replace(solution, unknowns={**solution.unknowns, "torque": table})
+    uneven = transcribe_problem(problem, Collocation(intervals=(5, 20), fractions=UNEVEN))
+    moved = transfer_solution(solution, uneven, np.zeros(uneven.variables.size))[1][0]
+    torque = uneven.variables[Unknown.TORQUE]
+    np.testing.assert_allclose(moved[torque], np.tile(3 * mean_lengths(UNEVEN), (2, 1)), rtol=1e-12)
+
+
+def test_the_least_slip_speed_depends_on_the_time(reference_problem):
+    """It decreases linearly to zero over the second half of a slip that ends at rest."""
+    problem = reference_problem(sequence=SLIP, transcription=Collocation(intervals=(5, 20), fractions=UNEVEN))
+    transcription = transcribe_problem(problem, problem.transcription)
+    least = bounds(transcription, problem).x_lower[transcription.variables[Unknown.SLIDE, 0][1]]
+    expected = problem.margins.slip_speed * np.minimum(1, 2 * (1 - np.array(UNEVEN[0])))
+    np.testing.assert_allclose(least, expected, atol=1e-15)

@@ -5,9 +5,8 @@ import math
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import transcribe_problem
 from gaitopt.ocp.initial.solution_transfer import solution_of
-from gaitopt.ocp.nlp.ipopt import STOPPED
 from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
-from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, GridSolution, SingleStart
+from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, STOPPED_EARLY, GridSolution, SingleStart
 from gaitopt.ocp.solution.node_placement import allot_intervals, distribute_nodes, find_ramps
 from gaitopt.ocp.transcription.guard_constraints import transfer_schedule
 from gaitopt.ocp.transcription.method import Method
@@ -23,7 +22,7 @@ NEGLIGIBLE = 1e-6
 
 def choose_default_grid(start: SingleStart, method: Method, solution: Solution) -> Method:
     """Return a method whose nodes are placed by the torques of a solution, if its grid is the default one."""
-    if method.intervals is not None or not _refines(start):
+    if method.intervals is not None or method.fractions is not None or not _refines(start):
         return method
     if solution.fractions is not None:
         return method.replace_grid(solution.intervals, solution.fractions)
@@ -66,7 +65,7 @@ def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[Gr
         schedule = start.schedule
         move_schedule(start, solution, method)
         finer = start.solve_on_grid(method, known, BARRIER_SAME_PROBLEM)
-        if finer.outcome.status in STOPPED:
+        if finer.outcome.status in STOPPED_EARLY:
             return [solution.mark_stopped(finer.outcome)], False
         if not finer.outcome.status.ok:
             start.schedule = schedule

@@ -38,6 +38,9 @@ from gaitopt.status import Status
 BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
 """Barrier parameters of a warm start from the same problem on another grid, and from another problem."""
 
+STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
+"""Statuses after which no further solve is started."""
+
 AT_TOUCHDOWN = 0.1
 """Weight of the effect of the drift at touchdown, which for a usual touchdown is less than ten times the drift."""
 

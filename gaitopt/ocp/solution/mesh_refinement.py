@@ -9,10 +9,15 @@ from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
 from gaitopt.ocp.solution.cost_refinement import choose_default_grid, move_schedule, record_cost
 from gaitopt.ocp.solution.diagnosis import ROUNDING
-from gaitopt.ocp.solution.grid_solve import BARRIER_NEARBY_PROBLEM, BARRIER_SAME_PROBLEM, GridSolution, SingleStart
+from gaitopt.ocp.solution.grid_solve import (
+    BARRIER_NEARBY_PROBLEM,
+    BARRIER_SAME_PROBLEM,
+    STOPPED_EARLY,
+    GridSolution,
+    SingleStart,
+)
 from gaitopt.ocp.solution.swing_foot_checks import early_touchdown
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, shift_arming
-from gaitopt.status import Status
 
 MOST_DOUBLINGS = 2
 """Largest number of doublings for a contact mode that is violated between the points of its constraints."""
@@ -34,9 +39,6 @@ NEGLIGIBLE = 1e-6
 
 Refinement = Callable[[SingleStart, GridSolution], GridSolution]
 """Refinement of a solution after the solve on its grid."""
-
-STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
-"""Statuses after which no further solve is started."""
 
 
 def solve_coarsest_grid(start: SingleStart) -> GridSolution:
