@@ -41,10 +41,10 @@ FIRST_PROXIMAL, PROXIMAL = 1e-4, 1e-7
 """Weights r of the squared step in the scaled objective: of the first step, whose multipliers belong to another
 problem, and of the others, small because optima are flat in some directions."""
 
-BOX, DECREASE, MOST_REJECTED = 3.0, 0.25, 3
-"""Largest change of an unknown in a step, relative to its size, at least 1; its factor after a rejected step, half of
-which the next accepted step revokes; and the number of rejected steps after which the method ends.  Smaller boxes delay
-convergence; in larger ones directions of negative curvature lead away from the solution."""
+FIRST_BOX, BOX, DECREASE, MOST_REJECTED = 1.0, 3.0, 0.25, 3
+"""Largest change of an unknown in the first and in a later step, relative to its size, at least 1; its factor after a
+rejected step, half of which the next accepted step revokes; and the number of rejected steps after which the method
+ends.  Smaller boxes delay convergence; larger ones may lead along directions of negative curvature to other optima."""
 
 MOST_WORSE = 0.2
 """Largest relative increase of the merit function; a decrease is not required, because this would slow convergence."""
@@ -93,7 +93,7 @@ def minimise_from_solution(
     with defer_interrupt():
         steps, interrupt = _Steps(_compile(nlp, fixed), bounds, fixed, update_data), threading.Event()
         iterate = steps.evaluate(_Trial(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
-    weight, box, rejected, last = FIRST_PROXIMAL, BOX, 0, min(MOST_STEPS, int(options.max_iterations))
+    weight, box, rejected, last = FIRST_PROXIMAL, FIRST_BOX, 0, min(MOST_STEPS, int(options.max_iterations))
     with stop_on_interrupt(interrupt.set):
         for number in range(last + 1):
             _report(observer, Iteration(number, iterate.f, iterate.violation), interrupt)

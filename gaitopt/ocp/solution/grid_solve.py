@@ -243,7 +243,7 @@ class SingleStart:
         """Solve on one grid, from a solution or otherwise from the guess.
 
         The sign changes of the joint powers in a solution on the same grid become data of the NLP if `locate`;
-        otherwise the absolute work is bounded from above.
+        otherwise the absolute work is bounded from above.  If the guess is a gait, the solver may locate them again.
         """
         problem = self.problem
         started, misses = time.perf_counter(), transcribe.cache_info().misses
@@ -260,7 +260,8 @@ class SingleStart:
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
         solver = self.cold_solver if warm_start is None else self.solver
-        update = {"update_data": functools.partial(nlp_data, transcription, problem)} if located else {}
+        near = located and self.guess.solution_for(problem.sequence) is not None
+        update = {"update_data": functools.partial(nlp_data, transcription, problem)} if near else {}
         outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier, **update)
         data = data if outcome.data is None else outcome.data
         self.iterations += outcome.iterations
