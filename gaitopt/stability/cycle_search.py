@@ -26,7 +26,7 @@ from gaitopt.stability.cycle_iteration import find_cycle, same_gait, search_sect
 from gaitopt.stability.deflation import Deflation, KnownPoint
 from gaitopt.stability.fixed_point import FixedPointOptions
 from gaitopt.stability.linearisation import Linearisation
-from gaitopt.stability.period_doubling import doubled_starts, locate_doubled
+from gaitopt.stability.period_doubling import doubled_starts, locate_doubled_gaits
 from gaitopt.stability.random_starts import random_walks
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
@@ -194,17 +194,17 @@ class _CycleSearch:
         scaled = [walk / natural_scale(self._walker, self._section, walk[-1]) for walk in walks]
         for period in range(2, self._steps + 1):
             for cycle in [cycle for cycle in self._known if 2 * len(cycle.points) == period]:
-                yield from self._find_doubled(cycle, period)
+                yield from self._find_doubled_gaits(cycle, period)
             for number, at in close_returns(scaled, period):
                 yield from self._converge(walks[number][at], period, self._known)
 
-    def _find_doubled(self, cycle: Cycle, period: int) -> Iterator[Cycle]:
+    def _find_doubled_gaits(self, cycle: Cycle, period: int) -> Iterator[Cycle]:
         """Yield gaits of the doubled period, from their estimated amplitude or, if that fails, from several."""
         scale = natural_scale(self._walker, cycle.section, cycle.z)
         return_map = ReturnMap(self._walker, cycle.section, period, self._linearisation)
         count = len(self._known)
         with defer_interrupt():
-            located = list(locate_doubled(cycle, scale, return_map))
+            located = list(locate_doubled_gaits(cycle, scale, return_map))
         for z, size in located:
             yield from self._converge(self._lift(cycle, z), period, [cycle], size / 2)
         if any(len(other.points) == period for other in list(self._known)[count:]):

@@ -39,7 +39,7 @@ def doubled_starts(cycle: Cycle, scale: Array) -> Iterator[tuple[Array, float]]:
         yield from ((cycle.z + sign * size * direction, size) for size in DISPLACEMENTS for sign in (1, -1))
 
 
-def locate_doubled(cycle: Cycle, scale: Array, return_map: ReturnMap) -> Iterator[tuple[Array, float]]:
+def locate_doubled_gaits(cycle: Cycle, scale: Array, return_map: ReturnMap) -> Iterator[tuple[Array, float]]:
     """Yield points near gaits of doubled period: where the doubled map leaves the displacement unchanged.
 
     Along the eigenvector v with the left eigenvector w, w . (P(z + a v) - z - a v) / a changes its sign near the

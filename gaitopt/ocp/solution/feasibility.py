@@ -167,14 +167,14 @@ class ElasticProblem:
 
     def list_excesses(self, result: ElasticResult) -> tuple[Conflict, ...]:
         """Return the limits that a motion exceeds, which suffices if all of them are relaxed."""
-        numbers = self._find_exceeded(result)
+        numbers = self._find_exceeded_limits(result)
         return tuple(self._conflict(number, result, separable=len(numbers) == 1) for number in numbers)
 
-    def _find_exceeded(self, result: ElasticResult) -> list[int]:
+    def _find_exceeded_limits(self, result: ElasticResult) -> list[int]:
         return [int(i) for i in np.flatnonzero(self.prices * result.slacks > FEASIBLE)]
 
     def _find_joint_conflict(self, result: ElasticResult) -> tuple[Conflict, ...]:
-        members = self._find_exceeded(result)
+        members = self._find_exceeded_limits(result)
         for number in sorted(members, key=lambda member: self.prices[member] * result.slacks[member]):
             rest = [member for member in members if member != number]
             if not rest:

@@ -40,7 +40,7 @@ RETRY = (
 COLD_START_ITERATIONS = 60
 """Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
 
-REFINEMENT_ITERATIONS = 200
+REFINEMENT_ITERATIONS = 250
 """Iterations on a finer grid after which its feasibility is examined; nearly all solves need fewer."""
 
 AGREEMENT, LARGE_EXCESS = 0.01, 0.03
