@@ -128,7 +128,6 @@ def find_best_known(number):
     row = {
         "sequence": str(problem.sequence),
         "objective": problem.objective.name,
-        "coarse": sorted(round(cost, 8) for cost, *_ in coarse),
         "fine": [cost for cost, *_ in fine],
         "finest": [cost for cost, *_ in finest],
         "best": None,
@@ -169,7 +168,7 @@ def run(compute, count, path):
         stored["problems"][str(number)] = row
         stored |= {"date": datetime.date.today().isoformat(), "seed": SEED, "versions": versions()}
         write_whole(path, json.dumps(stored, indent=1) + "\n")
-        print(number, json.dumps({name: row[name] for name in row if name != "coarse"}), flush=True)
+        print(number, json.dumps(row), flush=True)
     return stored
 
 

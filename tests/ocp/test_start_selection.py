@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from attrs import frozen
 
-from gaitopt import Collocation, GaitProblem, Limits, LinearGuess, Newton, RandomPerturbation, Status, solve
+from gaitopt import Collocation, GaitProblem, InputError, Limits, LinearGuess, Newton, RandomPerturbation, Status, solve
 from gaitopt.ocp import solver
 from gaitopt.ocp.solution import start_selection
 from gaitopt.ocp.solution.infeasibility import limit_iterations
@@ -172,3 +173,16 @@ def test_a_neighbouring_problem_has_the_coarsest_grid(reference_problem, interva
 )
 def test_solutions_are_the_same_by_cost_and_durations(costs, durations, same):
     assert is_same_solution(costs, tuple(map(np.array, durations)), 1.0) is same
+
+
+@frozen(kw_only=True)
+class _WithoutGrids(Collocation):
+    def list_grids(self, sequence):
+        return []
+
+
+@pytest.mark.parametrize("starts", [None, 1])
+def test_a_transcription_without_grids_is_rejected(reference_problem, starts):
+    problem = reference_problem(transcription=_WithoutGrids(intervals=10))
+    with pytest.raises(InputError, match="list_grids must return at least one grid, got none"):
+        solve(problem, starts=starts)

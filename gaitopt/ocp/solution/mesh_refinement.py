@@ -7,6 +7,7 @@ from dataclasses import replace
 from gaitopt.errors import InputError
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
+from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.cost_refinement import choose_default_grid, move_schedule, record_cost
 from gaitopt.ocp.solution.diagnosis import ROUNDING
 from gaitopt.ocp.solution.grid_solve import (
@@ -18,6 +19,7 @@ from gaitopt.ocp.solution.grid_solve import (
 )
 from gaitopt.ocp.solution.swing_foot_checks import early_touchdown
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, shift_arming
+from gaitopt.ocp.transcription.method import Method
 
 MOST_DOUBLINGS = 2
 """Largest number of doublings for a contact mode that is violated between the points of its constraints."""
@@ -41,10 +43,22 @@ Refinement = Callable[[SingleStart, GridSolution], GridSolution]
 """Refinement of a solution after the solve on its grid."""
 
 
+def find_coarsest_grid(problem: GaitProblem) -> Method:
+    """Return the coarsest grid of a problem; raise InputError if its transcription has none."""
+    grids = problem.transcription.list_grids(problem.sequence)
+    if not grids:
+        raise _missing_grids(problem)
+    return grids[0]
+
+
+def _missing_grids(problem: GaitProblem) -> InputError:
+    name = type(problem.transcription).__name__
+    return InputError(f"{name}.list_grids must return at least one grid, got none.")
+
+
 def solve_coarsest_grid(start: SingleStart) -> GridSolution:
     """Return the solution on the coarsest grid, without an early touchdown if one is found."""
-    method = start.problem.transcription.list_grids(start.problem.sequence)[0]
-    solution = start.solve_on_grid(method, None, BARRIER_SAME_PROBLEM)
+    solution = start.solve_on_grid(find_coarsest_grid(start.problem), None, BARRIER_SAME_PROBLEM)
     return _exclude_early_touchdown(start, solution, _keep_mesh) if solution.outcome.status.ok else solution
 
 
@@ -94,7 +108,7 @@ def approach_through_coarse_grids(start: SingleStart, coarsest: GridSolution | N
         # On another grid the clearance is active at other points.
         barrier = BARRIER_SAME_PROBLEM if problem.limits.clearance is None else BARRIER_NEARBY_PROBLEM
     if solution is None:
-        raise InputError(f"{type(problem.transcription).__name__}.list_grids must return at least one grid, got none.")
+        raise _missing_grids(problem)
     if solution.outcome.status.ok or coarse is None:
         return solution
     return start.solve_on_grid(grids[-1], None, BARRIER_SAME_PROBLEM)  # a grid finer than the coarsest failed

@@ -16,7 +16,7 @@ from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
-from gaitopt.ocp.solution.mesh_refinement import NEGLIGIBLE, solve_coarsest_grid
+from gaitopt.ocp.solution.mesh_refinement import NEGLIGIBLE, find_coarsest_grid, solve_coarsest_grid
 from gaitopt.ocp.solution.single_start import complete_solve
 from gaitopt.ocp.statement.criteria import TorqueSquared
 from gaitopt.ocp.statement.initial_guess import DelayedSwing, Guess, LinearGuess, RandomPerturbation
@@ -69,7 +69,7 @@ def list_starts(problem: GaitProblem, count: int | None = None) -> list[Guess | 
 
 def _minimise_torques(problem: GaitProblem, sequence: ContactSequence) -> GaitProblem:
     """Return the problem of least squared torques with a contact sequence, on the coarsest grid of a problem."""
-    coarsest = problem.transcription.list_grids(problem.sequence)[0]
+    coarsest = find_coarsest_grid(problem)
     counts = coarsest.intervals_for(problem.sequence)
     return problem.replace(
         sequence=sequence,
