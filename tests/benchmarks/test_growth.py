@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, GaitProblem, Ipopt, Limits, MultipleShooting, compass_biped, solve, sweep
+from gaitopt import Collocation, Execution, GaitProblem, Ipopt, Limits, MultipleShooting, compass_biped, solve, sweep
 from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, SingleStart
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.progress import silent
@@ -105,7 +105,10 @@ def test_sweep(benchmark, record):
                 alone = problem(robot=compass_biped.__wrapped__(), sequence=sequence, friction=friction)
                 found["cold"].append(timed(functools.partial(solve, alone))[1])
         for name, workers in (("one worker", 1), ("two workers", 2)):
-            work = functools.partial(sweep, problem(), friction=frictions, sequences=[STICK, SLIP], workers=workers)
+            execution = Execution(workers=workers)
+            work = functools.partial(
+                sweep, problem(), {"friction": frictions}, sequences=[STICK, SLIP], execution=execution
+            )
             _, clock, points = timed(work)
             found[name].append(clock)
             found["solved"] = int((points.status == "solved").sum())
