@@ -108,8 +108,9 @@ def test_sweep(benchmark, record):
                 alone = problem(robot=compass_biped.__wrapped__(), sequence=sequence, friction=friction)
                 found["cold"].append(timed(functools.partial(solve, alone))[1])
         for name, workers in (("one worker", 1), ("two workers", 2)):
+            execution = Execution(workers=workers)
             work = functools.partial(
-                sweep, problem(), friction=frictions, sequences=[STICK, SLIP], execution=Execution(workers=workers)
+                sweep, problem(), {"friction": frictions}, sequences=[STICK, SLIP], execution=execution
             )
             _, clock, points = timed(work)
             found[name].append(clock)

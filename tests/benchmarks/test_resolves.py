@@ -15,7 +15,7 @@ from gaitopt import Collocation, GaitProblem, Limits, WarmStart, compass_biped, 
 from tests.benchmarks.conftest import ratios, spread, timed
 
 STICK, SLIP = "stick | stick", "slip+ stick | slip+"
-BEFORE, AFTER, INTERVALS, ROUNDS = 0.14, 0.15, 40, 7
+BEFORE, AFTER, INTERVALS, ROUNDS = 0.14, 0.15, 40, 5
 TOOLS = {"CasADi Opti": ("plain_opti_work", "casadi", 60), "rockit": ("plain_rockit_work", "rockit-meco", 120)}
 
 

@@ -160,7 +160,12 @@ def _seen_by_the_tap(g, f):
     """Return (violation told to the observer, whether the iterate is kept) for values of constraints and objective."""
     told, tap = [], IterationCallback(Nlp(functions={}, derivatives={}, objective=None, n_variables=2, n_constraints=2))
     nothing = np.zeros(0)
-    tap.watch(lambda iteration: told.append(iteration.infeasibility), Bounds(nothing, nothing, np.zeros(2), np.ones(2)))
+    tap.watch(
+        lambda iteration: told.append(iteration.infeasibility),
+        Bounds(nothing, nothing, np.zeros(2), np.ones(2)),
+        math.inf,
+        1000,
+    )
     values = {"x": ca.DM([0, 0]), "f": ca.DM(f), "g": ca.DM(g), "lam_x": ca.DM([0, 0]), "lam_g": ca.DM([0, 0])}
     tap.eval([values.get(name, ca.DM()) for name in OUTPUTS])
     return told[0], tap.best is not None

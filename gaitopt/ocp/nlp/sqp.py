@@ -92,7 +92,7 @@ def minimise_from_solution(
     fixed = tuple(np.flatnonzero(bounds.x_lower == bounds.x_upper).tolist())
     with defer_interrupt():
         steps, interrupt = _Steps(_compile(nlp, fixed), bounds, fixed, update_data), threading.Event()
-        iterate = steps.evaluate(_Trial(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
+        iterate = steps.evaluate(_PrimalDual(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
     weight, box, rejected, last = FIRST_PROXIMAL, FIRST_BOX, 0, min(MOST_STEPS, int(options.max_iterations))
     with stop_on_interrupt(interrupt.set):
         for number in range(last + 1):
@@ -128,7 +128,7 @@ def _conclude(status: Status, message: str, iterate: "_Iterate", number: int, ty
 
 
 @dataclass(frozen=True, eq=False)
-class _Trial:
+class _PrimalDual:
     """Unknowns, and multipliers of bounds and rows for the scaled objective."""
 
     x: Array
@@ -143,7 +143,7 @@ class _Iterate:
     `violation` is the largest of a bound or row; `error` that of the gradient of the Lagrangian or complementarity.
     """
 
-    trial: _Trial
+    trial: _PrimalDual
     data: Array
     f: float
     g: Array
@@ -173,7 +173,7 @@ class _Steps:
     fixed: tuple[int, ...]
     update_data: UpdateData | None
 
-    def evaluate(self, trial: _Trial, data: Array) -> _Iterate:
+    def evaluate(self, trial: _PrimalDual, data: Array) -> _Iterate:
         """Return the values and derivatives at a trial point."""
         numbers, g, *arrays = self.compiled.evaluate(trial.x, data, trial.on_rows)
         g, gradient, hessian, rows, slope = (array.copy() for array in (g, *arrays))
@@ -201,7 +201,7 @@ class _Steps:
         before, after = (self._merit(point, trial) for point in (iterate, following))
         return following if after <= before + MOST_WORSE * abs(before) and following.error < math.inf else None
 
-    def _solve_qp(self, iterate: _Iterate, weight: float, box: float) -> _Trial | None:
+    def _solve_qp(self, iterate: _Iterate, weight: float, box: float) -> _PrimalDual | None:
         x, g, fixed, bounds = iterate.trial.x, iterate.g, list(self.fixed), self.bounds
         lower, upper = bounds.x_lower - x, bounds.x_upper - x
         to_fixed, size = lower[fixed], box * np.maximum(1.0, np.abs(x))
@@ -219,9 +219,9 @@ class _Steps:
         on_bounds = on_bounds.copy()
         on_bounds[(boxed[0] & (on_bounds < 0)) | (boxed[1] & (on_bounds > 0))] = 0.0  # multipliers of the box
         on_bounds[fixed] = on_rows[g.size :]
-        return _Trial(np.clip(x + change, bounds.x_lower, bounds.x_upper), on_bounds, on_rows[: g.size].copy())
+        return _PrimalDual(np.clip(x + change, bounds.x_lower, bounds.x_upper), on_bounds, on_rows[: g.size].copy())
 
-    def _merit(self, iterate: _Iterate, trial: _Trial) -> float:
+    def _merit(self, iterate: _Iterate, trial: _PrimalDual) -> float:
         """Return the scaled objective plus the violations, weighted by the multipliers of a trial point."""
         values, lower, upper = self._values(iterate.trial.x, iterate.g)
         violations = np.maximum(0.0, np.maximum(lower - values, values - upper))

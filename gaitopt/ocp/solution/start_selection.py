@@ -70,14 +70,13 @@ def list_starts(problem: GaitProblem, count: int | None = None) -> list[Guess | 
 def _minimise_torques(problem: GaitProblem, sequence: ContactSequence) -> GaitProblem:
     """Return the problem of least squared torques with a contact sequence, on the coarsest grid of a problem."""
     coarsest = find_coarsest_grid(problem)
-    counts = coarsest.intervals_for(problem.sequence)
+    if sequence != problem.sequence:
+        coarsest = coarsest.replace_grid((max(coarsest.intervals_for(problem.sequence)),) * len(sequence.phases))
     return problem.replace(
         sequence=sequence,
         objective=TorqueSquared(),
         guess=None,
-        transcription=evolve(
-            coarsest, intervals=counts if sequence == problem.sequence else max(counts), tolerance=math.inf
-        ),
+        transcription=evolve(coarsest, tolerance=math.inf),
         name=f"a gait of least squared torques, '{sequence}'",
     )
 
