@@ -105,3 +105,12 @@ def test_the_time_limit_is_that_of_all_starts_and_grids(reference_problem, clock
     gait, iterations = count_iterations(reference_problem(sequence=SLIP), starts=20, solver=Ipopt(time_limit=20))
     assert gait.status is Status.TIME_LIMIT
     assert iterations < 25
+
+
+def test_a_sequence_of_three_phases_is_concluded(reference_problem):
+    """Its elastic problems take up to 104 iterations from two of three starts; it ended at the iteration limit."""
+    problem = reference_problem(sequence="slip+ stick slip- | stick", friction=0.3, intervals=16, **SMOOTH)
+    gait, iterations = count_iterations(problem)
+    assert gait.status is Status.INFEASIBLE
+    assert gait.solver.conflicts
+    assert iterations < 600

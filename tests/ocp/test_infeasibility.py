@@ -172,6 +172,7 @@ def test_solvers_of_the_search_keep_the_options_of_the_user():
     for solver in (given, Newton(fallback=given)):
         ipopt = elastic_solver(solver)
         assert (ipopt.max_iterations, ipopt.time_limit, ipopt.linear_solver) == (30, 5, "spral")
+    assert elastic_solver(Ipopt(), 3).max_iterations > elastic_solver(Ipopt(), 2).max_iterations
     assert limit_iterations(given) == given
     assert limit_iterations(Newton()).fallback.max_iterations == COLD_START_ITERATIONS
     custom = object()

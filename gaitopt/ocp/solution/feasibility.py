@@ -39,8 +39,11 @@ PROHIBITIVE = 100.0
 SAFETY_FACTOR = 1.02
 """Factor of the missing amount in the value that is reported as sufficient."""
 
-ELASTIC_TOLERANCE, ELASTIC_ITERATIONS = 1e-6, 80
-"""Tolerance and largest number of iterations of an elastic solve; most take 15 to 50 iterations."""
+ELASTIC_TOLERANCE, ELASTIC_ITERATIONS, ITERATIONS_PER_PHASE = 1e-6, 80, 40
+"""Tolerance of an elastic solve, and its largest number of iterations: the larger of a number and that for each phase.
+
+Most take 15 to 50 iterations; with three phases some take 104.
+"""
 
 SHORTEST = 1e-2
 """Fraction of the shortest duration of a phase that remains as its bound."""
@@ -233,10 +236,10 @@ class ElasticProblem:
         return self.problem.friction * max(1.0, SAFETY_FACTOR * ratio)
 
 
-def elastic_solver(solver: NlpSolver) -> NlpSolver:
-    """Return the solver of elastic problems that has the limits of a given solver."""
+def elastic_solver(solver: NlpSolver, phases: int = 1) -> NlpSolver:
+    """Return the solver of elastic problems with a number of phases that has the limits of a given solver."""
     ipopt = solver.fallback if isinstance(solver, Newton) else solver
     if not isinstance(ipopt, Ipopt):
         return solver
-    tolerance = max(ipopt.tolerance, ELASTIC_TOLERANCE)
-    return evolve(ipopt, tolerance=tolerance, max_iterations=min(ipopt.max_iterations, ELASTIC_ITERATIONS))
+    iterations = min(ipopt.max_iterations, max(ELASTIC_ITERATIONS, ITERATIONS_PER_PHASE * phases))
+    return evolve(ipopt, tolerance=max(ipopt.tolerance, ELASTIC_TOLERANCE), max_iterations=iterations)

@@ -108,7 +108,8 @@ class _Search:
     ) -> None:
         self._problem, self._failure, self._solver, self._observer = problem, failure, solver, observer
         self._grids = problem.transcription.list_grids(problem.sequence)
-        self._elastic = ElasticProblem(problem, self._grids[0], elastic_solver(solver), observer)
+        self._elastic_solver = elastic_solver(solver, len(problem.sequence.phases))
+        self._elastic = ElasticProblem(problem, self._grids[0], self._elastic_solver, observer)
         self._started, self._guesses = time.perf_counter(), guesses
         self._infeasible: list[ElasticResult] = []
         # An inaccurate plan satisfies all limits at its nodes: the problem is not infeasible.
@@ -160,7 +161,7 @@ class _Search:
         return self._report_conflicts(fine, self._infeasible[0], "the solution on a coarse grid", isolate=isolate)
 
     def _fine_problem(self) -> ElasticProblem:
-        return ElasticProblem(self._problem, self._grids[-1], elastic_solver(self._solver), self._observer)
+        return ElasticProblem(self._problem, self._grids[-1], self._elastic_solver, self._observer)
 
     def _report_conflicts(self, elastic: ElasticProblem, nearest: ElasticResult, near: str, *, isolate: bool) -> Gait:
         """Return the failure as infeasible, with the conflicting limits, unless a feasible motion is found."""
