@@ -3,6 +3,7 @@ from gaitopt.model.assembly import StepEnd as StepEnd
 from gaitopt.model.assembly import assemble as assemble
 from gaitopt.model.check import RobotCheck as RobotCheck
 from gaitopt.model.check import check_robot as check_robot
+from gaitopt.model.contacts.closed_contact import ClosedContact as ClosedContact
 from gaitopt.model.contacts.contact import ArcContact as ArcContact
 from gaitopt.model.contacts.contact import Contact as Contact
 from gaitopt.model.contacts.contact import PointContact as PointContact
@@ -13,7 +14,13 @@ from gaitopt.model.contacts.impact import solve_impact as solve_impact
 from gaitopt.model.contacts.impact_law import ImpactLaw as ImpactLaw
 from gaitopt.model.contacts.impact_law import PlasticFrictional as PlasticFrictional
 from gaitopt.model.contacts.mode import Mode as Mode
+from gaitopt.model.contacts.mode_selection import Determinacy as Determinacy
+from gaitopt.model.contacts.mode_selection import ModeChoice as ModeChoice
+from gaitopt.model.contacts.mode_selection import select_modes as select_modes
+from gaitopt.model.contacts.multicontact_impact import ImpactOutcome as ImpactOutcome
+from gaitopt.model.contacts.multicontact_impact import solve_multicontact_impact as solve_multicontact_impact
 from gaitopt.model.contacts.transition import Transition as Transition
+from gaitopt.model.contacts.well_posedness import is_well_posed as is_well_posed
 from gaitopt.model.forces import Damper as Damper
 from gaitopt.model.forces import Potential as Potential
 from gaitopt.model.forces import RotorInertia as RotorInertia

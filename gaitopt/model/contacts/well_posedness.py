@@ -1,0 +1,68 @@
+"""Test whether the accelerations of sliding contacts are determined: Painleve's paradox and jams."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, stack_rows
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.mode_enumeration import ContactSpace
+
+
+def is_well_posed(
+    mass_matrix: np.ndarray, contacts: Sequence[ClosedContact], friction: Friction, modes: Mapping[str, Mode]
+) -> bool:
+    """Return whether the contact forces are determined for all forces on a robot in given contact modes.
+
+    With the rows A of the constraints and the directions B of the forces (W_n - s mu W_t for a contact that slips in
+    direction s), A M^-1 B' has a positive determinant for every set of the contacts, each with all its rows; for
+    sliding contacts it is a P-matrix.  Otherwise there is Painleve's paradox (one contact) or a jam (several).
+
+    Parameters
+    ----------
+    mass_matrix : (n, n) array
+    contacts : sequence of ClosedContact
+    friction : (static, kinetic), or mapping of contact to (static, kinetic)
+    modes : mapping of contact to Mode
+
+    Raises
+    ------
+    InputError
+        If a contact has no mode, or contacts, friction or mass matrix are invalid.
+
+    Examples
+    --------
+    A uniform rod of half-length 1 that slides on its lower end, at tan(angle) = 2, is well posed for mu < 4/3:
+
+    >>> import numpy as np
+    >>> from gaitopt.model import ClosedContact, Mode, is_well_posed
+    >>> c, s = 1 / np.sqrt(5), 2 / np.sqrt(5)
+    >>> tip = ClosedContact("tip", np.array([0, 1, c]), tangent_row=np.array([1, 0, -s]))
+    >>> rod = np.diag([1, 1, 1 / 3])
+    >>> [is_well_posed(rod, [tip], (mu, mu), {"tip": Mode.SLIP_BACKWARD}) for mu in (1.33, 1.34)]
+    [True, False]
+    """
+    rows = stack_rows(contacts, friction, len(mass_matrix))
+    missing = [contact.name for contact in contacts if contact.name not in modes]
+    if missing:
+        raise InputError(f"modes has no entry for contact {', '.join(map(repr, missing))}.")
+    space = ContactSpace(mass_matrix, rows, np.zeros(len(mass_matrix)))
+    k = len(contacts)
+    directions, sticking = np.eye(k + len(rows.members)), {}
+    for group, members in enumerate(rows.members, k):
+        for number in members:
+            mode = modes[contacts[number].name]
+            directions[group, number] = -mode.sign * rows.kinetic[group - k, number] if mode.slips else 0.0
+            if mode is Mode.STICK:
+                sticking[number] = group
+    ratio = space.scale[:, None] / space.scale
+    mobility = space.mobility @ (directions / ratio)
+    closed = [number for number, contact in enumerate(contacts) if modes[contact.name] is not Mode.FREE]
+    for count in range(1, len(closed) + 1):
+        for chosen in itertools.combinations(closed, count):
+            entries = [*chosen, *sorted({sticking[number] for number in chosen if number in sticking})]
+            if not np.linalg.det(mobility[np.ix_(entries, entries)]) > 0:
+                return False
+    return True
