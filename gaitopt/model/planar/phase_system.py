@@ -107,9 +107,7 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
     )
     gap, slide = robot.gaps(q, p)
     kinds, guards = _guards(robot, modes, sticking, infinite, (q, v, p, gap, tangent @ v, forces))
-    powers = ca.vertcat(
-        u * robot.joint_rates(q, v, p), -forces[0, :].T * (tangent @ v), robot.force_powers(q, v, p)[1]
-    )
+    powers = ca.vertcat(u * robot.joint_rates(q, v, p), -forces[0, :].T * (tangent @ v), robot.force_powers(q, v, p)[1])
     y, inputs = ca.vertcat(q, v), [q, v, u, z, p]
     matrix = ca.jacobian(residual, z)
     right = -ca.substitute(residual, z, ca.SX.zeros(z.shape))
@@ -182,7 +180,8 @@ def _guards(
     for k, contact in enumerate(robot.switches):
         if modes[robot.contact_index(contact)] is not Mode.FREE:
             kinds.append(GuardKind("extends", k))
-            guards.append(switches[k])
+            extended = p[len(robot.parameters) + k]
+            guards.append((1 - extended) * switches[k] + extended)  # positive while the spring is extended
     return tuple(kinds), ca.vertcat(*guards)
 
 

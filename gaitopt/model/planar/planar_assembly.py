@@ -79,7 +79,7 @@ def assemble_planar(
         )
     actuators, drawing = dict(actuators or {}), drawing or Drawing()
     places = drawing.points or {label: part.point for label, part in contacts.items() if isinstance(part, Contact)}
-    entries = tuple(_entry(name, label, part, contacts) for label, part in contacts.items())
+    entries = tuple(_entry(name, label, part, contacts, coordinates.q) for label, part in contacts.items())
     springs = [force for force in forces if isinstance(force, SwitchedSpring)]
     for spring in springs:
         _require_contact(name, "A switched spring", spring.contact, contacts)
@@ -151,15 +151,17 @@ def _contacts(
     }
 
 
-def _entry(robot: str, name: str, part: AnyContact, contacts: Mapping[str, AnyContact]) -> ContactEntry:
+def _entry(robot: str, name: str, part: AnyContact, contacts: Mapping[str, AnyContact], q: ca.SX) -> ContactEntry:
     """Return a contact as plain data."""
     if isinstance(part, JointStop):
-        return ContactEntry(name, "stop", latched=part.latched, released_by=_read_release(robot, name, part, contacts))
+        release = _read_release(robot, name, part, contacts)
+        return ContactEntry(name, "stop", slides=False, latched=part.latched, released_by=release)
     if not isinstance(part, Contact):
         raise InputError(
             f"Robot {robot!r}: contact {name!r} must be a PointContact, an ArcContact or a JointStop, got {part!r}."
         )
-    return ContactEntry(name, "arc" if isinstance(part, ArcContact) else "point", part.body or name, part.falls)
+    kind, slides = "arc" if isinstance(part, ArcContact) else "point", ca.jacobian(part.slide, q).nnz() > 0
+    return ContactEntry(name, kind, slides, part.body or name, part.falls)
 
 
 def _read_release(

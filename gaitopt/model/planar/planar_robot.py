@@ -23,6 +23,8 @@ class ContactEntry:
     name : str
     kind : str
         ``"point"``, ``"arc"`` or ``"stop"``.
+    slides : bool
+        Whether the contact has a slide coordinate: a joint stop and a foot that only moves vertically have none.
     body : str
         Rigid body; closed contacts of one body share the slip direction and the tangential force.
     falls : bool
@@ -34,21 +36,17 @@ class ContactEntry:
 
     Examples
     --------
-    >>> ContactEntry("knee", "stop", latched=True, released_by=("foot", True)).slides
+    >>> ContactEntry("knee", "stop", slides=False, latched=True, released_by=("foot", True)).falls
     False
     """
 
     name: str
     kind: str
+    slides: bool
     body: str = ""
     falls: bool = False
     latched: bool = False
     released_by: tuple[str, bool] | None = None
-
-    @property
-    def slides(self) -> bool:
-        """Whether the contact has a slide coordinate; a joint stop has none."""
-        return self.kind != "stop"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
