@@ -65,6 +65,8 @@ class PlanarEvent:
     q, v_minus, v_plus : (n_q,) arrays
     impulse : (n_c, 2) array [N s]
         (L_t, L_n) of each contact; zero without an impact.
+    outcome : ContactState or None
+        Mode of each contact in the impact, free if it has no impulse; None without an impact.
     energy_lost : float [J]
         Kinetic energy lost in the impact.
     switch_work : float [J]
@@ -79,6 +81,7 @@ class PlanarEvent:
     v_minus: Array
     v_plus: Array
     impulse: Array
+    outcome: ContactState | None = None
     energy_lost: float = 0.0
     switch_work: float = 0.0
 
@@ -88,7 +91,7 @@ class PlanarEvent:
     @property
     def is_impact(self) -> bool:
         """Whether a contact closes with an impulse."""
-        return bool(np.any(self.impulse != 0))
+        return self.outcome is not None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -27,7 +27,7 @@ class GuardKind(NamedTuple):
     name : str
         ``closes`` (gap), ``opens`` (normal force), ``slips+`` and ``slips-`` (distance to the edges of the friction
         cone), ``rests`` (slip speed) or ``extends`` (switched spring).
-    index : int
+    number : int
         Number of the contact or of the switch.
 
     Examples
@@ -37,7 +37,7 @@ class GuardKind(NamedTuple):
     """
 
     name: str
-    index: int
+    number: int
 
 
 class PhaseSystem(NamedTuple):
@@ -87,7 +87,7 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
     >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
     >>> state = ContactState.of({"sole": "stick", "full length": "free"})
     >>> make_phase_system(vertical_hopper(), state, False).guards[0]
-    GuardKind(name='closes', index=1)
+    GuardKind(name='closes', number=1)
     """
     modes = [mode for _, mode in state.modes]
     closed = tuple(i for i, mode in enumerate(modes) if mode is not Mode.FREE)
@@ -97,7 +97,7 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
     z = ca.SX.sym("z", robot.n_q + len(closed) + len(sticking))
     normal, tangent, normal_bias, tangent_bias = robot.rows(q, v, p)
     mass_matrix, bias, actuation = robot.dynamics(q, v, p)
-    forces = _forces(robot, modes, closed, sticking, z, p)
+    forces = contact_forces(robot, modes, closed, sticking, z, p)
     first = [members[0] for members in sticking]
     rows = ca.vertcat(normal[list(closed), :], tangent[first, :])
     acceleration = z[: robot.n_q]
@@ -132,7 +132,7 @@ def group_sticking(robot: PlanarRobot, modes: list[Mode]) -> tuple[tuple[int, ..
     return tuple(tuple(members) for members in bodies.values())
 
 
-def _forces(
+def contact_forces(
     robot: PlanarRobot,
     modes: list[Mode],
     closed: tuple[int, ...],

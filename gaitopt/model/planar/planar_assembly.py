@@ -208,11 +208,11 @@ def _label(
     for kind, parts in (("body", bodies), ("force", forces)):
         for number, part in enumerate(parts, start=1):
             expressions |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
-    for label, part in contacts.items():
-        expressions[f"gap of contact {label!r}"] = part.gap
-        if isinstance(part, Contact):
-            expressions[f"slide coordinate of contact {label!r}"] = part.slide
-            expressions[f"armed of contact {label!r}"] = 1 if part.armed is None else part.armed
+    for label, contact in contacts.items():
+        expressions[f"gap of contact {label!r}"] = contact.gap
+        if isinstance(contact, Contact):
+            expressions[f"slide coordinate of contact {label!r}"] = contact.slide
+            expressions[f"armed of contact {label!r}"] = 1 if contact.armed is None else contact.armed
     return expressions
 
 

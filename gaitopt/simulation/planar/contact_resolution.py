@@ -9,6 +9,7 @@ from gaitopt.model.contacts.closed_contact import ClosedContact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import ModeChoice, select_modes
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome, solve_multicontact_impact
+from gaitopt.model.contacts.well_posedness import is_well_posed
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
@@ -89,6 +90,12 @@ class ContactResolution:
         _, bias, actuation = self._dynamics(q, v)
         force = bias - actuation.reshape(-1, n).T @ u
         return select_modes(mass_matrix, force, self._closed(q, v, contacts, latched), self.friction, ended)
+
+    def is_well_posed(self, q: Array, v: Array, contacts: list[int], modes: Mapping[str, Mode]) -> bool:
+        """Return whether the forces of closed contacts in given modes are determined."""
+        latched = frozenset(i for i in contacts if modes[self.robot.contact_names[i]] is Mode.LATCHED)
+        rows = self._closed(q, v, contacts, latched)
+        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes)
 
     def _mass_matrix(self, q: Array, v: Array) -> Array:
         n = self.robot.n_q

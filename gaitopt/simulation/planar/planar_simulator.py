@@ -10,7 +10,8 @@ from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
-from gaitopt.simulation.planar.planar_automaton import PlanarArc, PlanarAutomaton, PlanarState
+from gaitopt.simulation.planar.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 MAX_EVENTS = 500
@@ -110,7 +111,7 @@ def follow(
             end = replace(end, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
             stop = Stop.SINGULAR if arc.failed else Stop.DURATION_DONE
             break
-        resolved = automaton.resolve_event(arc)
+        resolved = automaton.events.resolve(arc)
         if isinstance(resolved, Stop):
             stop = resolved
             break
