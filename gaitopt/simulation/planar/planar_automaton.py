@@ -23,7 +23,7 @@ from gaitopt.status import Stop
 DRIFT = 1e-11
 """Violation of the constraints at which a state is projected and the integration restarted."""
 
-RELATIVE, ABSOLUTE = 1e-12, 1e-14
+RELATIVE, ABSOLUTE = 1e-13, 1e-15
 """Tolerances of the integration."""
 
 SPANS = 4
@@ -77,6 +77,8 @@ class PlanarAutomaton:
         robot, extended = self.robot, (False,) * len(self.robot.switches)
         parts = self.events.contacts(extended).kinematics(q, v)
         closed = np.flatnonzero((np.abs(parts.gap) <= ZERO) & (np.abs(parts.normal_speed) <= ZERO)).tolist()
+        if any(robot.contacts[i].falls for i in closed):
+            return Stop.FELL
         if latched is None:
             fixed = frozenset(i for i in closed if robot.contacts[i].latched and _is_kept(robot, i, closed))
         else:
