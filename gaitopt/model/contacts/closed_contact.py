@@ -198,11 +198,12 @@ def _coefficients(friction: Friction, name: str) -> tuple[float, float]:
 
 def _require_one_row(members: Sequence[ClosedContact]) -> None:
     """Raise an error if the contacts of a group have different tangential rows."""
-    first = members[0]
-    for contact in members[1:]:
-        difference = np.abs(np.subtract(contact.tangent_row, first.tangent_row)).max()
-        if difference > _ROW_TOLERANCE * np.abs(first.tangent_row).max():
-            raise InputError(
-                f"The tangential rows of contacts {first.name!r} and {contact.name!r} in group {contact.group!r} "
-                f"differ by {difference:g}; a group consists of contacts of one rigid body on one straight ground."
-            )
+    if len(members) == 1:
+        return
+    rows = np.array([contact.tangent_row for contact in members], dtype=float)
+    difference = np.abs(rows - rows[0]).max()
+    if difference > _ROW_TOLERANCE * np.abs(rows[0]).max():
+        raise InputError(
+            f"The tangential rows of group {members[0].group!r} ({', '.join(contact.name for contact in members)}) "
+            f"differ by {difference:g}; a group consists of contacts of one rigid body on one straight ground."
+        )

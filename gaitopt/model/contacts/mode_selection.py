@@ -164,11 +164,11 @@ def select_modes(
     constant = space.matrix @ space.free + np.concatenate((rows.normal_bias, rows.tangent_bias))
     problem = space.state_problem(rows, constant, np.array([sign == 0 for sign in signs], dtype=bool))
     motions = enumerate_modes(problem, table)
-    if len(motions) > 1:
-        motions = _prefer_sticking(motions, table, rows, problem.fresh)
     names = [contact.name for contact in contacts]
     if ended:
         motions = _prefer_changes(motions, table, [ended.get(name) for name in names])
+    if len(motions) > 1:
+        motions = _prefer_sticking(motions, table, rows, problem.fresh)
     candidates = []
     for motion in motions:
         forces = space.scale * motion.forces[0]
