@@ -28,7 +28,7 @@ def solve_contacts(mobility, constant, members, friction, k):
 
 
 def lemke(matrix, vector, limit=500):
-    """Return z >= 0 with w = matrix z + vector >= 0 and w z = 0."""
+    """Return z >= 0 with w = matrix z + vector >= 0 and w z = 0; ties of ratios are broken by lexicographic order."""
     n = len(vector)
     if (vector >= 0).all():
         return np.zeros(n)
@@ -49,7 +49,8 @@ def lemke(matrix, vector, limit=500):
         assert eligible.size, "a ray: no solution was found"
         ratios = tableau[eligible, -1] / column[eligible]
         tied = eligible[ratios <= ratios.min() + 1e-13]
-        row = next((int(i) for i in tied if basis[i] == 2 * n), int(tied[0]))
+        order = np.lexsort((tableau[tied, :n] / column[tied, None]).T[::-1])
+        row = next((int(i) for i in tied if basis[i] == 2 * n), int(tied[order[0]]))
     z = np.zeros(2 * n + 1)
     z[basis] = tableau[:, -1]
     return z[n : 2 * n]

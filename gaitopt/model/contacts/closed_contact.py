@@ -166,8 +166,9 @@ def share_forces(names: Sequence[str], rows: ContactRows, forces: np.ndarray) ->
             continue
         friction = np.ones(k) if np.isinf(static).any() or not static.any() else static
         weights = [max(friction.item(number) * normal[number], 0.0) for number in members]
+        sum_of_weights = sum(weights)
         for number, weight in zip(members, weights, strict=True):
-            tangent[number] = total * weight / sum(weights) if total else 0.0
+            tangent[number] = total * (weight / sum_of_weights if sum_of_weights else 1 / len(members))
     return dict(zip(names, zip(tangent, normal, strict=True), strict=True))
 
 
