@@ -87,6 +87,8 @@ class EventResolution:
         )
         if isinstance(after, Stop):
             return after
+        if not closing and after.contacts == before.contacts and after.extended == before.extended:
+            return Stop.INCONSISTENT  # the present modes end, and no others satisfy the friction law
         return after, self._event(before, after, v, closing, outcome)
 
     def _closing(self, state: PlanarState, kind: GuardKind) -> list[int]:

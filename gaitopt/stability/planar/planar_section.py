@@ -95,7 +95,8 @@ class PlanarSection:
             violation = np.concatenate([gap, normal[list(self.rows.normal)], tangent[list(self.rows.tangential)]])
             if np.max(np.abs(violation), initial=0.0) < 1e-15:
                 break
-            y = y - np.linalg.lstsq(self._constraint_rows(y), violation, rcond=1e-12)[0]
+            correction: Array = np.linalg.lstsq(self._constraint_rows(y), violation, rcond=1e-12)[0].astype(float)
+            y = y - correction
         return y
 
     def _constraint_rows(self, y: Array) -> Array:
