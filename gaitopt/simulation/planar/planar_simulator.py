@@ -86,7 +86,7 @@ def simulate_planar(
     >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
     >>> rollout = simulate_planar(vertical_hopper(), [0.7, 0.2], [0, 0], {}, until="sole opens")
     >>> rollout.stop.key, rollout.motion.sequence
-    ('event_reached', 'full length latched | sole stick > sole stick |')
+    ('event_reached', 'full length latched | sole closed > sole closed |')
     """
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)

@@ -121,8 +121,8 @@ def find_planar_cycle(
     --------
     >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
     >>> hop = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], {"gravity": 9.81}, section="sole closes")
-    >>> round(hop.multipliers[0].real, 9)
-    0.781076196
+    >>> hop
+    PlanarCycle('vertical_hopper', stable, spectral radius 0.781076, period 0.553925 s)
     """
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
     state = automaton.begin(np.array(q, dtype=float), np.array(v, dtype=float))
