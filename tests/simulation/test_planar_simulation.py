@@ -8,7 +8,7 @@ from gaitopt import Stop, compass_biped, rimless_wheel, simulate
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, spoked_wheel, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
-from gaitopt.simulation.planar.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 
 from .planar_examples import box, rod
 

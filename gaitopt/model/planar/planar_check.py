@@ -39,6 +39,11 @@ class PlanarCheck:
         Change of mass matrix, forces, gaps, slide coordinates and actuation by the exchange of the legs.
     faults : tuple of str
         Faults with their remedies, one sentence each; empty for a correct robot.
+
+    Examples
+    --------
+    >>> PlanarCheck(0.01, 1e-9, 1e-10, 0.0, 0.0).passed
+    True
     """
 
     least_eigenvalue: float

@@ -10,8 +10,8 @@ from gaitopt.model.planar.impact_system import contact_slopes
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
-from gaitopt.simulation.planar.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 
 CORRECTIONS = 8
 """Largest number of Newton iterations with which a state returns to the section."""

@@ -14,10 +14,10 @@ from gaitopt.model.planar.impact_system import passive_torque
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
-from gaitopt.simulation.planar.event_resolution import EventResolution
-from gaitopt.simulation.planar.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar.planar_phase import PlanarPhase
-from gaitopt.simulation.planar.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
+from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
