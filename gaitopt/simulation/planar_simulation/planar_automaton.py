@@ -16,15 +16,12 @@ from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_phase import ABSOLUTE, RELATIVE, PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
 """Violation of the constraints at which a state is projected and the integration restarted."""
-
-RELATIVE, ABSOLUTE = 1e-13, 1e-15
-"""Tolerances of the integration."""
 
 SPANS = 4
 """Parts of a step of the integrator at whose ends the guards are evaluated."""

@@ -2,12 +2,16 @@
 
 import casadi as ca
 import numpy as np
+from scipy.integrate import DOP853
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
+
+RELATIVE, ABSOLUTE = 1e-13, 1e-15
+"""Tolerances of the integration."""
 
 PROJECTIONS = 4
 """Largest number of Newton iterations with which positions return to their constraints."""
@@ -77,6 +81,16 @@ class PlanarPhase:
             if len(members) > 1 and total > 0:
                 forces[list(members), 0] = tangential * normal / total
         return forces
+
+    def integrate(self, begin: float, y: Array, end: float) -> Array:
+        """Return the state (q, v) at a later time of the same phase, shape (2 n_q,), without event detection."""
+        size = 2 * self.n_q
+        if end <= begin:
+            return y[:size].copy()
+        integrator = DOP853(lambda t, y: self.rates(t, y)[:size], begin, y[:size], end, rtol=RELATIVE, atol=ABSOLUTE)
+        while integrator.status == "running":
+            integrator.step()
+        return integrator.y if integrator.status == "finished" else np.full(size, np.nan)
 
     def slope(self, t: float, y: Array) -> tuple[Array, Array]:
         """Return the derivatives of (v, a) by the state (q, v), shape (2 n_q, 2 n_q), and by time, shape (2 n_q,)."""

@@ -15,6 +15,8 @@ from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+from gaitopt.stability.critical_friction import CriticalFriction
+from gaitopt.stability.planar_gaits.planar_friction import planar_critical_friction
 from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivative
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection, exchange_legs
 from gaitopt.status import Stop
@@ -45,6 +47,8 @@ class PlanarCycle:
         Derivative of the return map in an orthonormal basis of the section.
     multipliers : (n_z,) complex array
         Its eigenvalues, largest modulus first.
+    critical_friction : CriticalFriction or None
+        None if a contact slips or none sticks.
     residual : float
         Largest change of the state over the period.
     motion : PlanarMotion
@@ -66,6 +70,7 @@ class PlanarCycle:
     travel: float
     derivative: Array
     multipliers: NDArray[np.complex128]
+    critical_friction: CriticalFriction | None
     residual: float
     motion: PlanarMotion
 
@@ -219,6 +224,7 @@ def _cycle(
         travel=0.0 if along is None else float(end.q[along] - start.q[along]),
         derivative=derivative,
         multipliers=eigenvalues[np.argsort(-np.abs(eigenvalues))],
+        critical_friction=planar_critical_friction(automaton, rollout),
         residual=residual,
         motion=rollout.motion,
     )
