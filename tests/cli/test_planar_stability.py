@@ -43,10 +43,7 @@ def test_the_critical_friction_is_the_least_at_which_the_gait_does_not_slip():
     (above,) = gaits_of(KNEES, "--starts", 1, "--set", f"friction={least * (1 + 1e-9)}")
     assert above["sequence"] == gait["sequence"]
     below = run("stability", KNEES, "--starts", 1, "--json", "--set", f"friction={least * (1 - 1e-6)}")
-    assert all("slip" in other["sequence"] or "|" in other["sequence"] for other in json.loads(below.stdout)["gaits"])
-    assert gait["sequence"] not in [
-        other["sequence"] for other in json.loads(below.stdout)["gaits"] if other["critical_friction"] is not None
-    ]
+    assert gait["sequence"] not in [other["sequence"] for other in json.loads(below.stdout)["gaits"]]
 
 
 def test_the_hopper_has_the_multiplier_of_its_closed_form_for_other_parameters():
@@ -73,7 +70,7 @@ def test_the_table_lists_sequence_and_multipliers():
             "--engine must be auto or scipy for a robot with several contacts",
         ),
         (("simulate", HOPPER), "has a robot with several contacts; only 'gaitopt stability"),
-        (("basin", HOPPER), "has a robot with several contacts; only 'gaitopt stability"),
+        (("basin", HOPPER, "--over", "body=0.6:0.7:2"), "has a robot with several contacts; only 'gaitopt stability"),
         (("solve", HOPPER), "is a walking problem without optimisation"),
         (("stability", HOPPER, "--set", "thrst=1"), "Did you mean 'thrust'"),
     ],

@@ -24,8 +24,11 @@ from gaitopt.status import Stop
 TOLERANCE = 1e-10
 """Largest change of the state over the period that is accepted."""
 
-MAX_ITERATIONS, SMALLEST_STEP, LONGEST = 30, 1 / 64, 100.0
-"""Largest number of Newton iterations, smallest damping, and longest period [s]."""
+MAX_ITERATIONS, SMALLEST_STEP = 30, 1 / 16
+"""Largest number of Newton iterations, and smallest damping."""
+
+LONGEST, PERIODS = 20.0, 3.0
+"""Longest motion from the given state to the section [s]; later ones take at most this number of its periods."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -141,7 +144,7 @@ def find_planar_cycle(
     first = follow(automaton, state, duration=LONGEST, until=section)
     if first.stop is not Stop.EVENT_REACHED or first.end is None:
         raise InputError(f"The motion from this state does not reach the event {section!r}: {first.stop.hint}")
-    trial = _simulate(automaton, exchange_legs(first.end, robot.mirror), section)
+    trial = _simulate(automaton, exchange_legs(first.end, robot.mirror), section, LONGEST)
     for _ in range(MAX_ITERATIONS):
         if trial is None:
             return None
@@ -156,10 +159,10 @@ def find_planar_cycle(
     return None
 
 
-def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str) -> PlanarRollout | None:
+def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout | None:
     """Return one period from a state with the contacts of another one near it, or None if it does not end."""
     chosen = automaton.events.choose(state, state.closed, state.latched, {})
-    rollout = follow(automaton, chosen, duration=LONGEST, until=section)
+    rollout = follow(automaton, chosen, duration=longest, until=section)
     return rollout if rollout.stop is Stop.EVENT_REACHED else None
 
 
@@ -190,7 +193,7 @@ def _improve(
     step, n, size = 1.0, automaton.robot.n_q, np.max(np.abs(change))
     while step >= SMALLEST_STEP:
         y = map_section.correct(start.y + step * direction)
-        trial = _simulate(automaton, replace(start, q=y[:n], v=y[n:]), section)
+        trial = _simulate(automaton, replace(start, q=y[:n], v=y[n:]), section, PERIODS * rollout.motion.period)
         if trial is not None and np.max(np.abs(_linear_change(automaton, trial))) < (1 - step / 4) * size:
             return trial
         if size <= TOLERANCE:
