@@ -162,6 +162,32 @@ def test_a_box_that_falls_back_closes_both_corners():
     assert landing.v_plus[2] / landing.v_minus[2] == pytest.approx(1 - 1.5 * np.sin(np.arctan(1 / 3)) ** 2, abs=1e-10)
 
 
+def test_a_rocking_box_comes_to_rest_after_infinitely_many_impacts():
+    """The rate falls by a constant ratio at every impact; the last impacts close both corners."""
+    robot, parameters = box(), {"friction": 5.0}
+    q, v = place_planar(robot, {"x": 0, "angle": 0.05}, {"angle": 0}, parameters, on=["front"])
+    rollout = simulate_planar(robot, q, v, parameters, duration=3.0)
+    impacts = [event for event in rollout.motion.events if event.is_impact]
+    ratios = [event.v_plus[2] / event.v_minus[2] for event in impacts[:10]]
+    assert ratios == pytest.approx([1 - 1.5 * np.sin(np.arctan(1 / 3)) ** 2] * 10, abs=1e-9)
+    assert rollout.stop is Stop.DURATION_DONE
+    assert rollout.motion.segments[-1].state.closed == ("rear", "front")
+    assert 30 < len(impacts) < 120
+    assert rollout.end.v == pytest.approx(np.zeros(3), abs=1e-12)
+    assert rollout.end.q[1:] == pytest.approx([0.3, 0], abs=1e-11)
+    assert rollout.motion.ledger().relative_residual < 1e-9
+
+
+def test_forces_that_grow_without_bound_end_the_motion():
+    """A sliding foot whose force diverges before its slip ends or its well-posedness is lost."""
+    robot, parameters = kneed_walker(), {"friction": 3.0, "slope": 0.4}
+    q = [-0.0916317366, 0.9435758760, 0.2479142265, 0.7041315168, -0.4123456544, 0.0158091562]
+    v = [-0.1361059398, 0.0027994264, -0.0054863118, 0.0898739789, -0.0914790352, -0.0625906524]
+    rollout = simulate_planar(robot, q, v, parameters, duration=1.5)
+    assert rollout.stop is Stop.PAINLEVE
+    assert rollout.motion.force("foot A")[1][1, -1] > 1e4 * 1.6 * 9.81
+
+
 def test_static_friction_delays_the_onset_of_slip():
     robot = box()
     q, v = place_planar(robot, {"x": 0.0}, {}, {}, on=["rear", "front"])

@@ -97,6 +97,16 @@ class ContactResolution:
         rows = self._rows_of(q, v, contacts, latched)
         return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes)
 
+    def stop_motion(self, q: Array, v: Array, contacts: list[int], sticking: list[int]) -> Array:
+        """Return the nearest velocity with which contacts do not separate and some of them do not slip.
+
+        The distance is measured by the mass matrix.
+        """
+        parts = self.kinematics(q, v)
+        rows = np.vstack([parts.normal[contacts], parts.tangent[sticking]])
+        spread = np.linalg.solve(self._mass_matrix(q, v), rows.T)
+        return v - spread @ np.linalg.lstsq(rows @ spread, rows @ v, rcond=1e-12)[0]
+
     def _mass_matrix(self, q: Array, v: Array) -> Array:
         n = self.robot.n_q
         return np.array(self._dynamics(q, v)[0].reshape(n, n))
