@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Stop, compass_biped, rimless_wheel, simulate
+from gaitopt import Mode, Stop, compass_biped, rimless_wheel, simulate
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, spoked_wheel, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
@@ -186,6 +186,38 @@ def test_forces_that_grow_without_bound_end_the_motion():
     rollout = simulate_planar(robot, q, v, parameters, duration=1.5)
     assert rollout.stop is Stop.PAINLEVE
     assert rollout.motion.force("foot A")[1][1, -1] > 1e4 * 1.6 * 9.81
+
+
+@pytest.mark.parametrize(("speed", "mode"), [(0.0, "stick"), (2.0, "slip+")])
+def test_contacts_that_close_together_are_one_event(speed, mode):
+    """A level box falls on both corners; its impulse is shared, and friction acts on the sum."""
+    robot, parameters, height = box(), {"friction": 0.2}, 0.1
+    rollout = simulate_planar(robot, [0, 0.3 + height, 0], [speed, 0, 0], parameters, duration=0.2)
+    (landing,) = (event for event in rollout.motion.events if event.is_impact)
+    assert landing.names == ("rear closes", "front closes")
+    assert {landing.outcome.mode("rear"), landing.outcome.mode("front")} == {Mode(mode)}
+    normal = np.sqrt(2 * 9.81 * height)
+    assert landing.impulse.sum(axis=0) == pytest.approx([-0.2 * normal if speed else 0, normal], abs=1e-9)
+    assert rollout.end.v[1:] == pytest.approx([0, 0], abs=1e-11)
+    fallen = np.sqrt(2 * height / 9.81)
+    assert rollout.end.v[0] == pytest.approx(max(0, speed - 0.2 * normal - 0.2 * 9.81 * (0.2 - fallen)), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("friction", "outcome", "rate"),
+    [(0.9, {"spoke 0": "free", "spoke 1": "stick"}, "beta"), (0.2, {"spoke 0": "free", "spoke 1": "slip+"}, "slip")],
+)
+def test_the_wheel_leaves_its_rear_spoke_by_sticking_or_slipping_at_the_front_one(friction, outcome, rate):
+    """With kappa = 1/3: beta = (cos 2a + kappa)/(1 + kappa), S = sin a (sin a - mu cos a), w (kappa - S)/(kappa + S)."""
+    wheel, half, kappa = spoked_wheel(8), np.pi / 8, 1 / 3
+    parameters = {"friction": friction, "slope": 0.0}
+    q, v = place_planar(wheel, {"x": 0, "theta": half}, {"theta": 1.0}, parameters, on=["spoke 0"])
+    contacts = PlanarAutomaton(wheel, wheel.resolve(parameters)).events.contacts(())
+    result = contacts.impact(q, v, [0, 1], frozenset())
+    share = np.sin(half) * (np.sin(half) - friction * np.cos(half))
+    expected = {"beta": (np.cos(2 * half) + kappa) / (1 + kappa), "slip": (kappa - share) / (kappa + share)}[rate]
+    assert {name: mode.value for name, mode in result.modes.items()} == outcome
+    assert result.velocity_plus[2] == pytest.approx(expected, abs=1e-12)
 
 
 def test_static_friction_delays_the_onset_of_slip():
