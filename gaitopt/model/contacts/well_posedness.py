@@ -7,8 +7,8 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, stack_rows
+from gaitopt.model.contacts.contact_motions import respond
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.mode_enumeration import ContactSpace
 
 
 def is_well_posed(
@@ -48,7 +48,7 @@ def is_well_posed(
     missing = [contact.name for contact in contacts if contact.name not in modes]
     if missing:
         raise InputError(f"modes has no entry for contact {', '.join(map(repr, missing))}.")
-    space = ContactSpace(mass_matrix, rows, np.zeros(len(mass_matrix)))
+    response = respond(mass_matrix, np.concatenate((rows.normals, rows.tangents)), None, np.zeros(len(mass_matrix)))
     k = len(contacts)
     directions, sticking = np.eye(k + len(rows.members)), {}
     for group, members in enumerate(rows.members, k):
@@ -57,8 +57,8 @@ def is_well_posed(
             directions[group, number] = -mode.sign * rows.kinetic[group - k, number] if mode.slips else 0.0
             if mode is Mode.STICK:
                 sticking[number] = group
-    ratio = space.scale[:, None] / space.scale
-    mobility = space.mobility @ (directions / ratio)
+    scale = 1 / np.sqrt(response.mobility.diagonal())
+    mobility = scale[:, None] * (response.mobility @ directions) * scale
     closed = [number for number, contact in enumerate(contacts) if modes[contact.name] is not Mode.FREE]
     for count in range(1, len(closed) + 1):
         for chosen in itertools.combinations(closed, count):
