@@ -67,6 +67,23 @@ def test_the_sleeve_jams_from_its_length_over_twice_the_offset(length, offset, i
             assert posed == (not jams or mu < limit)
 
 
+def test_a_sticking_contact_takes_part_with_both_rows():
+    """One sticking and one slipping contact: positive determinants of both alone and of the three rows together."""
+    rng, counts = np.random.default_rng(5), {True: 0, False: 0}
+    for _ in range(400):
+        factor, rows, mu = rng.normal(size=(4, 4)), rng.normal(size=(4, 4)), rng.uniform(0, 2)
+        mass = factor @ factor.T + 0.3 * np.eye(4)
+        contacts = [ClosedContact("A", rows[0], tangent_row=rows[2]), ClosedContact("B", rows[1], tangent_row=rows[3])]
+        constraints, directions = rows[[0, 2, 1]], np.array([rows[0], rows[2], rows[1] - mu * rows[3]])
+        matrix = constraints @ np.linalg.solve(mass, directions.T)
+        expected = matrix[2, 2] > 0 and np.linalg.det(matrix) > 0
+        modes = {"A": Mode.STICK, "B": Mode.SLIP_FORWARD}
+        assert is_well_posed(mass, contacts, (mu, mu), modes) == expected
+        without = matrix[2, 2] > 0 and np.linalg.det(matrix[np.ix_([0, 2], [0, 2])]) > 0
+        counts[expected == without] += 1
+    assert counts[False] > 10
+
+
 def test_a_contact_without_a_mode_is_named():
     with pytest.raises(InputError, match="no entry for contact 'tip'"):
         is_well_posed(ROD, [rod(1.0)], (1, 1), {})
@@ -75,7 +92,7 @@ def test_a_contact_without_a_mode_is_named():
 def test_a_well_posed_sliding_state_has_one_motion(rng):
     """The P-matrix property is uniqueness: no well-posed set of moving contacts is ambiguous or inconsistent."""
     ill = 0
-    for _ in range(400):
+    for _ in range(150):
         factor, rows = rng.normal(size=(4, 4)), rng.normal(size=(4, 4))
         speeds, mu = rng.choice([-1.0, 1.0], size=2), rng.uniform(0, 2)
         contacts = [
@@ -91,4 +108,4 @@ def test_a_well_posed_sliding_state_has_one_motion(rng):
             assert statuses == {"unique"}
         else:
             ill += statuses != {"unique"}
-    assert ill > 30
+    assert ill > 10
