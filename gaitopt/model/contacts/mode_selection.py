@@ -172,7 +172,8 @@ def _prefer_changes(motions: list[ConsistentMotion], ended: Sequence[Mode | None
         pairs = zip(modes, ended, strict=True)
         return any(mode is end or (end is Mode.CLOSED and mode is not Mode.FREE) for mode, end in pairs)
 
-    changed, others = [], []
+    changed: list[ConsistentMotion] = []
+    others: list[ConsistentMotion] = []
     for motion in motions:
         order = sorted(zip(motion.combinations, motion.forces, strict=True), key=lambda pair: persists(pair[0]))
         represented = ConsistentMotion(*map(tuple, zip(*order, strict=True)))
