@@ -21,7 +21,7 @@ Standing = Annotated[
     typer.Option(
         "--on",
         metavar="CONTACT",
-        help="Contact at rest on the ground, which determines the coordinates and rates that are not named "
+        help="Motionless contact on the ground, which determines the coordinates and rates that are not named "
         "(repeatable).",
         show_default="the first contact of the robot",
     ),

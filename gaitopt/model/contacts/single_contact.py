@@ -32,7 +32,7 @@ class SingleContact(NamedTuple):
     sign: int
 
 
-class _Trial(NamedTuple):
+class _ModeSolution(NamedTuple):
     """A mode with its scaled force and velocity, both (normal, tangential), and its margin."""
 
     mode: Mode
@@ -65,7 +65,7 @@ def solve_foot(problem: SingleContact) -> list[ConsistentMotion] | None:
     if not problem.sign:
         f_n, f_t = (coupling * c_t - c_n) / determinant, (coupling * c_n - c_t) / determinant
         cone = math.inf if math.isinf(problem.static) else problem.static * ratio * f_n - abs(f_t)
-        trials.append(_Trial(Mode.STICK, (f_n, f_t), (0.0, 0.0), min(f_n, cone)))
+        trials.append(_ModeSolution(Mode.STICK, (f_n, f_t), (0.0, 0.0), min(f_n, cone)))
     for mode, sign in _SLIPS:
         if problem.sign == -sign or math.isinf(problem.kinetic):
             continue
@@ -76,8 +76,8 @@ def solve_foot(problem: SingleContact) -> list[ConsistentMotion] | None:
         f_n = -c_n / response
         speed = c_t + (coupling + slide) * f_n
         margin = f_n if problem.sign else min(f_n, sign * speed)
-        trials.append(_Trial(mode, (f_n, slide * f_n), (0.0, speed), margin))
-    trials.append(_Trial(Mode.FREE, (0.0, 0.0), (c_n, c_t), c_n))
+        trials.append(_ModeSolution(mode, (f_n, slide * f_n), (0.0, speed), margin))
+    trials.append(_ModeSolution(Mode.FREE, (0.0, 0.0), (c_n, c_t), c_n))
     return _motions_of(trials, max(abs(c_n), abs(c_t)), (normal, tangent))
 
 
@@ -92,9 +92,9 @@ def solve_stop(constant: float, mobility: float, latched: bool) -> list[Consiste
     return [ConsistentMotion(((mode,),), ((force,),))]
 
 
-def _motions_of(trials: list[_Trial], load: float, scale: Pair) -> list[ConsistentMotion]:
+def _motions_of(trials: list[_ModeSolution], load: float, scale: Pair) -> list[ConsistentMotion]:
     """Return the accepted trials, those with the same velocity as one motion."""
-    motions: list[list[tuple[bool, _Trial]]] = []
+    motions: list[list[tuple[bool, _ModeSolution]]] = []
     for trial in trials:
         size = max(load, abs(trial.force[0]), abs(trial.force[1]))
         if not trial.margin >= -TOLERANCE * size:

@@ -9,7 +9,7 @@ from gaitopt.model.contacts.closed_contact import ClosedContact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import ModeChoice, select_modes
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome, solve_multicontact_impact
-from gaitopt.model.contacts.well_posedness import is_well_posed
+from gaitopt.model.contacts.slip_well_posedness import is_well_posed
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
