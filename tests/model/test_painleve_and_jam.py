@@ -84,6 +84,22 @@ def test_a_sticking_contact_takes_part_with_both_rows():
     assert counts[False] > 10
 
 
+@pytest.mark.parametrize("mode", [Mode.STICK, Mode.SLIP_FORWARD])
+def test_three_points_of_one_body_are_no_jam(mode):
+    """The normal forces are undetermined, the motion is not."""
+    x = {"heel": -0.1, "middle": 0.02, "toe": 0.13}
+    contacts = [
+        ClosedContact(name, np.array([0, 1, x[name]]), tangent_row=np.array([1, 0, 0.3]), group="foot") for name in x
+    ]
+    mass, modes = np.diag([2.0, 2.0, 0.05]), dict.fromkeys(x, mode)
+    assert is_well_posed(mass, contacts, (0.2, 0.2), modes)
+    choice = select_modes(mass, np.array([-8.0 * mode.slips, 20.0, 0.0]), contacts, (0.2, 0.2))
+    assert choice.status.value == "unique"
+    assert choice.chosen == modes
+    expected = [0 if mode is Mode.STICK else 2.0, 0, 0]
+    np.testing.assert_allclose(choice.acceleration, expected, atol=1e-10)
+
+
 def test_a_contact_without_a_mode_is_named():
     with pytest.raises(InputError, match="no entry for contact 'tip'"):
         is_well_posed(ROD, [rod(1.0)], (1, 1), {})

@@ -9,6 +9,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, stack_rows
 from gaitopt.model.contacts.contact_motions import respond
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.mode_enumeration import DEPENDENT
 
 
 def is_well_posed(
@@ -18,7 +19,8 @@ def is_well_posed(
 
     With the rows A of the constraints and the directions B of the forces (W_n - s mu W_t for a contact that slips in
     direction s), A M^-1 B' has a positive determinant for every set of the contacts, each with all its rows; for
-    sliding contacts it is a P-matrix.  Otherwise there is Painleve's paradox (one contact) or a jam (several).
+    sliding contacts it is a P-matrix.  Otherwise there is Painleve's paradox (one contact) or a jam (several).  Sets
+    with linearly dependent rows are left out: their independent subsets determine the motion.
 
     Parameters
     ----------
@@ -58,11 +60,22 @@ def is_well_posed(
             if mode is Mode.STICK:
                 sticking[number] = group
     scale = 1 / np.sqrt(response.mobility.diagonal())
+    gram = scale[:, None] * response.mobility * scale
     mobility = scale[:, None] * (response.mobility @ directions) * scale
     closed = [number for number, contact in enumerate(contacts) if modes[contact.name] is not Mode.FREE]
     for count in range(1, len(closed) + 1):
         for chosen in itertools.combinations(closed, count):
             entries = [*chosen, *sorted({sticking[number] for number in chosen if number in sticking})]
-            if not np.linalg.det(mobility[np.ix_(entries, entries)]) > 0:
+            if not _determinant(mobility, entries) > 0 and _determinant(gram, entries) > DEPENDENT:
                 return False
     return True
+
+
+def _determinant(matrix: np.ndarray, entries: list[int]) -> float:
+    """Return the principal minor of some entries."""
+    if len(entries) == 1:
+        return float(matrix.item(entries[0], entries[0]))
+    if len(entries) == 2:
+        i, j = entries
+        return float(matrix.item(i, i) * matrix.item(j, j) - matrix.item(i, j) * matrix.item(j, i))
+    return float(np.linalg.det(matrix[np.ix_(entries, entries)]))
