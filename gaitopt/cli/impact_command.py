@@ -45,7 +45,7 @@ def impact(
     """
     from gaitopt.cli.script import call_script
     from gaitopt.model.planar.planar_robot import PlanarRobot
-    from gaitopt.simulation.planar.planar_impact import solve_planar_impact
+    from gaitopt.simulation.planar_simulation.planar_impact import solve_planar_impact
 
     problem = call_script(source, setting or [])
     robot = getattr(problem, "robot", None)
@@ -67,7 +67,7 @@ def _read_state(
     robot: "PlanarRobot", values: "Mapping[str, float]", parameters: "Mapping[str, float]", on: "Sequence[str] | None"
 ) -> "tuple[Array, Array]":
     """Return the state with the named coordinates and rates; contacts at rest determine the others."""
-    from gaitopt.simulation.planar.placement import place_planar
+    from gaitopt.simulation.planar_simulation.placement import place_planar
 
     unknown = [name for name in values if name not in robot.state_names]
     if unknown:

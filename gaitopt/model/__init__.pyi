@@ -31,6 +31,8 @@ from gaitopt.model.mechanics import RigidLink as RigidLink
 from gaitopt.model.planar.joint_stop import JointStop as JointStop
 from gaitopt.model.planar.joint_stop import SwitchedSpring as SwitchedSpring
 from gaitopt.model.planar.planar_assembly import assemble_planar as assemble_planar
+from gaitopt.model.planar.planar_check import PlanarCheck as PlanarCheck
+from gaitopt.model.planar.planar_check import check_planar as check_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates as PlanarCoordinates
 from gaitopt.model.planar.planar_robot import PlanarRobot as PlanarRobot
 from gaitopt.model.robot import Coordinates as Coordinates
@@ -42,4 +44,5 @@ from gaitopt.model.robots.kneed_walker import kneed_walker as kneed_walker
 from gaitopt.model.robots.monopod import monopod as monopod
 from gaitopt.model.robots.rimless import rimless_wheel as rimless_wheel
 from gaitopt.model.robots.round_foot_walker import round_foot_walker as round_foot_walker
+from gaitopt.model.robots.spoked_wheel import spoked_wheel as spoked_wheel
 from gaitopt.model.robots.vertical_hopper import vertical_hopper as vertical_hopper

@@ -31,6 +31,15 @@ class PlanarSegment:
     kinetic, potential, elastic : (K,) arrays [J]
         The potential energy includes the elastic energy.
     points : (2, n_points, K) array [m]
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> motion = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> flight = motion.segments[0]
+    >>> flight.state.mode("foot").value, flight.force.shape == (2, 2, flight.time.size)
+    ('free', True)
     """
 
     state: ContactState
@@ -71,6 +80,14 @@ class PlanarEvent:
         Kinetic energy lost in the impact.
     switch_work : float [J]
         Elastic energy added by switched springs.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> motion = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> motion.events[0].names, motion.events[0].outcome.mode("foot").value
+    (('foot closes',), 'stick')
     """
 
     time: float

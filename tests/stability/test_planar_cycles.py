@@ -11,10 +11,10 @@ import pytest
 from gaitopt.errors import InputError
 from gaitopt.model import kneed_walker, round_foot_walker, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
-from gaitopt.simulation.planar.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar.planar_simulator import follow
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import follow
 from gaitopt.stability import find_planar_cycle
-from gaitopt.stability.planar.planar_linearisation import planar_derivative
+from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivative
 
 ROUND_FEET = {
     "z": (0.1894382832527, -0.2390109878129, -0.1876139814681),

@@ -12,7 +12,7 @@ import casadi as ca
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.planar.phase_system import contact_forces, group_sticking
+from gaitopt.model.planar.phase_system import contact_forces, group_sticking, select_rows
 from gaitopt.model.planar.planar_robot import PlanarRobot
 
 
@@ -42,7 +42,7 @@ def impact_slope(robot: PlanarRobot, outcome: ContactState) -> ca.Function:
     w = ca.SX.sym("w", n + len(closed) + len(sticking))
     normal, tangent, _, _ = robot.rows(q, v, p)
     impulse = contact_forces(robot, modes, closed, sticking, w, p)
-    rows = ca.vertcat(normal[list(closed), :], tangent[[members[0] for members in sticking], :])
+    rows = ca.vertcat(select_rows(normal, closed), select_rows(tangent, [members[0] for members in sticking]))
     change = robot.dynamics(q, v, p)[0] @ (w[:n] - v)
     residual = ca.vertcat(change - tangent.T @ impulse[0, :].T - normal.T @ impulse[1, :].T, rows @ w[:n])
     matrix = ca.jacobian(residual, w)

@@ -10,8 +10,8 @@ from gaitopt.model.planar.impact_system import contact_slopes
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
-from gaitopt.simulation.planar.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 
 CORRECTIONS = 8
 """Largest number of Newton iterations with which a state returns to the section."""
@@ -67,7 +67,8 @@ class PlanarSection:
     def matrix(self) -> Array:
         """Return the matrix of the leg exchange on the state (q, v), shape (2 n_q, 2 n_q)."""
         n = self.robot.n_q
-        return np.eye(2 * n) if self._mirror is None else np.kron(np.eye(2), self._mirror.coordinates)
+        coordinates = np.eye(n) if self._mirror is None else self._mirror.coordinates
+        return np.asarray(np.kron(np.eye(2), coordinates), dtype=float)
 
     def tangent(self, y: Array) -> Array:
         """Return an orthonormal basis of the deviations on the section, travel excluded, shape (2 n_q, n_z)."""
@@ -88,6 +89,7 @@ class PlanarSection:
     def correct(self, y: Array) -> Array:
         """Return the nearest state on the section."""
         n = self.robot.n_q
+        y = np.array(y, dtype=float)
         for _ in range(CORRECTIONS):
             gap = self._gaps(y[:n])[0][list(self.rows.gaps)].copy()
             parts = self._rows(y[:n], y[n:])
@@ -96,7 +98,7 @@ class PlanarSection:
             if np.max(np.abs(violation), initial=0.0) < 1e-15:
                 break
             correction: Array = np.linalg.lstsq(self._constraint_rows(y), violation, rcond=1e-12)[0].astype(float)
-            y = y - correction
+            y -= correction
         return y
 
     def _constraint_rows(self, y: Array) -> Array:

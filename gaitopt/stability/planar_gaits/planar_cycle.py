@@ -12,11 +12,11 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarMotion
-from gaitopt.simulation.planar.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar.planar_simulator import PlanarRollout, follow
-from gaitopt.simulation.planar.planar_state import PlanarState
-from gaitopt.stability.planar.planar_linearisation import planar_derivative
-from gaitopt.stability.planar.planar_section import PlanarSection, exchange_legs
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
+from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivative
+from gaitopt.stability.planar_gaits.planar_section import PlanarSection, exchange_legs
 from gaitopt.status import Stop
 
 TOLERANCE = 1e-10
@@ -49,6 +49,13 @@ class PlanarCycle:
         Largest change of the state over the period.
     motion : PlanarMotion
         The period.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
+    >>> hop = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], {"gravity": 9.81}, section="sole closes")
+    >>> hop.stable, hop.sequence
+    (True, 'sole closed > sole closed | full length latched |')
     """
 
     robot: str
@@ -121,8 +128,8 @@ def find_planar_cycle(
     --------
     >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
     >>> hop = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], {"gravity": 9.81}, section="sole closes")
-    >>> round(hop.multipliers[0].real, 9)
-    0.781076196
+    >>> hop
+    PlanarCycle('vertical_hopper', stable, spectral radius 0.781076, period 0.553925 s)
     """
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
     state = automaton.begin(np.array(q, dtype=float), np.array(v, dtype=float))

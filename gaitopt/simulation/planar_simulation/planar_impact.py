@@ -9,7 +9,7 @@ from gaitopt.model.contacts.closed_contact import GAP_TOLERANCE
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.planar.contact_resolution import ContactResolution
+from gaitopt.simulation.planar_simulation.contact_resolution import ContactResolution
 
 SEPARATION = 1e-9
 """Speeds of separation below this value [m/s] count as zero."""

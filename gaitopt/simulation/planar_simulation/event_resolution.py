@@ -13,9 +13,9 @@ from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
-from gaitopt.simulation.planar.contact_resolution import ContactResolution
-from gaitopt.simulation.planar.guard_watch import JAMS, ZERO
-from gaitopt.simulation.planar.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.contact_resolution import ContactResolution
+from gaitopt.simulation.planar_simulation.guard_watch import JAMS, ZERO
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 MAX_ROUNDS = 5
@@ -73,7 +73,7 @@ class EventResolution:
             return Stop.FELL
         extended = tuple(on or kind == ("extends", k) for k, on in enumerate(before.extended))
         latched = before.latched | {i for i in closing if robot.contacts[i].latched}
-        latched -= _released(robot, set(closing), opening=False)
+        latched -= _stops_freed_by(robot, set(closing), opening=False)
         touching, outcome = sorted({*before.closed, *closing}), None
         if closing:
             outcome = self.contacts(before.extended).impact(q, v, touching, latched)
@@ -83,7 +83,7 @@ class EventResolution:
             touching = [i for i in touching if outcome.modes[robot.contact_names[i]] is not Mode.FREE]
         was_closed = {*before.closed, *closing}
         after = self._settle(
-            replace(state, extended=extended), touching, latched, self._ended(kind, before), was_closed
+            replace(state, extended=extended), touching, latched, self._find_ending_modes(kind, before), was_closed
         )
         if isinstance(after, Stop):
             return after
@@ -109,7 +109,7 @@ class EventResolution:
         robot = self.robot
         for _ in range(MAX_ROUNDS):
             opened = was_closed - set(touching)
-            latched = frozenset(latched - _released(robot, opened, opening=True))
+            latched = frozenset(latched - _stops_freed_by(robot, opened, opening=True))
             off = {robot.contact_names[i] for i in opened}
             extended = tuple(on and name not in off for on, name in zip(state.extended, robot.switches, strict=True))
             chosen = self.choose(replace(state, extended=extended), touching, latched, ended)
@@ -118,7 +118,7 @@ class EventResolution:
             touching = chosen.closed
         return Stop.TOO_MANY_EVENTS
 
-    def _ended(self, kind: GuardKind, before: PlanarState) -> dict[str, Mode]:
+    def _find_ending_modes(self, kind: GuardKind, before: PlanarState) -> dict[str, Mode]:
         """Return the modes that end at a smooth event, by the names of the contacts."""
         if kind.name not in ("opens", "rests", "slips+", "slips-"):
             return {}
@@ -176,7 +176,7 @@ class EventResolution:
         return float(self.robot.force_powers(state.q, state.v, p)[0])
 
 
-def _released(robot: PlanarRobot, contacts: set[int], *, opening: bool) -> set[int]:
-    """Return the stops that the opening or the closing of contacts releases."""
+def _stops_freed_by(robot: PlanarRobot, contacts: set[int], *, opening: bool) -> set[int]:
+    """Return the stops that the opening or the closing of some contacts releases."""
     events = {(robot.contact_names[i], opening) for i in contacts}
     return {i for i, contact in enumerate(robot.contacts) if contact.released_by in events}

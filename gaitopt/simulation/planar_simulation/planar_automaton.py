@@ -14,10 +14,10 @@ from gaitopt.model.planar.impact_system import passive_torque
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
-from gaitopt.simulation.planar.event_resolution import EventResolution
-from gaitopt.simulation.planar.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar.planar_phase import PlanarPhase
-from gaitopt.simulation.planar.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
+from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
@@ -87,7 +87,7 @@ class PlanarAutomaton:
         state = PlanarState(0.0, np.array(q, dtype=float), np.array(v, dtype=float), free, extended)
         return self.events.choose(state, sorted({*closed, *fixed}), fixed, {})
 
-    def _posedness(self, state: PlanarState) -> Callable[[Array], bool] | None:
+    def well_posedness(self, state: PlanarState) -> Callable[[Array], bool] | None:
         """Return the test of whether the forces of a contact state are determined; None if no contact slips."""
         if not any(mode.slips for mode in state.modes):
             return None
@@ -99,7 +99,7 @@ class PlanarAutomaton:
         phase = self.phase(state)
         anchors = phase.anchors(state.y)
         y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
-        watch = GuardWatch(phase, self.weight, state.time, y, self._posedness(state))
+        watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
         times, states = [state.time], [y]
         while times[-1] < until:
             integrator = DOP853(phase.rates, times[-1], states[-1], until, rtol=RELATIVE, atol=ABSOLUTE)

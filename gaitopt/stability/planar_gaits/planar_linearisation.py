@@ -15,10 +15,10 @@ from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.planar.impact_system import impact_slope
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
-from gaitopt.simulation.planar.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar.planar_phase import PlanarPhase
-from gaitopt.simulation.planar.planar_simulator import PlanarRollout
-from gaitopt.simulation.planar.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 
 RELATIVE, ABSOLUTE = 1e-11, 1e-12
 """Tolerances of the integration of the variational equations."""

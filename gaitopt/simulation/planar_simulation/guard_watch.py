@@ -11,7 +11,7 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import find_dip, find_root
-from gaitopt.simulation.planar.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
 
 ZERO = 1e-9
 """Gaps [m or rad], slip speeds [m/s] and forces relative to the weight below this value count as zero."""
