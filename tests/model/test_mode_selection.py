@@ -1,6 +1,7 @@
 """Choice of contact modes: box, static friction, ties, groups, stops, dependent rows, and a compass on two feet."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -98,6 +99,22 @@ def test_a_mode_that_has_ended_is_not_chosen_again():
     assert (left.status, left.chosen["foot"]) == (Determinacy.UNIQUE, Mode.SLIP_FORWARD)
     only = select_modes(np.eye(2), np.array([0.0, 10.0]), [foot()], (0.5, 0.5), {"foot": Mode.STICK})
     assert only.chosen["foot"] is Mode.STICK
+
+
+@pytest.mark.parametrize("others", [[], [foot("stop", (0, 0, 1), None)]])
+@pytest.mark.parametrize("error", [-1e-12, 1e-12])
+def test_a_foot_lifts_off_at_an_event_located_up_to_rounding(others, error):
+    """A light foot under a spring without force: its own acceleration is small, that of the body is not."""
+    load = np.array([0.0, error, 1.0, 90.0])
+    mass = np.diag([1.0, 1.0, 1.0, 8.0])
+    contacts = [
+        foot("foot", (0, 1, 0, 0), (1, 0, 0, 0)),
+        *(replace(c, normal_row=np.array([0, 0, 1, 0])) for c in others),
+    ]
+    choice = select_modes(mass, load, contacts, (0.5, 0.5), {"foot": Mode.CLOSED})
+    assert (choice.status, choice.chosen["foot"]) == (Determinacy.UNIQUE, Mode.FREE)
+    stop = ClosedContact("foot", np.array([0.0, 1, 0, 0]))
+    assert select_modes(mass, load, [stop, *contacts[1:]], {}, {"foot": Mode.CLOSED}).chosen["foot"] is Mode.FREE
 
 
 def test_a_bias_is_part_of_the_contact_acceleration():

@@ -34,12 +34,15 @@ class Response(NamedTuple):
         W M^-1 W'.
     constant : (N,) array
         W free.
+    size : float
+        Norm of `free`, sqrt(free' M free): the scale of rounding errors.
     """
 
     free: np.ndarray
     per_force: np.ndarray
     mobility: np.ndarray
     constant: np.ndarray
+    size: float
 
 
 class ContactMotions(NamedTuple):
@@ -112,9 +115,9 @@ def find_motions(
 
 
 def respond(
-    mass_matrix: np.ndarray, matrix: np.ndarray, force: np.ndarray | None, velocity: np.ndarray | None
+    mass_matrix: np.ndarray, matrix: np.ndarray, *, force: np.ndarray | None = None, velocity: np.ndarray | None = None
 ) -> Response:
-    """Return the response to forces at contacts with the rows `matrix`, shape (N, n).
+    """Return the response to forces at contacts with the rows `matrix`, shape (N, n), under a force or at a velocity.
 
     Raises
     ------
@@ -137,7 +140,8 @@ def respond(
             f"The mobility W M^-1 W' of every contact row must be positive, got {values}: "
             "the mass matrix must be positive definite and no row zero."
         )
-    return Response(free, per_force, mobility, matrix @ free)
+    square = velocity @ mass_matrix @ velocity if force is None else -force @ free
+    return Response(free, per_force, mobility, matrix @ free, math.sqrt(max(square, 0.0)))
 
 
 def _find_single(
@@ -149,13 +153,13 @@ def _find_single(
 ) -> ContactMotions | None:
     """Return the consistent motions of a robot with one contact, or None if the closed form does not apply."""
     vectors = (contact.normal_row,) if contact.is_stop else (contact.normal_row, contact.tangent_row)
-    response = respond(mass_matrix, np.array(vectors, dtype=float), force, velocity)
+    response = respond(mass_matrix, np.array(vectors, dtype=float), force=force, velocity=velocity)
     mobility, constant = response.mobility.tolist(), response.constant.tolist()
     impact = velocity is not None
     if not impact:
         constant[0] += contact.normal_bias
     if contact.is_stop:
-        motions = solve_stop(constant[0], mobility[0][0], contact.latched)
+        motions = solve_stop(constant[0], mobility[0][0], contact.latched, response.size)
         return ContactMotions([contact.name], response, motions, None)
     static, kinetic = coefficients_of(friction, contact.name)
     if impact:
@@ -164,7 +168,8 @@ def _find_single(
         constant[1] += contact.tangent_bias
         sign = slip_sign((contact,), kinetic)
     (nn, nt), (_, tt) = mobility
-    feet = solve_foot(SingleContact((constant[0], constant[1]), (nn, nt, tt), static, kinetic, sign))
+    problem = SingleContact((constant[0], constant[1]), (nn, nt, tt), static, kinetic, sign, response.size)
+    feet = solve_foot(problem)
     return None if feet is None else ContactMotions([contact.name], response, feet, None)
 
 
@@ -177,7 +182,7 @@ def _find_several(
 ) -> ContactMotions:
     """Return the consistent motions of a robot with any contacts."""
     rows = stack_rows(contacts, friction, len(mass_matrix))
-    response = respond(mass_matrix, np.concatenate((rows.normals, rows.tangents)), force, velocity)
+    response = respond(mass_matrix, np.concatenate((rows.normals, rows.tangents)), force=force, velocity=velocity)
     signs, constant = [0] * len(rows.members), response.constant
     if velocity is None:
         signs = [
@@ -193,7 +198,9 @@ def _find_several(
         for members, sign, rough in zip(rows.members, signs, infinite, strict=True)
     )
     stops = tuple((number, contact.latched) for number, contact in enumerate(contacts) if contact.is_stop)
-    problem = scale_problem(rows, response.mobility, constant, np.array([not sign for sign in signs], dtype=bool))
+    problem = scale_problem(
+        rows, response.mobility, constant, np.array([not sign for sign in signs], dtype=bool), response.size
+    )
     motions = enumerate_modes(problem, tabulate_modes(groups, stops))
     return ContactMotions([contact.name for contact in contacts], response, motions, rows)
 

@@ -18,11 +18,11 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_table import ModeTable
 
 TOLERANCE = 1e-10
-"""Largest violation of an inequality, relative to the largest velocity or force."""
+"""Largest violation of an inequality, relative to the size of the motion or the largest force."""
 ROUNDING = 1e-13
-"""Violations up to this value, relative to the largest velocity or force, are rounding errors."""
+"""Violations up to this value, relative to the size of the motion or the largest force, are rounding errors."""
 SAME = 1e-7
-"""Largest difference of the contact velocities of two combinations with the same motion, relative to the largest."""
+"""Largest difference of the contact velocities of two combinations with the same motion, relative to its size."""
 DEPENDENT = 1e-12
 """Smallest square of the distance of a row of length 1 from the span of the others; below, the rows are dependent."""
 
@@ -56,6 +56,9 @@ class CoulombProblem(NamedTuple):
         Coefficients of friction; an infinite kinetic one is replaced by 0, as its groups do not slip.
     fresh : (m,) bool array
         Groups at rest, whose direction of slip is to be determined; the others have theirs by their velocity.
+    size : float
+        Norm of the acceleration or velocity without contact forces, sqrt(a' M a), at least as large as its parts at
+        the contacts.
     """
 
     mobility: np.ndarray
@@ -64,9 +67,12 @@ class CoulombProblem(NamedTuple):
     static: np.ndarray
     kinetic: np.ndarray
     fresh: np.ndarray
+    size: float
 
 
-def scale_problem(rows: ContactRows, mobility: np.ndarray, constant: np.ndarray, fresh: np.ndarray) -> CoulombProblem:
+def scale_problem(
+    rows: ContactRows, mobility: np.ndarray, constant: np.ndarray, fresh: np.ndarray, size: float
+) -> CoulombProblem:
     """Return the problem with mobilities of 1.
 
     Parameters
@@ -75,12 +81,14 @@ def scale_problem(rows: ContactRows, mobility: np.ndarray, constant: np.ndarray,
     mobility : (N, N) array
     constant : (N,) array
     fresh : (m,) bool array
+    size : float
+        Norm of the acceleration or velocity without contact forces, sqrt(a' M a).
     """
     scale = 1 / np.sqrt(mobility.diagonal())
     ratio = scale[: len(rows.normals)] / scale[len(rows.normals) :, None]
     kinetic = np.where(np.isinf(rows.kinetic), 0.0, rows.kinetic)
     scaled = mobility * np.outer(scale, scale)
-    return CoulombProblem(scaled, constant * scale, scale, rows.static * ratio, kinetic * ratio, fresh)
+    return CoulombProblem(scaled, constant * scale, scale, rows.static * ratio, kinetic * ratio, fresh, size)
 
 
 def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[ConsistentMotion]:
@@ -97,7 +105,7 @@ def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[Consisten
     independent = _are_independent(problem.mobility)
     force = _solve_all(problem, table, independent)
     velocity = problem.constant + force @ problem.mobility
-    size = np.maximum(np.abs(problem.constant).max(initial=0.0), np.abs(force).max(axis=1, initial=0.0))
+    size = np.maximum(np.abs(problem.constant).max(initial=problem.size), np.abs(force).max(axis=1, initial=0.0))
     margin = _margins(problem, table, force, velocity)
     residual = np.abs(velocity * table.fixed).max(axis=1, initial=0.0)
     accepted = np.flatnonzero((margin >= -TOLERANCE * size) & (residual <= 10 * TOLERANCE * size))

@@ -23,6 +23,8 @@ class SingleContact(NamedTuple):
         Coefficients of friction.
     sign : int
         Direction of slip of a moving contact, 0 at rest.
+    size : float
+        Norm of the acceleration or velocity without contact forces, sqrt(a' M a).
     """
 
     constant: Pair
@@ -30,6 +32,7 @@ class SingleContact(NamedTuple):
     static: float
     kinetic: float
     sign: int
+    size: float
 
 
 class _ModeSolution(NamedTuple):
@@ -50,7 +53,7 @@ def solve_foot(problem: SingleContact) -> list[ConsistentMotion] | None:
     --------
     A point mass with the weight 10 and the tangential load 4:
 
-    >>> motions = solve_foot(SingleContact((-10.0, 4.0), (1.0, 0.0, 1.0), 0.5, 0.5, 0))
+    >>> motions = solve_foot(SingleContact((-10.0, 4.0), (1.0, 0.0, 1.0), 0.5, 0.5, 0, 10.8))
     >>> motions[0].combinations[0][0].value, motions[0].forces[0]
     ('stick', (10.0, -4.0))
     """
@@ -78,18 +81,20 @@ def solve_foot(problem: SingleContact) -> list[ConsistentMotion] | None:
         margin = f_n if problem.sign else min(f_n, sign * speed)
         trials.append(_ModeSolution(mode, (f_n, slide * f_n), (0.0, speed), margin))
     trials.append(_ModeSolution(Mode.FREE, (0.0, 0.0), (c_n, c_t), c_n))
-    return _motions_of(trials, max(abs(c_n), abs(c_t)), (normal, tangent))
+    return _motions_of(trials, max(problem.size, abs(c_n), abs(c_t)), (normal, tangent))
 
 
-def solve_stop(constant: float, mobility: float, latched: bool) -> list[ConsistentMotion]:
-    """Return the consistent motion of a joint stop."""
+def solve_stop(constant: float, mobility: float, latched: bool, size: float) -> list[ConsistentMotion]:
+    """Return the consistent motion of a joint stop; `size` as in :class:`SingleContact`."""
     force = -constant / mobility
     if latched:
         return [ConsistentMotion(((Mode.LATCHED,),), ((force,),))]
-    if constant == 0:
-        return [ConsistentMotion(((Mode.CLOSED,), (Mode.FREE,)), ((force,), (0.0,)))]
-    mode, force = (Mode.CLOSED, force) if force > 0 else (Mode.FREE, 0.0)
-    return [ConsistentMotion(((mode,),), ((force,),))]
+    closed, free = ((Mode.CLOSED,), (force,)), ((Mode.FREE,), (0.0,))
+    scaled = -constant / math.sqrt(mobility)
+    first, second = (closed, free) if scaled >= -ROUNDING * size else (free, closed)
+    if abs(scaled) > TOLERANCE * size:
+        return [ConsistentMotion((first[0],), (first[1],))]
+    return [ConsistentMotion((first[0], second[0]), (first[1], second[1]))]
 
 
 def _motions_of(trials: list[_ModeSolution], load: float, scale: Pair) -> list[ConsistentMotion]:

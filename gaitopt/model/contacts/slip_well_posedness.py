@@ -50,7 +50,7 @@ def is_well_posed(
     missing = [contact.name for contact in contacts if contact.name not in modes]
     if missing:
         raise InputError(f"modes has no entry for contact {', '.join(map(repr, missing))}.")
-    response = respond(mass_matrix, np.concatenate((rows.normals, rows.tangents)), None, np.zeros(len(mass_matrix)))
+    response = respond(mass_matrix, np.concatenate((rows.normals, rows.tangents)), velocity=np.zeros(len(mass_matrix)))
     k = len(contacts)
     directions, sticking = np.eye(k + len(rows.members)), {}
     for group, members in enumerate(rows.members, k):
