@@ -33,6 +33,14 @@ def test_the_least_friction_of_painleves_rod_is_four_thirds():
     assert all(is_well_posed(ROD, [rod(t)], (1.333, 1.333), {"tip": Mode.SLIP_BACKWARD}) for t in others)
 
 
+def test_a_margin_ends_sliding_before_the_forces_are_unbounded():
+    """Relative to its value 1 + 3 cos^2 without friction, A is 1 - mu / (4/3) at tan(theta) = 2."""
+    tip = rod(np.arctan(2))
+    for excess, posed in ((0.9e-6, False), (1.1e-6, True)):
+        mu = 4 / 3 * (1 - excess)
+        assert is_well_posed(ROD, [tip], (mu, mu), {"tip": Mode.SLIP_BACKWARD}, margin=1e-6) is posed
+
+
 @pytest.mark.parametrize("mode", [Mode.STICK, Mode.FREE])
 def test_a_tip_that_does_not_slip_is_well_posed(mode):
     assert is_well_posed(ROD, [rod(np.arctan(2))], (9, 9), {"tip": mode})

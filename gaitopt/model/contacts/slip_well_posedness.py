@@ -13,7 +13,11 @@ from gaitopt.model.contacts.mode_enumeration import DEPENDENT
 
 
 def is_well_posed(
-    mass_matrix: np.ndarray, contacts: Sequence[ClosedContact], friction: Friction, modes: Mapping[str, Mode]
+    mass_matrix: np.ndarray,
+    contacts: Sequence[ClosedContact],
+    friction: Friction,
+    modes: Mapping[str, Mode],
+    margin: float = 0.0,
 ) -> bool:
     """Return whether the contact forces are determined for all forces on a robot in given contact modes.
 
@@ -28,6 +32,9 @@ def is_well_posed(
     contacts : sequence of ClosedContact
     friction : (static, kinetic), or mapping of contact to (static, kinetic)
     modes : mapping of contact to Mode
+    margin : float
+        Smallest determinant relative to that without friction.  The forces grow beyond all bounds where it vanishes;
+        with a positive margin a simulation ends before.
 
     Raises
     ------
@@ -66,7 +73,8 @@ def is_well_posed(
     for count in range(1, len(closed) + 1):
         for chosen in itertools.combinations(closed, count):
             entries = [*chosen, *sorted({sticking[number] for number in chosen if number in sticking})]
-            if not _determinant(mobility, entries) > 0 and _determinant(gram, entries) > DEPENDENT:
+            frictionless = _determinant(gram, entries)
+            if not _determinant(mobility, entries) > margin * frictionless and frictionless > DEPENDENT:
                 return False
     return True
 

@@ -16,6 +16,8 @@ from gaitopt.motion.motion import Array
 
 AT_REST = 1e-10
 """Slip speeds below this value [m/s] count as rest after an event."""
+JAM_MARGIN = 1e-6
+"""Sliding ends where its determinant relative to that without friction is smaller: the forces become unbounded."""
 
 
 class ContactKinematics(NamedTuple):
@@ -95,7 +97,7 @@ class ContactResolution:
         """Return whether the forces of closed contacts in given modes are determined."""
         latched = frozenset(i for i in contacts if modes[self.robot.contact_names[i]] is Mode.LATCHED)
         rows = self._rows_of(q, v, contacts, latched)
-        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes)
+        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes, margin=JAM_MARGIN)
 
     def _mass_matrix(self, q: Array, v: Array) -> Array:
         n = self.robot.n_q
