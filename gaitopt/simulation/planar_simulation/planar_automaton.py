@@ -6,25 +6,21 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
-from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.planar.impact_system import passive_torque
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.planar_torque import check_torque, passive_torque
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_phase import ABSOLUTE, RELATIVE, PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
 """Violation of the constraints at which a state is projected and the integration restarted."""
-
-RELATIVE, ABSOLUTE = 1e-13, 1e-15
-"""Tolerances of the integration."""
 
 SPANS = 4
 """Parts of a step of the integrator at whose ends the guards are evaluated."""
@@ -50,7 +46,7 @@ class PlanarAutomaton:
     def __init__(self, robot: PlanarRobot, values: Mapping[str, float], torque: ca.Function | None = None) -> None:
         self.robot, self.values = robot, dict(values)
         self.torque = torque or passive_torque(robot)
-        _check_torque(robot, self.torque)
+        check_torque(robot, self.torque)
         self._phases: dict[tuple[ContactState, tuple[bool, ...]], PlanarPhase] = {}
         call = FastCall(self.torque)
         self.events = EventResolution(robot, values, lambda t, q, v: call(t, q, v)[0])
@@ -142,12 +138,3 @@ def _is_kept(robot: PlanarRobot, stop: int, closed: list[int]) -> bool:
         return True
     name, opening = release
     return (robot.contact_index(name) in closed) is opening
-
-
-def _check_torque(robot: PlanarRobot, torque: ca.Function) -> None:
-    sizes = [torque.size1_in(i) for i in range(torque.n_in())]
-    if sizes != [1, robot.n_q, robot.n_q] or torque.size1_out(0) != robot.n_u:
-        raise InputError(
-            f"The torque of {robot.name!r} must be a Function (t, q, v) -> u with {robot.n_q} coordinates and "
-            f"{robot.n_u} actuators, got {torque}."
-        )

@@ -152,10 +152,11 @@ def _motion(automaton: PlanarAutomaton, arcs: list[PlanarArc], events: list[Plan
 
 
 def _segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
-    robot, phase, n, n_u = automaton.robot, automaton.phase(arc.start), automaton.robot.n_q, automaton.robot.n_u
+    phase, n, n_u = automaton.phase(arc.start), automaton.robot.n_q, automaton.robot.n_u
     q, v, works = arc.states[:n], arc.states[n : 2 * n], arc.states[2 * n :]
     samples = list(zip(arc.time, arc.states.T, strict=True))
-    energies = [np.array(part).ravel() for part in robot.energy.map(arc.time.size)(q, v, phase.p)]
+    energies, points = zip(*(phase.sample(y) for _, y in samples), strict=True)
+    kinetic, potential, elastic = np.array(energies).T
     return PlanarSegment(
         state=arc.start.contacts,
         time=arc.time,
@@ -166,10 +167,10 @@ def _segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
         work=works[:n_u],
         friction_work=works[n_u:-1],
         damping_work=works[-1],
-        kinetic=energies[0],
-        potential=energies[1],
-        elastic=np.array(robot.force_powers.map(arc.time.size)(q, v, phase.p)[0]).ravel(),
-        points=np.stack([np.array(robot.figure(column, phase.p)) for column in q.T], axis=-1),
+        kinetic=kinetic,
+        potential=potential,
+        elastic=elastic,
+        points=np.stack(points, axis=-1),
     )
 
 
