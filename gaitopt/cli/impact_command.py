@@ -23,7 +23,7 @@ Standing = Annotated[
         metavar="CONTACT",
         help="Motionless contact on the ground, which determines the coordinates and rates that are not named "
         "(repeatable).",
-        show_default="the first contact of the robot",
+        show_default="that of the script, or the first foot",
     ),
 ]
 
@@ -38,6 +38,8 @@ def impact(
     verbose: Verbose = False,
 ) -> None:
     """Solve the impact of a robot in a state, with all contacts that are closed or closing.
+
+    Coordinates and rates that are not named are those of the script, if it has a start.
 
     Exit status 0 if exactly one outcome is consistent, 1 if several are or none is.
 
@@ -54,7 +56,7 @@ def impact(
             f"The impact of {source} is not available: its robot must be made by assemble_planar, got {robot!r}."
         )
     parameters = dict(getattr(problem, "values", None) or problem.parameters)
-    q, v = _read_state(robot, read_numbers(state, "--state"), parameters, on)
+    q, v = _read_state(problem, read_numbers(state, "--state"), parameters, on)
     outcome = solve_planar_impact(robot, q, v, parameters)
     if json:
         print_json(_facts(outcome))
@@ -64,18 +66,21 @@ def impact(
 
 
 def _read_state(
-    robot: "PlanarRobot", values: "Mapping[str, float]", parameters: "Mapping[str, float]", on: "Sequence[str] | None"
+    problem: Any, values: "Mapping[str, float]", parameters: "Mapping[str, float]", on: "Sequence[str] | None"
 ) -> "tuple[Array, Array]":
-    """Return the state with the named coordinates and rates; contacts at rest determine the others."""
+    """Return the state with the named coordinates and rates; contacts at rest determine those that remain."""
     from gaitopt.simulation.planar_simulation.placement import place_planar
 
+    robot = problem.robot
     unknown = [name for name in values if name not in robot.state_names]
     if unknown:
         raise InputError(f"Robot {robot.name!r} has no state {unknown[0]!r}. {suggest(unknown[0], robot.state_names)}")
-    rates = {name: values[f"{name}_rate"] for name in robot.coordinates if f"{name}_rate" in values}
-    coordinates = {name: values[name] for name in robot.coordinates if name in values}
+    coordinates, rates = (dict(getattr(problem, name, {})) for name in ("coordinates", "rates"))
+    coordinates |= {name: values[name] for name in robot.coordinates if name in values}
+    rates |= {name: values[f"{name}_rate"] for name in robot.coordinates if f"{name}_rate" in values}
     complete = len(values) == len(robot.state_names)
-    standing = on or ([] if complete else [robot.contact_names[0]])
+    feet = [contact.name for contact in robot.contacts if contact.kind != "stop" and not contact.falls]
+    standing = on or ([] if complete else getattr(problem, "on", feet[:1]))
     return place_planar(robot, coordinates, rates, parameters, on=standing)
 
 

@@ -79,3 +79,16 @@ def test_a_robot_with_one_stance_foot_is_refused(command, root):
     run = command("impact", root / "problems/compass_passive.py", *state(0.1, 0.1))
     assert run.status == 2
     assert "assemble_planar" in run.err
+
+
+def test_the_start_of_a_script_is_the_default_state(command, root):
+    """At its knee strike the kneed walker has one foot at rest and the stance knee latched."""
+    knees = ["--state", "flexion_b=0", "--state", "b=0.3", "--state", "flexion_b_rate=-4", "--set", "friction=1"]
+    run = command("impact", root / "problems/kneed_walker.py", *knees, "--state", "a=-0.1", "--json")
+    assert run.status == 0, run.err
+    assert run.json["outcome"] == {"foot A": "stick", "knee A": "latched", "knee B": "closed"}
+    assert run.json["impulse"]["knee B"][1] > 0
+    assert run.json["energy_lost"] > 0
+    beyond = command("impact", root / "problems/kneed_walker.py", "--state", "flexion_a=-0.1")
+    assert beyond.status == 2
+    assert "'knee A' is 0.1 rad or m beyond its limit" in beyond.err

@@ -37,7 +37,7 @@ def solve_planar_impact(robot: PlanarRobot, q: Array, v: Array, parameters: Mapp
     Raises
     ------
     InputError
-        If no contact is closed or closing, a parameter is invalid, or an open contact is below the ground.
+        If no contact is closed or closing, a parameter is invalid, or an open contact is below the ground or beyond its limit.
 
     Examples
     --------
@@ -58,7 +58,8 @@ def solve_planar_impact(robot: PlanarRobot, q: Array, v: Array, parameters: Mapp
         if contact.falls or (armed[i] <= 0 and abs(speed) > SEPARATION):
             continue
         if gap < -GAP_TOLERANCE and armed[i] > 0:
-            raise InputError(f"Contact {contact.name!r} is {-gap:.6g} m below the ground in this state.")
+            place = "rad or m beyond its limit" if contact.kind == "stop" else "m below the ground"
+            raise InputError(f"Contact {contact.name!r} is {-gap:.6g} {place} in this state.")
         if abs(gap) <= GAP_TOLERANCE and speed <= SEPARATION:
             touching.append(i)
     if not touching:
