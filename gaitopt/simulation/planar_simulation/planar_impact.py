@@ -37,7 +37,7 @@ def solve_planar_impact(robot: PlanarRobot, q: Array, v: Array, parameters: Mapp
     Raises
     ------
     InputError
-        If no contact is closed or closing, a parameter is invalid, or a contact is below the ground or beyond its limit.
+        If no contact is closed or closing, one is below the ground or beyond its limit, or a parameter is invalid.
 
     Examples
     --------
