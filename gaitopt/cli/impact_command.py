@@ -43,7 +43,7 @@ def impact(
 
     Exit status 0 if exactly one outcome is consistent, 1 if several are or none is.
 
-    Example: gaitopt impact problems/compass_double_support.py --state a=-0.15 --state b=0.15 --state a_rate=-1
+    Example: gaitopt impact problems/kneed_walker.py --state a=-0.1 --state b=0.3 --state flexion_b_rate=-4
     """
     from gaitopt.cli.script import call_script
     from gaitopt.model.planar.planar_robot import PlanarRobot

@@ -180,6 +180,16 @@ def test_a_contact_with_dependent_rows_has_the_least_force():
     assert n == pytest.approx(0.5 * t)  # n^2 G_nn + t^2 G_tt = n^2 + t^2 / 4 is least
 
 
+def test_dependent_rows_without_a_common_motion_are_not_closed_together():
+    """The same row with two biases: the contact that accelerates upward leaves."""
+    contacts = [foot("low", normal_bias=4.0), foot("high", normal_bias=5.0)]
+    choice = select_modes(np.eye(2), np.array([0.0, 9.0]), contacts, (1, 1))
+    assert choice.status is Determinacy.UNIQUE
+    assert choice.chosen == {"low": Mode.STICK, "high": Mode.FREE}
+    np.testing.assert_allclose(choice.acceleration, [0, -4], atol=1e-12)
+    assert choice.forces["low"] == pytest.approx((0, 5))
+
+
 def test_two_motions_at_rest_are_ambiguous_without_higher_static_friction():
     """The rod of Painleve with mu 2 may stick or slip; with higher static friction it sticks."""
     tip = foot("tip", (0, 1, -1 / np.sqrt(5)), (1, 0, 2 / np.sqrt(5)))

@@ -103,14 +103,16 @@ def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[Consisten
     table : ModeTable
     """
     independent = _are_independent(problem.mobility)
-    force = _solve_all(problem, table, independent)
+    try:
+        force = _solve_all(problem, table, independent)
+    except np.linalg.LinAlgError:  # at the limit of a jam
+        independent = False
+        force = _solve_all(problem, table, independent)
     velocity = problem.constant + force @ problem.mobility
     size = np.maximum(np.abs(problem.constant).max(initial=problem.size), np.abs(force).max(axis=1, initial=0.0))
     margin = _margins(problem, table, force, velocity)
-    residual = np.abs(velocity * table.fixed).max(axis=1, initial=0.0)
-    accepted = np.flatnonzero((margin >= -TOLERANCE * size) & (residual <= 10 * TOLERANCE * size))
     motions: list[list[int]] = []
-    for number in accepted.tolist():
+    for number in np.flatnonzero(margin >= -TOLERANCE * size).tolist():
         for motion in motions:
             if np.abs(velocity[number] - velocity[motion[0]]).max() <= SAME * size[number]:
                 motion.append(number)
@@ -130,18 +132,19 @@ def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[Consisten
 def _solve_all(problem: CoulombProblem, table: ModeTable, independent: bool) -> np.ndarray:
     """Return the forces of every combination, shape (C, N).
 
-    If the rows are dependent, the forces have the least norm of all solutions: the least sum of f_i^2 G_ii.
+    If the rows are dependent, the forces have the least norm of all solutions, the least sum of f_i^2 G_ii; without a
+    solution they are nan.
     """
     k = table.closed.shape[1]
     matrix = table.fixed[:, :, None] * problem.mobility + table.free
     matrix[:, k:, :k] += table.slip[:, :, None] * problem.kinetic
     right = -table.fixed * problem.constant
     if independent:
-        try:
-            return np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        except np.linalg.LinAlgError:  # at the limit of a jam
-            pass
-    return (np.linalg.pinv(matrix, rcond=DEPENDENT) @ right[:, :, None])[:, :, 0]
+        return np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    force = (np.linalg.pinv(matrix, rcond=DEPENDENT) @ right[:, :, None])[:, :, 0]
+    residual = np.abs((matrix @ force[:, :, None])[:, :, 0] - right).max(axis=1)
+    force[residual > 10 * TOLERANCE * np.maximum(problem.size, np.abs(force).max(axis=1))] = np.nan
+    return force
 
 
 def _are_independent(mobility: np.ndarray) -> bool:
