@@ -20,7 +20,11 @@ from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarS
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
-"""Violation of the constraints at which a state is projected and the integration restarted."""
+"""Violation of the constraints, relative to the state, at which a state is projected and the integration restarted."""
+
+SHORT_STEP, MAX_SHORT_STEPS = 1e-10, 30
+"""Step of the integrator [s] that is short, and the number of short ones in a row after which the forces count as
+unbounded: they grow beyond all limits at the end of well-posed sliding."""
 
 SPANS = 4
 """Parts of a step of the integrator at whose ends the guards are evaluated."""
@@ -96,17 +100,19 @@ class PlanarAutomaton:
         anchors = phase.anchors(state.y)
         y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
         watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
-        times, states = [state.time], [y]
+        times, states, short = [state.time], [y], 0
         while times[-1] < until:
             integrator = DOP853(phase.rates, times[-1], states[-1], until, rtol=RELATIVE, atol=ABSOLUTE)
             for event in _follow(integrator, watch, times, states):
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
-                if phase.drift(states[-1], anchors) > DRIFT:
+                short = short + 1 if integrator.step_size < SHORT_STEP else 0
+                size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))
+                if short > MAX_SHORT_STEPS or phase.drift(states[-1], anchors) > DRIFT * size:
                     break
             states[-1] = phase.project(states[-1], anchors)
-            if integrator.status == "failed":
+            if integrator.status == "failed" or short > MAX_SHORT_STEPS:
                 return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
         return PlanarArc(state, np.array(times), np.array(states).T, None)
 

@@ -10,6 +10,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
+from gaitopt.simulation.planar_simulation.event_resolution import name_jam
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
@@ -116,7 +117,7 @@ def follow(
             n = automaton.robot.n_q
             last = arc.states[:, -1]
             end = replace(end, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
-            stop = Stop.SINGULAR if arc.failed else Stop.DURATION_DONE
+            stop = _failure(arc) if arc.failed else Stop.DURATION_DONE
             break
         resolved = automaton.events.resolve(arc)
         if isinstance(resolved, Stop):
@@ -128,6 +129,11 @@ def follow(
             stop = Stop.EVENT_REACHED
             break
     return PlanarRollout(_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
+
+
+def _failure(arc: PlanarArc) -> Stop:
+    """Return the reason why the integration of a phase failed."""
+    return name_jam(arc.start) if any(mode.slips for mode in arc.start.modes) else Stop.SINGULAR
 
 
 def _chatters(events: list[PlanarEvent]) -> bool:
