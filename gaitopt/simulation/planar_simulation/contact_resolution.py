@@ -9,13 +9,15 @@ from gaitopt.model.contacts.closed_contact import ClosedContact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import ModeChoice, select_modes
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome, solve_multicontact_impact
-from gaitopt.model.contacts.well_posedness import is_well_posed
+from gaitopt.model.contacts.slip_well_posedness import is_well_posed
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 
 AT_REST = 1e-10
 """Slip speeds below this value [m/s] count as rest after an event."""
+JAM_MARGIN = 1e-6
+"""Sliding ends where its determinant relative to that without friction is smaller: the forces become unbounded."""
 
 
 class ContactKinematics(NamedTuple):
@@ -95,7 +97,7 @@ class ContactResolution:
         """Return whether the forces of closed contacts in given modes are determined."""
         latched = frozenset(i for i in contacts if modes[self.robot.contact_names[i]] is Mode.LATCHED)
         rows = self._rows_of(q, v, contacts, latched)
-        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes)
+        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes, margin=JAM_MARGIN)
 
     def stop_motion(self, q: Array, v: Array, contacts: list[int], sticking: list[int]) -> Array:
         """Return the nearest velocity with which contacts do not separate and some of them do not slip.

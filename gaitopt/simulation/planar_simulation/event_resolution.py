@@ -143,7 +143,7 @@ class EventResolution:
         if kind.name != "opens":
             body = contacts[kind.number].body
             members = [i for i in before.closed if contacts[i].slides and contacts[i].body == body]
-        return {contacts[i].name: before.modes[i] for i in members}
+        return {contacts[i].name: Mode.CLOSED if kind.name == "opens" else before.modes[i] for i in members}
 
     def _event(
         self,
