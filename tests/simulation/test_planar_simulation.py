@@ -208,7 +208,7 @@ def test_contacts_that_close_together_are_one_event(speed, mode):
     [(0.9, {"spoke 0": "free", "spoke 1": "stick"}, "beta"), (0.2, {"spoke 0": "free", "spoke 1": "slip+"}, "slip")],
 )
 def test_the_wheel_leaves_its_rear_spoke_by_sticking_or_slipping_at_the_front_one(friction, outcome, rate):
-    """With kappa = 1/3: beta = (cos 2a + kappa)/(1 + kappa), S = sin a (sin a - mu cos a), w (kappa - S)/(kappa + S)."""
+    """Rate ratio (cos 2a + kappa) / (1 + kappa), or (kappa - S) / (kappa + S) with S = sin a (sin a - mu cos a)."""
     wheel, half, kappa = spoked_wheel(8), np.pi / 8, 1 / 3
     parameters = {"friction": friction, "slope": 0.0}
     q, v = place_planar(wheel, {"x": 0, "theta": half}, {"theta": 1.0}, parameters, on=["spoke 0"])
