@@ -78,6 +78,14 @@ class ContactResolution:
             if abs(kinematics.gap[i]) <= tolerance and kinematics.normal_speed[i] < -tolerance and armed[i] > 0
         ]
 
+    def close_gaps(self, q: Array, v: Array, tolerance: float) -> Array:
+        """Return the nearest coordinates at which gaps below a tolerance are zero."""
+        for _ in range(2):
+            parts = self.kinematics(q, v)
+            small = np.abs(parts.gap) <= tolerance
+            q = q - np.linalg.lstsq(parts.normal[small], parts.gap[small], rcond=1e-9)[0] if small.any() else q
+        return q
+
     def impact(self, q: Array, v: Array, contacts: Iterable[int], latched: frozenset[int]) -> ImpactOutcome:
         """Return the outcome of the impact of closed and closing contacts."""
         mass_matrix = self._mass_matrix(q, v)
