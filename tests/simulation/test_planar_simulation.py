@@ -313,6 +313,8 @@ def test_invalid_arguments_are_rejected():
         simulate_planar(robot, [0.5, 0], [0, 0], {}, latched=("knee",))
     with pytest.raises(InputError, match="torque of 'vertical_hopper' must be a Function"):
         simulate_planar(robot, [0.5, 0], [0, 0], {}, torque=ca.Function("f", [ca.SX.sym("t")], [0]))
+    with pytest.raises(InputError, match="An event must be one of sole, full length followed by"):
+        simulate_planar(robot, [0.5, 0], [0, 0], {}, until="sole lands")
     with pytest.raises(InputError, match="has no coordinate 'hip'"):
         place_planar(robot, {"hip": 1}, {}, {}, on=["sole"])
     with pytest.raises(InputError, match="does not stand on sole, full length with"):

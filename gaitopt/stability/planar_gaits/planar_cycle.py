@@ -13,7 +13,7 @@ from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, check_event, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.stability.critical_friction import CriticalFriction
 from gaitopt.stability.planar_gaits.planar_friction import planar_critical_friction
@@ -130,7 +130,7 @@ def find_planar_cycle(
     Raises
     ------
     InputError
-        If the motion from the state does not reach the section.
+        If the event is invalid, or the motion from the state does not reach it.
 
     Examples
     --------
@@ -139,6 +139,7 @@ def find_planar_cycle(
     >>> hop
     PlanarCycle('vertical_hopper', stable, spectral radius 0.781076, period 0.553925 s)
     """
+    check_event(robot, section)
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
     state = automaton.begin(np.array(q, dtype=float), np.array(v, dtype=float))
     first = follow(automaton, state, duration=LONGEST, until=section)
