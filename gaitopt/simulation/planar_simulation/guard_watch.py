@@ -19,6 +19,9 @@ ZERO = 1e-9
 OPENING_GAP = 1e-12
 """Gap [m or rad] above which a contact that has opened can close again."""
 
+LARGEST_SHIFT = 1e-9
+"""Largest correction of the time of an event [s]; a larger one belongs to a jump of the torque."""
+
 RESOLUTION = 1e-14
 """Accuracy of the time at which the forces of sliding contacts stop being determined [s]."""
 
@@ -85,6 +88,29 @@ class GuardWatch:
         if located:
             return min(located, key=lambda event: event.time)
         return None if self._is_well_posed is None else self._find_jam(self._is_well_posed, dense, span)
+
+    def refine(self, begin: float, y: Array, event: LocatedGuard) -> tuple[float, Array]:
+        """Return the time of an event and the state there, to the accuracy of the integrator.
+
+        The dense output is less accurate, so the state is integrated from the beginning of the step, and the time
+        corrected by one Newton step.
+
+        Parameters
+        ----------
+        begin : float [s]
+        y : (n_y,) array
+            State at the beginning of the step of the integrator.
+        event : LocatedGuard
+        """
+        phase, t = self._phase, event.time
+        y = phase.integrate(begin, y, t)
+        if event.kind == JAMS:
+            return t, y
+        number, rates = phase.equations.guards.index(event.kind), phase.rates(t, y)
+        gradient, drift = phase.guard_slope(t, y, number)
+        rate = gradient @ rates[: gradient.size] + drift
+        shift = -phase.guards(t, y)[number] / rate if rate else 0.0
+        return (t + shift, y + shift * rates) if abs(shift) <= LARGEST_SHIFT * (1 + t) else (t, y)
 
     def _find_jam(
         self, is_well_posed: Callable[[Array], bool], dense: DenseOutput, span: tuple[float, float]

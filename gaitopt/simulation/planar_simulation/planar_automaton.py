@@ -143,6 +143,10 @@ def _follow(
                 times.append(at)
                 states.append(dense(at))
             if event is not None:
+                if at > dense.t_old:
+                    refined, y = watch.refine(dense.t_old, integrator.y_old, event)
+                    if np.all(np.isfinite(y)) and refined > times[max(len(times) - 2, 0)]:
+                        times[-1], states[-1] = refined, y
                 break
         yield event
 
