@@ -21,8 +21,8 @@ class GridPhase:
         From 0.
     state, after : tuple of Mode
         Modes of all contacts in the phase, and after its event in the names of this phase.
-    before : tuple of Mode or None
-        Modes of the phase before, in the names of this phase; None if the first phase follows the exchange of the legs.
+    from_rest : frozenset of int
+        Contacts whose slip begins with the phase at rest.
     outcome : tuple of Mode or None
         Modes in the impact that ends the phase; a contact without impulse is free.  None for an event without impulse.
     is_last : bool
@@ -38,6 +38,7 @@ class GridPhase:
     state: tuple[Mode, ...]
     after: tuple[Mode, ...]
     outcome: tuple[Mode, ...] | None
+    from_rest: frozenset[int]
     is_last: bool
     first: int
     count: int
@@ -57,6 +58,11 @@ class GridPhase:
         """Return the contacts that close at the end of the phase."""
         following = self.after if self.outcome is None else self.outcome
         return [i for i, mode in enumerate(self.state) if mode is Mode.FREE and following[i] is not Mode.FREE]
+
+    def comes_to_rest(self, contact: int) -> bool:
+        """Return whether the slip of a contact ends at rest with the phase."""
+        following = self.after[contact]
+        return self.outcome is None and following is not Mode.FREE and following is not self.state[contact]
 
     def opening(self) -> list[int]:
         """Return the contacts whose normal force vanishes at the end of the phase; none at an impact."""
@@ -89,6 +95,7 @@ def divide_phases(
                 state=_modes(state),
                 after=_modes(sequence.state_after(robot, number)),
                 outcome=_modes(sequence.outcome(robot, number)) if impact else None,
+                from_rest=_slips_from_rest(robot, sequence, number),
                 is_last=number + 1 == len(counts),
                 first=first,
                 count=count,
@@ -98,6 +105,19 @@ def divide_phases(
         )
         first += count
     return tuple(phases)
+
+
+def _slips_from_rest(robot: PlanarRobot, sequence: PhaseSequence, number: int) -> frozenset[int]:
+    """Return the contacts whose slip begins with a phase, neither continued nor caused by an impact."""
+    before = (number - 1) % len(sequence.phases)
+    event = sequence.events[before]
+    entering = _modes(sequence.outcome(robot, before) if event.impact else sequence.states(robot)[before])
+    if number == 0 and robot.mirror is not None:
+        entering = tuple(entering[robot.mirror.contacts.index(i)] for i in range(len(entering)))
+    modes = _modes(sequence.states(robot)[number])
+    return frozenset(
+        i for i, mode in enumerate(modes) if mode.slips and entering[i] is not mode and entering[i] is not Mode.FREE
+    )
 
 
 def _modes(state: ContactState) -> tuple[Mode, ...]:

@@ -77,15 +77,20 @@ def _set_lower(
 
 
 def _bound_slip(transcription: PlanarTranscription, phase: GridPhase, margin: float, lower: Array) -> None:
-    """Bound the slip speeds inside a phase; the bound decreases to zero towards its ends."""
-    layout, table = transcription.constraints, (Group.INTERVAL, phase.number)
-    fractions = transcription.structure.scheme.fractions
+    """Bound the slip speeds at the nodes of a phase; the bound decreases to zero towards a start or an end at rest."""
+    layout, names = transcription.constraints, transcription.builder.robot.contact_names
+    part = np.arange(phase.count) / phase.count
+    table = (Group.INTERVAL, phase.number)
     for i, key in enumerate(layout.rows[table]):
-        if key.kind is Kind.SLIP_SPEED_OF:
-            part = (np.arange(phase.count) + fractions[key.inner]) / phase.count
-            least = margin * np.minimum(1, 2 * part) ** 2 * np.minimum(1, 2 * (1 - part)) ** 2
+        if key.kind is Kind.SLIP_SPEED_OF and key.inner == 0:
+            least, contact = np.full(phase.count, margin), names.index(key.of)
+            if contact in phase.from_rest:
+                least *= np.minimum(1, 2 * part) ** 2  # a slide that starts on the cone has no acceleration there
+            if phase.comes_to_rest(contact):
+                least *= np.minimum(1, 2 * (1 - part))
             places = layout[table][i]
             lower[places] = np.where(np.isfinite(lower[places]), least, -np.inf)
+    _set_lower(transcription, lower, (Group.END, phase.number), Kind.SLIP_SPEED_OF, margin)
 
 
 def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProblem) -> tuple[Array, Array]:

@@ -160,7 +160,7 @@ class PlanarKeyframes(PlanarGuess):
 def find_poses(setting: PlanarSetting) -> tuple[Array, Array]:
     """Return the coordinates at the beginning and at the end of a period.
 
-    The contacts that are closed there are on the ground, those that stick throughout do not move, and the second pose
+    The contacts that are closed there are on the ground, those that are closed throughout do not move, and the second pose
     becomes the first one by the exchange of the legs, a step further.
     """
     robot, p = setting.robot, setting.robot.vector(setting.values)
@@ -172,7 +172,7 @@ def find_poses(setting: PlanarSetting) -> tuple[Array, Array]:
     states = setting.sequence.states(robot)
     final = setting.sequence.outcome(robot, len(states) - 1) if setting.sequence.events[-1].impact else states[-1]
     start, end = _closed(states[0]), sorted({*_closed(final), *_closed(states[-1])})
-    still = [i for i in _closed(states[0]) if all(state.modes[i][1] is Mode.STICK for state in states)]
+    still = [i for i in start if all(i in _closed(state) for state in states)]
 
     def poses(last: Array) -> tuple[Array, Array]:
         first = mirror @ last
