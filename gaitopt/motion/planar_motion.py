@@ -31,6 +31,15 @@ class PlanarSegment:
     kinetic, potential, elastic : (K,) arrays [J]
         The potential energy includes the elastic energy.
     points : (2, n_points, K) array [m]
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> motion = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> flight = motion.segments[0]
+    >>> flight.state.mode("foot").value, flight.force.shape == (2, 2, flight.time.size)
+    ('free', True)
     """
 
     state: ContactState
@@ -65,10 +74,20 @@ class PlanarEvent:
     q, v_minus, v_plus : (n_q,) arrays
     impulse : (n_c, 2) array [N s]
         (L_t, L_n) of each contact; zero without an impact.
+    outcome : ContactState or None
+        Mode of each contact in the impact, free if it has no impulse; None without an impact.
     energy_lost : float [J]
         Kinetic energy lost in the impact.
     switch_work : float [J]
         Elastic energy added by switched springs.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> motion = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> motion.events[0].names, motion.events[0].outcome.mode("foot").value
+    (('foot closes',), 'stick')
     """
 
     time: float
@@ -79,6 +98,7 @@ class PlanarEvent:
     v_minus: Array
     v_plus: Array
     impulse: Array
+    outcome: ContactState | None = None
     energy_lost: float = 0.0
     switch_work: float = 0.0
 
@@ -88,7 +108,7 @@ class PlanarEvent:
     @property
     def is_impact(self) -> bool:
         """Whether a contact closes with an impulse."""
-        return bool(np.any(self.impulse != 0))
+        return self.outcome is not None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

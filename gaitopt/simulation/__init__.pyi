@@ -1,6 +1,7 @@
 from gaitopt.simulation.engine_choice import default_engine as default_engine
-from gaitopt.simulation.planar.planar_simulator import PlanarRollout as PlanarRollout
-from gaitopt.simulation.planar.planar_simulator import simulate_planar as simulate_planar
+from gaitopt.simulation.planar_simulation.placement import place_planar as place_planar
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout as PlanarRollout
+from gaitopt.simulation.planar_simulation.planar_simulator import simulate_planar as simulate_planar
 from gaitopt.simulation.scipy_engine import ScipyEngine as ScipyEngine
 from gaitopt.simulation.simulator import Event as Event
 from gaitopt.simulation.simulator import Rollout as Rollout

@@ -166,8 +166,9 @@ def share_forces(names: Sequence[str], rows: ContactRows, forces: np.ndarray) ->
             continue
         friction = np.ones(k) if np.isinf(static).any() or not static.any() else static
         weights = [max(friction.item(number) * normal[number], 0.0) for number in members]
+        sum_of_weights = sum(weights)
         for number, weight in zip(members, weights, strict=True):
-            tangent[number] = total * weight / sum(weights) if total else 0.0
+            tangent[number] = total * (weight / sum_of_weights if sum_of_weights else 1 / len(members))
     return dict(zip(names, zip(tangent, normal, strict=True), strict=True))
 
 
@@ -198,11 +199,12 @@ def _coefficients(friction: Friction, name: str) -> tuple[float, float]:
 
 def _require_one_row(members: Sequence[ClosedContact]) -> None:
     """Raise an error if the contacts of a group have different tangential rows."""
-    first = members[0]
-    for contact in members[1:]:
-        difference = np.abs(np.subtract(contact.tangent_row, first.tangent_row)).max()
-        if difference > _ROW_TOLERANCE * np.abs(first.tangent_row).max():
-            raise InputError(
-                f"The tangential rows of contacts {first.name!r} and {contact.name!r} in group {contact.group!r} "
-                f"differ by {difference:g}; a group consists of contacts of one rigid body on one straight ground."
-            )
+    if len(members) == 1:
+        return
+    rows = np.array([contact.tangent_row for contact in members], dtype=float)
+    difference = np.abs(rows - rows[0]).max()
+    if difference > _ROW_TOLERANCE * np.abs(rows[0]).max():
+        raise InputError(
+            f"The tangential rows of group {members[0].group!r} ({', '.join(contact.name for contact in members)}) "
+            f"differ by {difference:g}; a group consists of contacts of one rigid body on one straight ground."
+        )

@@ -19,6 +19,8 @@ from gaitopt.model.contacts.mode_table import ModeTable
 
 TOLERANCE = 1e-10
 """Largest violation of an inequality, relative to the largest velocity or force."""
+ROUNDING = 1e-13
+"""Violations up to this value, relative to the largest velocity or force, are rounding errors."""
 SAME = 1e-7
 """Largest difference of the contact velocities of two combinations with the same motion, relative to the largest."""
 DEPENDENT = 1e-12
@@ -115,14 +117,15 @@ def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[Consisten
     """Return the consistent combinations of a table, one for each motion.
 
     Combinations with the same contact velocities are one motion; its first combination satisfies the inequalities
-    strictly, if there is one, and has the most closed and then the most sticking contacts.
+    strictly, if there is one, has the most closed, then the most sticking contacts, then the least norm of the forces.
 
     Parameters
     ----------
     problem : CoulombProblem
     table : ModeTable
     """
-    force = _solve_all(problem, table)
+    independent = _are_independent(problem.mobility)
+    force = _solve_all(problem, table, independent)
     velocity = problem.constant + force @ problem.mobility
     size = np.maximum(np.abs(problem.constant).max(initial=0.0), np.abs(force).max(axis=1, initial=0.0))
     margin = _margins(problem, table, force, velocity)
@@ -136,12 +139,14 @@ def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[Consisten
                 break
         else:
             motions.append([number])
+    norm = np.zeros(len(force)) if independent else np.linalg.norm(force, axis=1)
+    violated = (margin < -ROUNDING * size).tolist()
     for motion in motions:
-        motion.sort(key=lambda number: margin.item(number) < 0)  # stable: the order of the table otherwise
+        motion.sort(key=lambda number: (violated[number], table.rank[number], norm.item(number)))
     return [ConsistentMotion(tuple(motion), tuple(force[motion])) for motion in motions]
 
 
-def _solve_all(problem: CoulombProblem, table: ModeTable) -> np.ndarray:
+def _solve_all(problem: CoulombProblem, table: ModeTable, independent: bool) -> np.ndarray:
     """Return the forces of every combination, shape (C, N).
 
     If the rows are dependent, the forces have the least norm of all solutions: the least sum of f_i^2 G_ii.
@@ -152,7 +157,7 @@ def _solve_all(problem: CoulombProblem, table: ModeTable) -> np.ndarray:
     matrix = fixed * mobility + (1 - fixed) * np.eye(size)
     matrix[:, k:, :k] += table.slip[:, :, None] * problem.kinetic
     right = -table.fixed * problem.constant
-    if _are_independent(mobility):
+    if independent:
         try:
             return np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
         except np.linalg.LinAlgError:  # at the limit of a jam

@@ -132,6 +132,7 @@ def select_modes(
     friction : (static, kinetic), or mapping of contact to (static, kinetic)
     ended : mapping of contact to Mode, optional
         Modes that have just ended at an event; they are chosen again only if nothing else is consistent.
+        ``Mode.CLOSED`` stands for every closed mode: the contact lifts off.
 
     Returns
     -------
@@ -164,11 +165,11 @@ def select_modes(
     constant = space.matrix @ space.free + np.concatenate((rows.normal_bias, rows.tangent_bias))
     problem = space.state_problem(rows, constant, np.array([sign == 0 for sign in signs], dtype=bool))
     motions = enumerate_modes(problem, table)
-    if len(motions) > 1:
-        motions = _prefer_sticking(motions, table, rows, problem.fresh)
     names = [contact.name for contact in contacts]
     if ended:
         motions = _prefer_changes(motions, table, [ended.get(name) for name in names])
+    if len(motions) > 1:
+        motions = _prefer_sticking(motions, table, rows, problem.fresh)
     candidates = []
     for motion in motions:
         forces = space.scale * motion.forces[0]
@@ -240,6 +241,12 @@ def _prefer_changes(
     motions: list[ConsistentMotion], table: ModeTable, ended: Sequence[Mode | None]
 ) -> list[ConsistentMotion]:
     """Return the motions without modes that have just ended, if there are such motions."""
-    refused = [any(a is b for a, b in zip(modes, ended, strict=True)) for modes in table.modes]
+    refused = [
+        any(
+            mode is end or (end is Mode.CLOSED and mode is not Mode.FREE)
+            for mode, end in zip(modes, ended, strict=True)
+        )
+        for modes in table.modes
+    ]
     motions = [motion.represent_without(refused) for motion in motions]
     return [motion for motion in motions if not refused[motion.numbers[0]]] or motions

@@ -49,6 +49,8 @@ class ModeTable(NamedTuple):
         Direction +1 or -1 of groups that slip, otherwise 0.
     fixed : (C, k + m) float array
         1 for the rows y_i = 0.
+    rank : tuple of C (int, int)
+        Order of preference among combinations with the same motion: most closed, then most sticking contacts.
     """
 
     modes: tuple[tuple[Mode, ...], ...]
@@ -57,6 +59,7 @@ class ModeTable(NamedTuple):
     sticks: np.ndarray
     slip: np.ndarray
     fixed: np.ndarray
+    rank: tuple[tuple[int, int], ...]
 
 
 @functools.lru_cache(maxsize=512)
@@ -86,7 +89,7 @@ def tabulate_modes(groups: tuple[GroupOptions, ...], stops: tuple[tuple[int, boo
             for number, mode in zip(members, of_members, strict=True):
                 modes[number] = mode
         combinations.append(tuple(modes))
-    combinations.sort(key=lambda modes: (modes.count(Mode.FREE), -modes.count(Mode.STICK)))
+    combinations.sort(key=_rank)
     return _table_of(tuple(combinations), groups)
 
 
@@ -107,6 +110,11 @@ def _choices_of_stop(latched: bool) -> list[tuple[Mode, ...]]:
     return [(Mode.LATCHED,)] if latched else [(Mode.CLOSED,), (Mode.FREE,)]
 
 
+def _rank(modes: tuple[Mode, ...]) -> tuple[int, int]:
+    """Return the numbers of contacts that are free, and that do not stick."""
+    return modes.count(Mode.FREE), -modes.count(Mode.STICK)
+
+
 def _table_of(combinations: tuple[tuple[Mode, ...], ...], groups: tuple[GroupOptions, ...]) -> ModeTable:
     """Return the arrays of combinations of modes."""
     closed = np.array([[mode is not Mode.FREE for mode in modes] for modes in combinations], dtype=bool)
@@ -119,4 +127,4 @@ def _table_of(combinations: tuple[tuple[Mode, ...], ...], groups: tuple[GroupOpt
             slip[row, column] = sum(mode.sign for mode in of_group)
     latched = np.array([mode is Mode.LATCHED for mode in combinations[0]], dtype=bool)
     fixed = np.concatenate((closed, sticks), axis=1).astype(float)
-    return ModeTable(combinations, closed, latched, sticks, slip, fixed)
+    return ModeTable(combinations, closed, latched, sticks, slip, fixed, tuple(map(_rank, combinations)))

@@ -10,6 +10,7 @@ R is linear in z, so z = -K^-1 R(q, v, u, 0) with K = dR/dz, and its derivatives
 """
 
 import functools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import casadi as ca
@@ -27,7 +28,7 @@ class GuardKind(NamedTuple):
     name : str
         ``closes`` (gap), ``opens`` (normal force), ``slips+`` and ``slips-`` (distance to the edges of the friction
         cone), ``rests`` (slip speed) or ``extends`` (switched spring).
-    index : int
+    number : int
         Number of the contact or of the switch.
 
     Examples
@@ -37,7 +38,7 @@ class GuardKind(NamedTuple):
     """
 
     name: str
-    index: int
+    number: int
 
 
 class PhaseSystem(NamedTuple):
@@ -85,9 +86,9 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
     Examples
     --------
     >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
-    >>> state = ContactState.of({"sole": "stick", "full length": "free"})
+    >>> state = ContactState.of({"sole": "closed", "full length": "free"})
     >>> make_phase_system(vertical_hopper(), state, False).guards[0]
-    GuardKind(name='closes', index=1)
+    GuardKind(name='opens', number=0)
     """
     modes = [mode for _, mode in state.modes]
     closed = tuple(i for i, mode in enumerate(modes) if mode is not Mode.FREE)
@@ -97,13 +98,14 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
     z = ca.SX.sym("z", robot.n_q + len(closed) + len(sticking))
     normal, tangent, normal_bias, tangent_bias = robot.rows(q, v, p)
     mass_matrix, bias, actuation = robot.dynamics(q, v, p)
-    forces = _forces(robot, modes, closed, sticking, z, p)
+    forces = contact_forces(robot, modes, closed, sticking, z, p)
     first = [members[0] for members in sticking]
-    rows = ca.vertcat(normal[list(closed), :], tangent[first, :])
+    rows = ca.vertcat(select_rows(normal, closed), select_rows(tangent, first))
+    bias_rows = ca.vertcat(select_rows(normal_bias, closed), select_rows(tangent_bias, first))
     acceleration = z[: robot.n_q]
     residual = ca.vertcat(
         mass_matrix @ acceleration + bias - actuation @ u - tangent.T @ forces[0, :].T - normal.T @ forces[1, :].T,
-        rows @ acceleration + ca.vertcat(normal_bias[list(closed)], tangent_bias[first]),
+        rows @ acceleration + bias_rows,
     )
     gap, slide = robot.gaps(q, p)
     kinds, guards = _guards(robot, modes, sticking, infinite, (q, v, p, gap, tangent @ v, forces))
@@ -119,8 +121,19 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
         _function("outputs", inputs, [guards, powers, forces]),
         _function("system_slope", inputs, [ca.jacobian(residual, y), ca.jacobian(residual, u)]),
         _function("guard_slope", inputs, [ca.jacobian(guards, symbol) for symbol in (y, u, z)]),
-        _function("constraints", [q, v, p], [ca.vertcat(gap[list(closed)], slide[first]), rows]),
+        _function("constraints", [q, v, p], [ca.vertcat(select_rows(gap, closed), select_rows(slide, first)), rows]),
     )
+
+
+def select_rows(matrix: ca.SX, places: Sequence[int]) -> ca.SX:
+    """Return some rows of a matrix; none gives a matrix without rows.
+
+    Examples
+    --------
+    >>> select_rows(ca.SX.eye(2), [1]), select_rows(ca.SX.eye(2), []).shape
+    (SX([[00, 1]]), (0, 2))
+    """
+    return ca.vertcat(*[matrix[i, :] for i in places]) if places else ca.SX(0, matrix.shape[1])
 
 
 def group_sticking(robot: PlanarRobot, modes: list[Mode]) -> tuple[tuple[int, ...], ...]:
@@ -132,7 +145,7 @@ def group_sticking(robot: PlanarRobot, modes: list[Mode]) -> tuple[tuple[int, ..
     return tuple(tuple(members) for members in bodies.values())
 
 
-def _forces(
+def contact_forces(
     robot: PlanarRobot,
     modes: list[Mode],
     closed: tuple[int, ...],

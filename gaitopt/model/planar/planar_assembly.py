@@ -70,8 +70,8 @@ def assemble_planar(
     >>> ball = assemble_planar(
     ...     "ball", c, bodies=[RigidLink(1.0, centre, 0.004, angle)], contacts={"rim": ArcContact(centre, 0.1, angle)}
     ... )
-    >>> float(ball.gaps([0, 0.3, 0], ball.vector(ball.resolve({})))[0])
-    0.2
+    >>> ball.gaps([0, 0.3, 0], ball.vector(ball.resolve({})))[0]
+    DM(0.2)
     """
     if not isinstance(coordinates, PlanarCoordinates):
         raise InputError(
@@ -204,15 +204,15 @@ def _label(
 ) -> dict[str, ca.SX | float]:
     """Return all expressions of a robot by the labels of error messages."""
     expressions = {f"actuator {label!r}": expression for label, expression in actuators.items()}
-    expressions |= {f"point {label!r}": expression for label, expression in points.items()}
     for kind, parts in (("body", bodies), ("force", forces)):
         for number, part in enumerate(parts, start=1):
             expressions |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
-    for label, part in contacts.items():
-        expressions[f"gap of contact {label!r}"] = part.gap
-        if isinstance(part, Contact):
-            expressions[f"slide coordinate of contact {label!r}"] = part.slide
-            expressions[f"armed of contact {label!r}"] = 1 if part.armed is None else part.armed
+    for label, contact in contacts.items():
+        expressions[f"gap of contact {label!r}"] = contact.gap
+        if isinstance(contact, Contact):
+            expressions[f"slide coordinate of contact {label!r}"] = contact.slide
+            expressions[f"armed of contact {label!r}"] = 1 if contact.armed is None else contact.armed
+    expressions |= {f"point {label!r}": expression for label, expression in points.items()}
     return expressions
 
 

@@ -8,7 +8,7 @@ from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import PointMass
 from gaitopt.model.planar.joint_stop import JointStop
-from gaitopt.model.planar.planar_assembly import assemble_planar
+from gaitopt.model.planar.planar_assembly import AnyContact, assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.parameters import Parameter
@@ -42,8 +42,9 @@ def kneed_walker() -> PlanarRobot:
     """
     c = PlanarCoordinates(("x", "y", "a", "flexion_a", "b", "flexion_b"), PARAMETERS)
     hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
-    bodies, contacts = [PointMass(c.parameter("hip_mass"), hip)], {}
-    points, links = {"hip": hip}, []
+    bodies = [PointMass(c.parameter("hip_mass"), hip)]
+    contacts: dict[str, AnyContact] = {"hip point": PointContact(hip, falls=True)}
+    points, links = {"hip": hip}, list[tuple[str, str]]()
     for leg, other in (("a", "b"), ("b", "a")):
         angle, flexion, label = c.coordinate(leg), c.coordinate(f"flexion_{leg}"), leg.upper()
         thigh = ca.vertcat(ca.sin(angle), -ca.cos(angle))
@@ -61,7 +62,7 @@ def kneed_walker() -> PlanarRobot:
         "kneed_walker",
         c,
         bodies=bodies,
-        contacts={**contacts, "hip point": PointContact(hip, falls=True)},
+        contacts=contacts,
         mirror={"a": "b", "flexion_a": "flexion_b", "foot A": "foot B", "knee A": "knee B"},
         drawing=Drawing(points, links),
     )

@@ -6,7 +6,7 @@ import casadi as ca
 
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, PointContact
-from gaitopt.model.mechanics import PointMass, RigidLink
+from gaitopt.model.mechanics import Body, PointMass, RigidLink
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -42,7 +42,7 @@ def round_foot_walker() -> PlanarRobot:
     """
     c = PlanarCoordinates(("x", "y", "a", "b"), PARAMETERS)
     hip, radius = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.parameter("foot_radius")
-    bodies = [PointMass(c.parameter("hip_mass"), hip)]
+    bodies: list[Body] = [PointMass(c.parameter("hip_mass"), hip)]
     centres, contacts = {}, {}
     for name, other in (("a", "b"), ("b", "a")):
         angle = c.coordinate(name)

@@ -10,7 +10,8 @@ from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
-from gaitopt.simulation.planar.planar_automaton import PlanarArc, PlanarAutomaton, PlanarState
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 MAX_EVENTS = 500
@@ -33,6 +34,13 @@ class PlanarRollout:
         The states at the beginning, with the modes found there, and after the last event.
     arcs : tuple of PlanarArc
         The integrated phases.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> rollout = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, duration=0.1)
+    >>> rollout.stop.key, rollout.motion.segments, rollout.end.q.round(4).tolist()
+    ('duration_done', (PlanarSegment(foot free, hip point free; 0 to 0.1 s),), [0.0, 0.6509, 0.0, 0.0, 0.6])
     """
 
     motion: PlanarMotion
@@ -85,7 +93,7 @@ def simulate_planar(
     >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
     >>> rollout = simulate_planar(vertical_hopper(), [0.7, 0.2], [0, 0], {}, until="sole opens")
     >>> rollout.stop.key, rollout.motion.sequence
-    ('event_reached', 'full length latched | sole stick > sole stick |')
+    ('event_reached', 'full length latched | sole closed > sole closed |')
     """
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
@@ -110,7 +118,7 @@ def follow(
             end = replace(end, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
             stop = Stop.SINGULAR if arc.failed else Stop.DURATION_DONE
             break
-        resolved = automaton.resolve_event(arc)
+        resolved = automaton.events.resolve(arc)
         if isinstance(resolved, Stop):
             stop = resolved
             break

@@ -9,6 +9,7 @@ from gaitopt.model.contacts.closed_contact import ClosedContact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import ModeChoice, select_modes
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome, solve_multicontact_impact
+from gaitopt.model.contacts.well_posedness import is_well_posed
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
@@ -78,7 +79,7 @@ class ContactResolution:
     def impact(self, q: Array, v: Array, contacts: Iterable[int], latched: frozenset[int]) -> ImpactOutcome:
         """Return the outcome of the impact of closed and closing contacts."""
         mass_matrix = self._mass_matrix(q, v)
-        return solve_multicontact_impact(mass_matrix, v, self._closed(q, v, contacts, latched), self.friction)
+        return solve_multicontact_impact(mass_matrix, v, self._rows_of(q, v, contacts, latched), self.friction)
 
     def modes(
         self, q: Array, v: Array, u: Array, contacts: Iterable[int], latched: frozenset[int], ended: Mapping[str, Mode]
@@ -88,13 +89,19 @@ class ContactResolution:
         mass_matrix = self._mass_matrix(q, v)
         _, bias, actuation = self._dynamics(q, v)
         force = bias - actuation.reshape(-1, n).T @ u
-        return select_modes(mass_matrix, force, self._closed(q, v, contacts, latched), self.friction, ended)
+        return select_modes(mass_matrix, force, self._rows_of(q, v, contacts, latched), self.friction, ended)
+
+    def is_well_posed(self, q: Array, v: Array, contacts: list[int], modes: Mapping[str, Mode]) -> bool:
+        """Return whether the forces of closed contacts in given modes are determined."""
+        latched = frozenset(i for i in contacts if modes[self.robot.contact_names[i]] is Mode.LATCHED)
+        rows = self._rows_of(q, v, contacts, latched)
+        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes)
 
     def _mass_matrix(self, q: Array, v: Array) -> Array:
         n = self.robot.n_q
         return np.array(self._dynamics(q, v)[0].reshape(n, n))
 
-    def _closed(self, q: Array, v: Array, contacts: Iterable[int], latched: frozenset[int]) -> list[ClosedContact]:
+    def _rows_of(self, q: Array, v: Array, contacts: Iterable[int], latched: frozenset[int]) -> list[ClosedContact]:
         """Return the rows of closed contacts."""
         parts, robot, rows = self.kinematics(q, v), self.robot, []
         bodies = [robot.contacts[i].body for i in contacts]

@@ -1,6 +1,7 @@
 """Location of the first event of a contact state on the dense output of an integrator."""
 
 import functools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,10 +11,16 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import find_dip, find_root
-from gaitopt.simulation.planar.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
 
 ZERO = 1e-9
 """Gaps [m or rad], slip speeds [m/s] and forces relative to the weight below this value count as zero."""
+
+RESOLUTION = 1e-14
+"""Accuracy of the time at which the forces of sliding contacts stop being determined [s]."""
+
+JAMS = GuardKind("jams", -1)
+"""End of a phase in which the forces of the sliding contacts are no longer determined."""
 
 
 class LocatedGuard(NamedTuple):
@@ -36,9 +43,19 @@ class GuardWatch:
     t : float [s]
     y : (n_y,) array
         State at the start of the phase.
+    is_well_posed : callable, optional
+        Test of whether the forces in a state y are determined; the phase ends where they are not.
     """
 
-    def __init__(self, phase: PlanarPhase, weight: float, t: float, y: Array) -> None:
+    def __init__(
+        self,
+        phase: PlanarPhase,
+        weight: float,
+        t: float,
+        y: Array,
+        is_well_posed: Callable[[Array], bool] | None = None,
+    ) -> None:
+        self._is_well_posed = is_well_posed
         self._phase, self._arming = phase, FastCall(phase.robot.arming, phase.p)
         kinds = phase.equations.guards
         self._zero = np.array([ZERO * (weight if _is_force(kind) else 1.0) for kind in kinds])
@@ -58,11 +75,25 @@ class GuardWatch:
             at = self._locate(i, guard, span, (previous[i], middle[i], end[i]))
             if at is None:
                 continue
-            if kind.name == "closes" and not self._is_armed(kind.index, dense(at)):
+            if kind.name == "closes" and not self._is_armed(kind.number, dense(at)):
                 self._armed[i], self._passed[i] = False, True
                 continue
             located.append(LocatedGuard(kind, at))
-        return min(located, key=lambda event: event.time) if located else None
+        if located:
+            return min(located, key=lambda event: event.time)
+        return None if self._is_well_posed is None else self._find_jam(self._is_well_posed, dense, span)
+
+    def _find_jam(
+        self, is_well_posed: Callable[[Array], bool], dense: DenseOutput, span: tuple[float, float]
+    ) -> LocatedGuard | None:
+        """Return the time in a span from which the forces are not determined, by bisection, or None."""
+        begin, end = span
+        if is_well_posed(dense(end)):
+            return None
+        while end - begin > RESOLUTION * max(1.0, abs(end)):
+            middle = (begin + end) / 2
+            begin, end = (middle, end) if is_well_posed(dense(middle)) else (begin, middle)
+        return LocatedGuard(JAMS, end)
 
     def _locate(
         self, i: int, guard: functools.partial[float], span: tuple[float, float], values: tuple[float, float, float]

@@ -33,6 +33,9 @@ class PlanarPhase:
         self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
         self.n_works = robot.n_u + len(robot.contacts) + 1
         self._torque = FastCall(torque)
+        self._torque_slope = torque.jacobian()
+        self._system_slope = FastCall(self.equations.system_slope, p)
+        self._guard_slope = FastCall(self.equations.guard_slope, p)
         self._system = FastCall(self.equations.system, p)
         self._outputs = FastCall(self.equations.outputs, p)
         self._constraints = FastCall(self.equations.constraints, p)
@@ -74,6 +77,40 @@ class PlanarPhase:
             if len(members) > 1 and total > 0:
                 forces[list(members), 0] = tangential * normal / total
         return forces
+
+    def slope(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of (v, a) by the state (q, v), shape (2 n_q, 2 n_q), and by time, shape (2 n_q,)."""
+        n = self.n_q
+        by_state, by_time, _, _ = self._derivatives(t, y)
+        return np.vstack([np.eye(n, 2 * n, n), by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
+
+    def guard_slope(self, t: float, y: Array, guard: int) -> tuple[Array, float]:
+        """Return the derivatives of a guard by the state (q, v), shape (2 n_q,), and by time."""
+        n_g = len(self.equations.guards)
+        by_state, by_time, torque, inputs = self._derivatives(t, y)
+        slopes = self._guard_slope(*inputs)
+        by_y, by_u, by_z = (part.reshape(-1, n_g)[:, guard] for part in slopes)
+        return by_y + torque[0].T @ by_u + by_state.T @ by_z, float(torque[1] @ by_u + by_time @ by_z)
+
+    def _derivatives(
+        self, t: float, y: Array
+    ) -> tuple[Array, Array, tuple[Array, Array], tuple[Array, Array, Array, Array]]:
+        """Return the derivatives of z by the state and by time, those of the torque, and (q, v, u, z)."""
+        n = self.n_q
+        u, z = self.solve(t, y)
+        inputs = y[:n], y[n : 2 * n], u.copy(), z
+        by_y, by_u = (part.reshape(-1, self.n_z).T for part in self._system_slope(*inputs))
+        matrix = self._system(*inputs[:3])[0].reshape(self.n_z, self.n_z).T
+        torque = self._torque_derivatives(t, y)
+        right = np.column_stack([by_y + by_u @ torque[0], by_u @ torque[1]])
+        solution = -solve_linear(matrix, right)
+        return solution[:, :-1], solution[:, -1], torque, inputs
+
+    def _torque_derivatives(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of the torque by the state, shape (n_u, 2 n_q), and by time, shape (n_u,)."""
+        n = self.n_q
+        by_t, by_q, by_v = self._torque_slope(t, y[:n], y[n : 2 * n], np.zeros(self.robot.n_u))
+        return np.hstack([np.array(by_q), np.array(by_v)]), np.array(by_t).ravel()
 
     def constraints(self, y: Array) -> tuple[Array, Array]:
         """Return gaps and slide coordinates of the constraints, shape (m,), and their Jacobian, shape (m, n_q)."""
@@ -118,7 +155,6 @@ class PlanarPhase:
 def solve_linear(matrix: Array, right: Array) -> Array:
     """Return the solution of a linear system; that of least norm if its rows are dependent."""
     try:
-        solution: Array = np.linalg.solve(matrix, right)
+        return np.asarray(np.linalg.solve(matrix, right), dtype=float)
     except np.linalg.LinAlgError:
-        solution = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
-    return solution
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0], dtype=float)

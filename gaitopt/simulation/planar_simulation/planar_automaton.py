@@ -1,0 +1,153 @@
+"""The hybrid automaton of a planar robot: smooth phases in one contact state, and the events between them."""
+
+from collections.abc import Callable, Iterator, Mapping
+
+import casadi as ca
+import numpy as np
+from scipy.integrate import DOP853
+
+from gaitopt.errors import InputError
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
+from gaitopt.model.planar.impact_system import passive_torque
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.event_location import spans_of
+from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
+from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.status import Stop
+
+DRIFT = 1e-11
+"""Violation of the constraints at which a state is projected and the integration restarted."""
+
+RELATIVE, ABSOLUTE = 1e-13, 1e-15
+"""Tolerances of the integration."""
+
+SPANS = 4
+"""Parts of a step of the integrator at whose ends the guards are evaluated."""
+
+
+class PlanarAutomaton:
+    """A planar robot with given parameters under a torque.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    values : mapping of str to float
+        All parameters by name.
+    torque : Function, optional
+        (t, q, v) -> u; by default zero.
+
+    Raises
+    ------
+    InputError
+        If the torque has other inputs or outputs.
+    """
+
+    def __init__(self, robot: PlanarRobot, values: Mapping[str, float], torque: ca.Function | None = None) -> None:
+        self.robot, self.values = robot, dict(values)
+        self.torque = torque or passive_torque(robot)
+        _check_torque(robot, self.torque)
+        self._phases: dict[tuple[ContactState, tuple[bool, ...]], PlanarPhase] = {}
+        call = FastCall(self.torque)
+        self.events = EventResolution(robot, values, lambda t, q, v: call(t, q, v)[0])
+        self.weight = float(robot.mass(robot.vector(values))) * values["gravity"]
+
+    def p(self, extended: tuple[bool, ...]) -> Array:
+        """Return the vector of parameters and switches."""
+        return self.robot.vector(self.values, extended)
+
+    def phase(self, state: PlanarState) -> PlanarPhase:
+        """Return the equations of the contact state of a state."""
+        key = state.contacts, state.extended
+        if key not in self._phases:
+            self._phases[key] = PlanarPhase(self.robot, state.contacts, self.p(state.extended), self.torque)
+        return self._phases[key]
+
+    def begin(self, q: Array, v: Array, *, latched: tuple[str, ...] | None = None) -> PlanarState | Stop:
+        """Return the state at the beginning of a motion, with its contact modes, or the reason why it has none.
+
+        Contacts without gap and normal speed are closed, and no spring is extended.  By default a stop that can be
+        latched is latched if it is closed and the contact that releases it is closed (if released by its opening) or
+        open (if released by its closing).
+        """
+        robot, extended = self.robot, (False,) * len(self.robot.switches)
+        parts = self.events.contacts(extended).kinematics(q, v)
+        closed = np.flatnonzero((np.abs(parts.gap) <= ZERO) & (np.abs(parts.normal_speed) <= ZERO)).tolist()
+        if any(robot.contacts[i].falls for i in closed):
+            return Stop.FELL
+        if latched is None:
+            fixed = frozenset(i for i in closed if robot.contacts[i].latched and _is_kept(robot, i, closed))
+        else:
+            fixed = frozenset(robot.contact_index(name) for name in latched)
+        free = ContactState(tuple((name, Mode.FREE) for name in robot.contact_names))
+        state = PlanarState(0.0, np.array(q, dtype=float), np.array(v, dtype=float), free, extended)
+        return self.events.choose(state, sorted({*closed, *fixed}), fixed, {})
+
+    def well_posedness(self, state: PlanarState) -> Callable[[Array], bool] | None:
+        """Return the test of whether the forces of a contact state are determined; None if no contact slips."""
+        if not any(mode.slips for mode in state.modes):
+            return None
+        contacts, modes, n = self.events.contacts(state.extended), dict(state.contacts.modes), self.robot.n_q
+        return lambda y: contacts.is_well_posed(y[:n], y[n : 2 * n], state.closed, modes)
+
+    def flow(self, state: PlanarState, until: float) -> PlanarArc:
+        """Integrate a contact state until a guard falls through zero or the time limit."""
+        phase = self.phase(state)
+        anchors = phase.anchors(state.y)
+        y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
+        watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
+        times, states = [state.time], [y]
+        while times[-1] < until:
+            integrator = DOP853(phase.rates, times[-1], states[-1], until, rtol=RELATIVE, atol=ABSOLUTE)
+            for event in _follow(integrator, watch, times, states):
+                if event is not None:
+                    states[-1] = phase.project(states[-1], anchors)
+                    return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
+                if phase.drift(states[-1], anchors) > DRIFT:
+                    break
+            states[-1] = phase.project(states[-1], anchors)
+            if integrator.status == "failed":
+                return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
+        return PlanarArc(state, np.array(times), np.array(states).T, None)
+
+
+def _follow(
+    integrator: DOP853, watch: GuardWatch, times: list[float], states: list[Array]
+) -> Iterator[LocatedGuard | None]:
+    """Integrate step by step; yield the first event, or None after a step without an event."""
+    while integrator.status == "running":
+        integrator.step()
+        if integrator.status == "failed":
+            return
+        dense, event = integrator.dense_output(), None
+        for span in spans_of(dense, SPANS):
+            event = watch.first(dense, span)
+            at = span[1] if event is None else event.time
+            if at > times[-1]:
+                times.append(at)
+                states.append(dense(at))
+            if event is not None:
+                break
+        yield event
+
+
+def _is_kept(robot: PlanarRobot, stop: int, closed: list[int]) -> bool:
+    """Return whether a closed stop is latched at the beginning of a motion."""
+    release = robot.contacts[stop].released_by
+    if release is None:
+        return True
+    name, opening = release
+    return (robot.contact_index(name) in closed) is opening
+
+
+def _check_torque(robot: PlanarRobot, torque: ca.Function) -> None:
+    sizes = [torque.size1_in(i) for i in range(torque.n_in())]
+    if sizes != [1, robot.n_q, robot.n_q] or torque.size1_out(0) != robot.n_u:
+        raise InputError(
+            f"The torque of {robot.name!r} must be a Function (t, q, v) -> u with {robot.n_q} coordinates and "
+            f"{robot.n_u} actuators, got {torque}."
+        )
