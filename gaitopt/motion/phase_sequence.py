@@ -142,28 +142,28 @@ cannot be in mode 'stick' after an impact that ends in 'slip+'.
                 modes[contact.name] = Mode.LATCHED
         return ContactState(tuple(modes.items()))
 
-    def describe_event(self, robot: PlanarRobot, number: int) -> str:
-        """Return everything that changes at the event of a phase, joined by ``&``.
+    def describe_event(self, robot: PlanarRobot, number: int) -> tuple[str, ...]:
+        """Return everything that changes at the event of a phase.
 
         Examples
         --------
         >>> from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
         >>> robot = compass_with_two_feet()
         >>> sequence = PhaseSequence.parse("foot A slip+, foot B stick > foot B stick |", robot)
-        >>> [sequence.describe_event(robot, number) for number in range(2)]
+        >>> [" & ".join(sequence.describe_event(robot, number)) for number in range(2)]
         ['foot A opens', 'foot A closes & foot B slip+']
         """
         before, after = _state(robot, self.phases[number]), self.state_after(robot, number)
-        outcome = self.outcome(robot, number)
-        changes = []
+        outcome = self.outcome(robot, number) if self.events[number].impact else after
+        closing = [name for name, mode in before.modes if mode is Mode.FREE and outcome.mode(name) is not Mode.FREE]
+        changes = [f"{name} closes" for name in closing]
         for name, old in before.modes:
-            new, closes = after.mode(name), old is Mode.FREE and Mode.FREE is not after.mode(name)
-            if closes or (self.events[number].impact and old is Mode.FREE and outcome.mode(name) is not Mode.FREE):
-                changes.append(f"{name} closes")
-            elif old is not new:
-                verb = "released" if old is Mode.LATCHED else "opens" if new is Mode.FREE else new.value
-                changes.append(f"{name} {verb}")
-        return " & ".join(changes)
+            new = after.mode(name)
+            if new is Mode.FREE and (old is not Mode.FREE or name in closing):
+                changes.append(f"{name} {'released' if old is Mode.LATCHED else 'opens'}")
+            elif old is not Mode.FREE and old is not new:
+                changes.append(f"{name} {new.value}")
+        return tuple(changes)
 
     def __str__(self) -> str:
         return " ".join(f"{_text_of(modes)} {event}" for modes, event in zip(self.phases, self.events, strict=True))

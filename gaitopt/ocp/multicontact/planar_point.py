@@ -7,8 +7,8 @@ import casadi as ca
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.ocp.nlp.keys import Key, Kind, Row, equation
-from gaitopt.ocp.planar.phase_grid import GridPhase
-from gaitopt.ocp.planar.planar_builder import PlanarBuilder
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
 
 Condition = tuple[Row, ca.SX]
 """A constraint row and its value."""
@@ -42,13 +42,13 @@ class PlanarPoint:
         return replace(self, q=q, v=v, u=u, z=z)
 
 
-def residual(phase: GridPhase, point: PlanarPoint) -> ca.SX:
+def motion_residual(phase: GridPhase, point: PlanarPoint) -> ca.SX:
     """Return the residual of the equations of motion and of the accelerations of the contacts, shape (n_z, 1)."""
     matrix, right = phase.system.system(point.q, point.v, point.u, point.p)
     return matrix @ point.z - right
 
 
-def outputs(phase: GridPhase, point: PlanarPoint) -> tuple[ca.SX, ca.SX]:
+def point_outputs(phase: GridPhase, point: PlanarPoint) -> tuple[ca.SX, ca.SX]:
     """Return the power of each actuator, and the forces (f_t, f_n) of the contacts, shape (2, n_c)."""
     _, work_rates, forces = phase.system.outputs(point.q, point.v, point.u, point.z, point.p)
     return work_rates[: point.u.numel()], forces
@@ -71,7 +71,7 @@ def cone_conditions(
     if builder.structure.infinite:
         return []
     robot, conditions = builder.robot, []
-    _, forces = outputs(phase, point)
+    _, forces = point_outputs(phase, point)
     static = point.p[robot.index("friction")] * point.p[robot.index("static_friction_ratio")]
     for members in phase.system.sticking:
         if members[0] in ended:

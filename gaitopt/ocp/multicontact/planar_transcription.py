@@ -13,11 +13,11 @@ import numpy as np
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
-from gaitopt.ocp.planar.event_constraints import end_block, event_block, step_block
-from gaitopt.ocp.planar.interval_constraints import interval_block
-from gaitopt.ocp.planar.phase_grid import GridPhase, divide_phases
-from gaitopt.ocp.planar.planar_builder import PlanarBuilder, PlanarStructure, lay_out_unknowns
-from gaitopt.ocp.planar.planar_objective import quotient_block
+from gaitopt.ocp.multicontact.event_constraints import planar_end_block, planar_event_block, planar_step_block
+from gaitopt.ocp.multicontact.interval_constraints import planar_interval_block
+from gaitopt.ocp.multicontact.phase_grid import GridPhase, divide_phases
+from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder, PlanarStructure, lay_out_unknowns
+from gaitopt.ocp.multicontact.planar_objective import planar_quotient_block
 from gaitopt.ocp.transcription.nlp_builder import MARGINS
 
 
@@ -60,12 +60,12 @@ def transcribe_planar(structure: PlanarStructure) -> PlanarTranscription:
     variables, rows = lay_out_unknowns(structure, phases), Rows()
     data = ca.SX.sym("z", len(robot.parameters) + len(MARGINS))
     builder = PlanarBuilder(structure, phases, variables, rows, data)
-    blocks = [interval_block(builder, phase) for phase in phases]
-    blocks += [end_block(builder, phase) for phase in phases]
-    blocks += [block for phase in phases if (block := event_block(builder, phase)) is not None]
-    blocks.append(step_block(builder))
+    blocks = [planar_interval_block(builder, phase) for phase in phases]
+    blocks += [planar_end_block(builder, phase) for phase in phases]
+    blocks += [block for phase in phases if (block := planar_event_block(builder, phase)) is not None]
+    blocks.append(planar_step_block(builder))
     if Unknown.INTEGRAL in variables:
-        blocks.append(quotient_block(builder))
+        blocks.append(planar_quotient_block(builder))
     return PlanarTranscription(
         builder=builder,
         variables=variables,

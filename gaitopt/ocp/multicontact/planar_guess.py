@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -14,6 +15,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.motion.planar_gait import PlanarGait
 
 TYPICAL_SPEED = 0.5
 """Speed [m/s] of the guess if neither speed nor period is known."""
@@ -44,23 +46,53 @@ class PlanarSetting:
     period: float
 
 
+class PlanarSample(NamedTuple):
+    """A guessed motion at K instants of a phase.
+
+    Attributes
+    ----------
+    q, v : (n_q, K) arrays
+        Coordinates and their rates.
+    torque : (n_u, K) array or None
+        If it is known, accelerations and forces follow from the equations of motion; otherwise they are zero, except
+        for the weight on the feet.
+
+    Examples
+    --------
+    >>> PlanarSample(np.zeros((2, 3)), np.zeros((2, 3))).torque is None
+    True
+    """
+
+    q: Array
+    v: Array
+    torque: Array | None = None
+
+
 class PlanarGuess(ABC):
-    """Base class of the initial guesses of a gait; a subclass defines a custom guess."""
+    """Base class of the initial guesses of a gait; a subclass defines a custom guess.
+
+    Attributes
+    ----------
+    states_durations : bool
+        Whether the guess states the durations of the phases.  The problem is then solved with these durations first.
+    """
+
+    states_durations: bool = False
 
     @abstractmethod
     def durations(self, setting: PlanarSetting) -> Array:
         """Return the duration of each phase, shape (n_phases,) [s]."""
 
     @abstractmethod
-    def sample(self, setting: PlanarSetting, time: Array) -> tuple[Array, Array]:
-        """Return the coordinates and their rates at `time`, shape (n_q, K) each."""
+    def sample(self, setting: PlanarSetting, time: Array, phase: int) -> PlanarSample:
+        """Return the motion at `time`, shape (K,) [s], from the start of the period, in a phase counted from 0."""
 
     @abstractmethod
     def describe(self) -> str:
         """Return a text that describes the guess, for the record of the problem."""
 
 
-def typical_durations(setting: PlanarSetting) -> Array:
+def typical_phase_durations(setting: PlanarSetting) -> Array:
     """Return durations of the phases; a phase with a slipping contact is a fifth of another one."""
     slips = [any(mode.slips for _, mode in modes) for modes in setting.sequence.phases]
     weights = np.where(slips, 1.0, 5.0)
@@ -82,13 +114,13 @@ class PoseGuess(PlanarGuess):
 
     def durations(self, setting: PlanarSetting) -> Array:
         """Return typical durations."""
-        return typical_durations(setting)
+        return typical_phase_durations(setting)
 
-    def sample(self, setting: PlanarSetting, time: Array) -> tuple[Array, Array]:
+    def sample(self, setting: PlanarSetting, time: Array, phase: int) -> PlanarSample:
         """Return the line."""
         first, last = find_poses(setting)
         rates = (last - first)[:, None] / setting.period
-        return first[:, None] + rates * time, np.repeat(rates, time.size, axis=1)
+        return PlanarSample(first[:, None] + rates * time, np.repeat(rates, time.size, axis=1))
 
     def describe(self) -> str:
         """Return ``"line between poses"``."""
@@ -131,10 +163,15 @@ class PlanarKeyframes(PlanarGuess):
             if np.shape(values) != times.shape or not np.all(np.isfinite(values)):
                 raise InputError(f"PlanarKeyframes: {name} needs {times.size} finite values, got {list(values)}.")
 
+    @property
+    def states_durations(self) -> bool:  # type: ignore[override]
+        """Whether the durations of the phases are stated."""
+        return self.phases is not None
+
     def durations(self, setting: PlanarSetting) -> Array:
         """Return the durations of the phases."""
         if self.phases is None:
-            return typical_durations(setting) * self.times[-1] / setting.period
+            return typical_phase_durations(setting) * self.times[-1] / setting.period
         if len(self.phases) != len(setting.sequence.phases):
             raise InputError(
                 f"PlanarKeyframes: the sequence '{setting.sequence}' has {len(setting.sequence.phases)} phases, "
@@ -142,7 +179,7 @@ class PlanarKeyframes(PlanarGuess):
             )
         return np.array(self.phases, dtype=float)
 
-    def sample(self, setting: PlanarSetting, time: Array) -> tuple[Array, Array]:
+    def sample(self, setting: PlanarSetting, time: Array, phase: int) -> PlanarSample:
         """Return the interpolated keyframes."""
         names = setting.robot.coordinates
         if set(self.coordinates) != set(names):
@@ -150,11 +187,56 @@ class PlanarKeyframes(PlanarGuess):
         interpolate = scipy.interpolate.PchipInterpolator  # SciPy imports its parts when they are used
         part = np.clip(time, 0, self.times[-1])
         curves = [interpolate(self.times, self.coordinates[name]) for name in names]
-        return np.array([curve(part) for curve in curves]), np.array([curve(part, 1) for curve in curves])
+        return PlanarSample(*(np.array([curve(part, order) for curve in curves]) for order in (0, 1)))
 
     def describe(self) -> str:
         """Return a text with the times of the keyframes."""
         return "keyframes at " + ", ".join(f"{t:g}" for t in self.times) + " s"
+
+
+@dataclass(frozen=True, eq=False)
+class FromPlanarGait(PlanarGuess):
+    """The motion of an earlier gait, whose sequence may differ.
+
+    Attributes
+    ----------
+    gait : PlanarGait
+
+    Examples
+    --------
+    >>> FromPlanarGait.__name__
+    'FromPlanarGait'
+    """
+
+    gait: PlanarGait
+
+    def durations(self, setting: PlanarSetting) -> Array:
+        """Return the durations of the gait's phases, or typical ones for another number of phases."""
+        segments = self.gait.motion.segments
+        if len(segments) != len(setting.sequence.phases):
+            return typical_phase_durations(setting)
+        return np.array([segment.time[-1] - segment.time[0] for segment in segments])
+
+    def sample(self, setting: PlanarSetting, time: Array, phase: int) -> PlanarSample:
+        """Return the interpolated motion."""
+        motion, total = self.gait.motion, self.durations(setting)
+        if len(motion.segments) == total.size:
+            segment, start = motion.segments[phase], total[:phase].sum()
+            at = segment.time[0] + np.clip(time - start, 0, total[phase])
+            return PlanarSample(*(_interpolate(segment.time, part, at) for part in (segment.q, segment.v, segment.torque)))
+        parts = [motion.channel(name) for name in ("time", "q", "v", "torque")]
+        _, kept = np.unique(parts[0], return_index=True)
+        at = time / total.sum() * motion.period
+        return PlanarSample(*(_interpolate(parts[0][kept], part[:, kept], at) for part in parts[1:3]))
+
+    def describe(self) -> str:
+        """Return a text with the sequence of the gait."""
+        return f"gait '{self.gait.sequence}'"
+
+
+def _interpolate(time: Array, values: Array, at: Array) -> Array:
+    curve: Array = scipy.interpolate.PchipInterpolator(time, values, axis=1)(at)
+    return curve
 
 
 def find_poses(setting: PlanarSetting) -> tuple[Array, Array]:

@@ -8,11 +8,11 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Group, Kind, Unknown
-from gaitopt.ocp.planar.event_constraints import opening_bodies
-from gaitopt.ocp.planar.phase_grid import GridPhase
-from gaitopt.ocp.planar.planar_builder import PlanarStructure, impact_contacts
-from gaitopt.ocp.planar.planar_problem import PlanarProblem
-from gaitopt.ocp.planar.planar_transcription import PlanarTranscription
+from gaitopt.ocp.multicontact.event_constraints import opening_bodies
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_builder import PlanarStructure, impact_contacts
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.transcription.nlp_builder import MARGINS
 
 
@@ -111,7 +111,7 @@ def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProbl
     lower[layout[Unknown.DURATION]], upper[layout[Unknown.DURATION]] = limits.shortest_phase, limits.longest_step
     for kind in (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER):
         lower[layout.find(kind)] = 0.0
-    weight = _weight(problem)
+    weight = weight_of(problem)
     for phase in transcription.phases:
         _bound_forces(transcription, phase, problem.margins.normal_force * weight, lower, upper)
         _bound_impulses(transcription, phase, lower)
@@ -156,6 +156,7 @@ def _bound_impulses(transcription: PlanarTranscription, phase: GridPhase, lower:
             lower[column[k]] = 0.0
 
 
-def _weight(problem: PlanarProblem) -> float:
+def weight_of(problem: PlanarProblem) -> float:
+    """Return the weight of the robot [N]."""
     p = problem.robot.vector(problem.values)
     return float(problem.robot.mass(p)) * problem.values["gravity"]

@@ -8,8 +8,8 @@ from typing import Any
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import PhaseSequence
-from gaitopt.ocp.planar.planar_guess import PlanarGuess, PoseGuess
-from gaitopt.ocp.planar.planar_limits import PlanarLimits
+from gaitopt.ocp.multicontact.planar_guess import PlanarGuess, PoseGuess
+from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
 from gaitopt.ocp.provenance import plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.limits import Margins, Range, Target
@@ -37,7 +37,7 @@ class PlanarProblem:
     speed, step_length : float, (float, float) or None
         Requested value, bounds, or None for a free value [m/s, m].
     objective : Objective or str
-        Its integrand takes a :class:`gaitopt.ocp.planar.planar_objective.PlanarInstant`.
+        Its integrand takes a :class:`gaitopt.ocp.multicontact.planar_objective.PlanarInstant`.
     limits : PlanarLimits
     margins : Margins
         `touchdown_rate` is the least approach speed of a closing contact [m/s or rad/s].
@@ -124,7 +124,7 @@ class PlanarProblem:
             "name": self.name,
             "robot": robot.name,
             "sequence": str(self.sequence),
-            "events": [self.sequence.describe_event(robot, i) for i in range(len(self.sequence.phases))],
+            "events": [" & ".join(self.sequence.describe_event(robot, i)) for i in range(len(self.sequence.phases))],
             "objective": self.objective.name,
             "objective_unit": self.objective.unit,
             **self.values,

@@ -11,18 +11,17 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.phase_system import contact_forces, group_sticking
 from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
-from gaitopt.ocp.planar.phase_grid import GridPhase
-from gaitopt.ocp.planar.planar_builder import (
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_builder import (
     PlanarBuilder,
     event_place,
-    impact_bodies,
-    impact_contacts,
     solution_keys,
 )
-from gaitopt.ocp.planar.planar_objective import power_split
-from gaitopt.ocp.planar.planar_point import (
+from gaitopt.ocp.multicontact.planar_objective import planar_power_split
+from gaitopt.ocp.multicontact.planar_point import (
     Condition,
     PlanarPoint,
     cone_conditions,
@@ -30,14 +29,14 @@ from gaitopt.ocp.planar.planar_point import (
     first_of_bodies,
     gap_conditions,
     height_conditions,
-    outputs,
-    residual,
+    motion_residual,
+    point_outputs,
     slip_conditions,
 )
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 
 
-def end_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
+def planar_end_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
     """Return the block of the last node of a phase: its path constraints, or the conditions of its event."""
     local = BlockVariables(builder, 1)
     p, last = builder.parameters(local), [phase.count]
@@ -49,7 +48,7 @@ def end_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
         p,
     )
     rows = dynamics_rows(builder, phase, solution_keys(builder.robot, phase))
-    conditions: list[Condition] = list(zip(rows, ca.vertsplit(residual(phase, point)), strict=True))
+    conditions: list[Condition] = list(zip(rows, ca.vertsplit(motion_residual(phase, point)), strict=True))
     changes = [] if phase.outcome is not None else _changes(builder, phase, point)
     ended = frozenset(i for i, _ in changes)
     conditions += [condition for _, several in changes for condition in several]
@@ -60,8 +59,8 @@ def end_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
     conditions += _closing_conditions(builder, phase, point)
     if (Unknown.POWER, phase.number) in builder.variables:
         parts = local.add("power", builder.variables[Unknown.POWER, phase.number][:, last])
-        power = outputs(phase, point)[0][list(builder.structure.powered)]
-        conditions += power_split(builder, power, parts)
+        power = point_outputs(phase, point)[0][list(builder.structure.powered)]
+        conditions += planar_power_split(builder, power, parts)
     return _finish(builder, local, (Group.END, phase.number), phase.place(phase.count), conditions)
 
 
@@ -74,7 +73,7 @@ def opening_bodies(phase: GridPhase) -> frozenset[int]:
 def _changes(builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint) -> list[tuple[int, list[Condition]]]:
     """Return the conditions of slip onset, rest and reversal, by the first contact of each body."""
     robot, changes = builder.robot, []
-    forces = outputs(phase, point)[1]
+    forces = point_outputs(phase, point)[1]
     speeds = robot.rows(point.q, point.v, point.p)[1] @ point.v
     static = point.p[robot.index("friction")] * point.p[robot.index("static_friction_ratio")]
     for i in first_of_bodies(builder, phase.state):
@@ -109,7 +108,7 @@ def _closing_conditions(builder: PlanarBuilder, phase: GridPhase, point: PlanarP
     return conditions
 
 
-def event_block(builder: PlanarBuilder, phase: GridPhase) -> Block | None:
+def planar_event_block(builder: PlanarBuilder, phase: GridPhase) -> Block | None:
     """Return the block of the impact at the end of a phase, and of the periodicity at the end of the last one."""
     if phase.outcome is None and not phase.is_last:
         return None
@@ -154,36 +153,35 @@ def _torque_periodicity(builder: PlanarBuilder, local: BlockVariables, phase: Gr
 def _impact_conditions(builder: PlanarBuilder, phase: GridPhase, parts: tuple[ca.SX, ...]) -> list[Condition]:
     """Return momentum balance and outcome of the impact at the end of a phase."""
     q, v, after, impulse, p = parts
-    robot, outcome, contacts = builder.robot, phase.outcome or (), impact_contacts(phase)
+    robot, outcome, names = builder.robot, list(phase.outcome or ()), builder.robot.contact_names
+    closed = tuple(i for i, mode in enumerate(outcome) if mode is not Mode.FREE)
+    sticking = group_sticking(robot, outcome)
     mass, (normal, tangent) = robot.dynamics(q, v, p)[0], robot.rows(q, v, p)[:2]
-    friction, share = p[robot.index("friction")], 1 - builder.margin("impact_cone")
-    balance, conditions = mass @ (after - v), []
-    for k, i in enumerate(contacts):
-        name = robot.contact_names[i]
-        row = normal[i, :] - (outcome[i].sign * friction * tangent[i, :] if outcome[i].slips else 0)
-        balance -= row.T * impulse[k]
-        conditions.append((equation(Kind.CONTACT_RATE, name), normal[i, :] @ after))
-    for k, members in enumerate(impact_bodies(robot, phase, "stick")):
-        name, tangential = robot.contact_names[members[0]], impulse[len(contacts) + k]
-        balance -= tangent[members[0], :].T * tangential
-        conditions.append((equation(Kind.CONTACT_RATE, f"{name}, tangential"), tangent[members[0], :] @ after))
+    impulses = contact_forces(robot, outcome, closed, sticking, ca.vertcat(after, impulse), p)
+    balance = mass @ (after - v) - tangent.T @ impulses[0, :].T - normal.T @ impulses[1, :].T
+    approach, slip = normal @ after, tangent @ after
+    momentum = [equation(Kind.MOMENTUM, name) for name in robot.coordinates]
+    conditions: list[Condition] = list(zip(momentum, ca.vertsplit(balance), strict=True))
+    conditions += [(equation(Kind.CONTACT_RATE, names[i]), approach[i]) for i in closed]
+    for members in sticking:
+        name, tangential = names[members[0]], impulses[0, members[0]]
+        conditions.append((equation(Kind.CONTACT_RATE, f"{name}, tangential"), slip[members[0]]))
         if not builder.structure.infinite:
-            limit = share * friction * sum(impulse[contacts.index(i)] for i in members)
+            share = (1 - builder.margin("impact_cone")) * p[robot.index("friction")]
+            limit = share * ca.sum2(impulses[1, list(members)])
             conditions.append((Row(Key(Kind.IMPACT_CONE_FORWARD, name), 0.0, math.inf), limit + tangential))
             conditions.append((Row(Key(Kind.IMPACT_CONE_BACKWARD, name), 0.0, math.inf), limit - tangential))
-    for members in impact_bodies(robot, phase, "slip"):
-        i = members[0]
-        speed = outcome[i].sign * (tangent[i, :] @ after)
-        conditions.append((Row(Key(Kind.SLIP_SPEED_OF, robot.contact_names[i]), 0.0, math.inf), speed))
+    for i in first_of_bodies(builder, tuple(outcome)):
+        if outcome[i].slips:
+            key = Key(Kind.SLIP_SPEED_OF, names[i])
+            conditions.append((Row(key, 0.0, math.inf), outcome[i].sign * slip[i]))
     for i, mode in enumerate(outcome):
         if mode is Mode.FREE and phase.state[i] is not Mode.FREE:
-            key = Key(Kind.SEPARATION_OF, robot.contact_names[i])
-            conditions.append((Row(key, 0.0, math.inf), normal[i, :] @ after))
-    momentum = [equation(Kind.MOMENTUM, name) for name in robot.coordinates]
-    return [*zip(momentum, ca.vertsplit(balance), strict=True), *conditions]
+            conditions.append((Row(Key(Kind.SEPARATION_OF, names[i]), 0.0, math.inf), approach[i]))
+    return conditions
 
 
-def step_block(builder: PlanarBuilder) -> Block:
+def planar_step_block(builder: PlanarBuilder) -> Block:
     """Return the block of step length, speed and duration."""
     local, robot = BlockVariables(builder, 1), builder.robot
     period = ca.sum1(local.add_shared(Unknown.DURATION))

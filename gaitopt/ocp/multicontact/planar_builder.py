@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.phase_system import group_sticking
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, StepPart, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
-from gaitopt.ocp.planar.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.transcription.collocation import Lobatto
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, BlockVariables
@@ -178,24 +180,15 @@ def constraint_names(robot: PlanarRobot, phase: GridPhase) -> list[str]:
 
 def impulse_keys(robot: PlanarRobot, phase: GridPhase) -> list[Key]:
     """Return the keys of the impulses of an impact: normal, then tangential of the sticking bodies."""
-    names = [robot.contact_names[i] for i in impact_contacts(phase)]
-    tangential = [f"{robot.contact_names[members[0]]}, tangential" for members in impact_bodies(robot, phase, "stick")]
-    return [Key(Kind.IMPULSE, name) for name in names + tangential]
+    names = robot.contact_names
+    bodies = group_sticking(robot, list(phase.outcome or ()))
+    tangential = [f"{names[members[0]]}, tangential" for members in bodies]
+    return [Key(Kind.IMPULSE, name) for name in [names[i] for i in impact_contacts(phase)] + tangential]
 
 
 def impact_contacts(phase: GridPhase) -> list[int]:
     """Return the contacts that receive an impulse at the end of a phase."""
-    return [] if phase.outcome is None else [i for i, mode in enumerate(phase.outcome) if mode.value != "free"]
-
-
-def impact_bodies(robot: PlanarRobot, phase: GridPhase, kind: str) -> list[list[int]]:
-    """Return the contacts of each body that sticks, or that slips, in the impact at the end of a phase."""
-    bodies: dict[str, list[int]] = {}
-    outcome = phase.outcome or ()
-    for i in impact_contacts(phase):
-        if outcome[i].slips if kind == "slip" else outcome[i].value == kind:
-            bodies.setdefault(robot.contacts[i].body, []).append(i)
-    return list(bodies.values())
+    return [i for i, mode in enumerate(phase.outcome or ()) if mode is not Mode.FREE]
 
 
 def event_place(phase: GridPhase) -> Place:

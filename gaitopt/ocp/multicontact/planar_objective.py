@@ -11,9 +11,9 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Kind, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
-from gaitopt.ocp.planar.phase_grid import GridPhase
-from gaitopt.ocp.planar.planar_builder import PlanarBuilder
-from gaitopt.ocp.planar.planar_point import Condition, PlanarPoint, outputs
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
+from gaitopt.ocp.multicontact.planar_point import Condition, PlanarPoint, point_outputs
 from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 
@@ -120,12 +120,12 @@ class IntervalCost:
         if not self.powers:
             return []
         powered = list(self.builder.structure.powered)
-        values = ca.horzcat(*[outputs(self.phase, point)[0][powered] for point in self.points])
+        values = ca.horzcat(*[point_outputs(self.phase, point)[0][powered] for point in self.points])
         fractions = tuple(self.builder.structure.scheme.fractions)
         coefficients = ca.horzsplit(values @ ca.DM(bernstein_transformation(fractions)).T)
         conditions: list[Condition] = []
         for inner in range(len(self.points) - 1):
-            split = power_split(self.builder, coefficients[inner], self.powers[inner])
+            split = planar_power_split(self.builder, coefficients[inner], self.powers[inner])
             conditions += [(row._replace(key=row.key.at(inner)), value) for row, value in split]
         return conditions
 
@@ -160,7 +160,7 @@ def _weighted_sum(term: Any, rule: Array, instants: list[PlanarInstant]) -> ca.S
     return sum((float(share) * ca.SX(term.integrand(instant)) for share, instant in parts if share), ca.SX(0))
 
 
-def power_split(builder: PlanarBuilder, power: ca.SX, parts: ca.SX) -> list[Condition]:
+def planar_power_split(builder: PlanarBuilder, power: ca.SX, parts: ca.SX) -> list[Condition]:
     """Return power = positive part - negative part for every actuator that is not idle."""
     count = len(builder.structure.powered)
     names = [builder.robot.actuators[i] for i in builder.structure.powered]
@@ -190,13 +190,13 @@ def make_instant(
         torque_rate=rate,
         positive=positive,
         negative=negative,
-        force=outputs(phase, point)[1],
+        force=point_outputs(phase, point)[1],
         slip_speed=sum(slips, ca.SX(0)),
         parameters=dict(zip(builder.names(), ca.vertsplit(point.p[: len(builder.names())]), strict=True)),
     )
 
 
-def quotient_block(builder: PlanarBuilder) -> Block:
+def planar_quotient_block(builder: PlanarBuilder) -> Block:
     """Return the block of the objective per weight and travel, and complete the row that defines its integral."""
     local, robot = BlockVariables(builder, 1), builder.robot
     p = builder.parameters(local)

@@ -15,15 +15,15 @@ import numpy as np
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Block
-from gaitopt.ocp.planar.phase_grid import GridPhase
-from gaitopt.ocp.planar.planar_builder import PlanarBuilder, constraint_names, solution_keys
-from gaitopt.ocp.planar.planar_objective import IntervalCost
-from gaitopt.ocp.planar.planar_point import Condition, PlanarPoint, dynamics_rows, path_conditions, residual
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder, constraint_names, solution_keys
+from gaitopt.ocp.multicontact.planar_objective import IntervalCost
+from gaitopt.ocp.multicontact.planar_point import Condition, PlanarPoint, dynamics_rows, path_conditions, motion_residual
 from gaitopt.ocp.transcription.collocation import integrals, lobatto_points
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 
 
-def interval_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
+def planar_interval_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
     """Return the block of the intervals of a phase."""
     return _Intervals(builder, phase).block()
 
@@ -55,7 +55,7 @@ class _Intervals:
         for inner, point in enumerate(self.points[:-1]):
             keys = solution_keys(builder.robot, phase)
             rows = [row._replace(key=row.key.at(inner)) for row in dynamics_rows(builder, phase, keys)]
-            self.conditions += zip(rows, ca.vertsplit(residual(phase, point)), strict=True)
+            self.conditions += zip(rows, ca.vertsplit(motion_residual(phase, point)), strict=True)
             path = path_conditions(builder, phase, point)
             self.conditions += [(row._replace(key=row.key.at(inner)), value) for row, value in path]
         self._add_constraints()
