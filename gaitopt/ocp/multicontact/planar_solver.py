@@ -35,6 +35,9 @@ MOST_DOUBLED = 2
 SPREAD_OF_DURATIONS = 0.7
 """Standard deviation of the logarithm of a phase's duration in a further start."""
 
+BARRIER_NEARBY = 1e-4
+"""Barrier parameter of a solve that starts near its solution."""
+
 
 def solve_planar(
     problem: PlanarProblem, *, starts: int = 1, solver: NlpSolver | None = None, observer: Observer = silent
@@ -117,8 +120,18 @@ class _Start:
         self.solver, self.observer = solver, observer
         self.iterations, self.build_seconds, self.started = 0, 0.0, time.perf_counter()
 
-    def solve(self, problem: PlanarProblem, x: Array | None = None, durations: Array | None = None) -> GridResult:
-        """Return the solution on the grid of a problem, with fixed durations if they are given."""
+    def solve(
+        self,
+        problem: PlanarProblem,
+        x: Array | None = None,
+        durations: Array | None = None,
+        *,
+        is_near: bool = False,
+    ) -> GridResult:
+        """Return the solution on the grid of a problem, with fixed durations if they are given.
+
+        If the start is near the solution, the solver begins with a small barrier parameter, so that it stays there.
+        """
         started = time.perf_counter()
         with defer_interrupt():
             transcription = transcribe_planar(planar_structure(problem))
@@ -129,7 +142,10 @@ class _Start:
             bounds.x_lower[places] = bounds.x_upper[places] = durations
         if x is None:
             x = planar_start(transcription, problem, durations)
-        outcome = self.solver.minimise(transcription.nlp, x, planar_data(problem), bounds, self.observer)
+        multipliers = (np.zeros(x.size), np.zeros(transcription.constraints.size)) if is_near else None
+        outcome = self.solver.minimise(
+            transcription.nlp, x, planar_data(problem), bounds, self.observer, multipliers, BARRIER_NEARBY
+        )
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER)
@@ -139,7 +155,8 @@ class _Start:
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
         """Return the solution of a problem, which is solved with fixed durations first."""
         near = self.solve(problem, durations=durations)
-        return self.solve(problem, near.outcome.x if near.outcome.status.ok else None)
+        is_near = near.outcome.status.ok
+        return self.solve(problem, near.outcome.x if is_near else None, is_near=is_near)
 
 
 def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observer: Observer) -> PlanarGait:
@@ -177,10 +194,7 @@ def _refine(start: _Start, result: GridResult) -> GridResult:
             outcome = replace(result.outcome, status=Status.PLAN_INACCURATE)
             return replace(result, outcome=outcome)
         previous = _report(result, start)
-        places = result.transcription.variables[Unknown.DURATION][0]
-        finer = start.solve_near(
-            problem.replace(transcription=method, guess=FromPlanarGait(previous)), result.outcome.x[places]
-        )
+        finer = start.solve(problem.replace(transcription=method, guess=FromPlanarGait(previous)), is_near=True)
         if not finer.outcome.status.ok:
             return result
         result = finer
