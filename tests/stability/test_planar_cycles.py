@@ -5,11 +5,13 @@ independently of this package, twice: with hand-written equations of motion and 
 integrator.  Those of the hopper follow from a closed form.
 """
 
+import casadi as ca
 import numpy as np
 import pytest
 
+from gaitopt import compass_biped
 from gaitopt.errors import InputError
-from gaitopt.model import kneed_walker, round_foot_walker, vertical_hopper
+from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, round_foot_walker, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import follow
@@ -149,3 +151,77 @@ def test_the_kneed_walker_walks_on():
     ]
     np.testing.assert_allclose(np.diff(landings), KNEES["period"], atol=1e-9)
     assert len(landings) == 5
+
+
+COMPASS_STATES = {
+    "A": (0.3, (-0.147836890, 0.732796791, -0.500667882, 0.0), [0.48361 + 0.51892j, 0.48361 - 0.51892j, 0.38575]),
+    "B": (0.14, (-0.140807105, 0.710208797, -0.516847656, 0.0), [0.8206]),
+    "C": (0.14, (-0.079038, 0.043777, -0.431761, 0.634174), [1.8235, -1.0695, 0.0579, 0.0]),
+}
+
+
+@pytest.mark.parametrize("gait", COMPASS_STATES)
+def test_the_compass_with_two_feet_has_the_gaits_of_the_single_support_robot(gait, cycle):
+    """Gamus & Or (2015): A sticks, B slips and sticks and slips, C lands with a slip."""
+    friction, start, published = COMPASS_STATES[gait]
+    parameters, length = {"slope": np.deg2rad(1), "friction": friction}, 1.6
+    th1, th1_rate, th2_rate, slip = start
+    q = [length * np.sin(th1), length * np.cos(th1), -th1, th1]
+    v = [slip + length * np.cos(th1) * th1_rate, -length * np.sin(th1) * th1_rate, -th1_rate, th2_rate]
+    found = find_planar_cycle(compass_with_two_feet(), q, v, parameters, section="foot B closes")
+    single = cycle(compass_biped(), parameters, start)
+    assert found.period == pytest.approx(single.period, abs=1e-11)
+    assert found.travel == pytest.approx(single.travel, abs=1e-11)
+    assert [-found.state["a"], -found.state["a_rate"], found.state["b_rate"]] == pytest.approx(single.z[:3], abs=1e-10)
+    assert found.multipliers == pytest.approx(single.multipliers, abs=1e-8)
+    sizes = np.abs(found.multipliers)[: len(published)]
+    assert sizes == pytest.approx(np.abs(published), abs=6e-5)
+    assert found.energy.friction_loss == pytest.approx(single.energy.friction_loss, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("friction", "angle", "stance"),
+    [
+        (0.8, 0.12, "foot stick > foot slip+"),
+        (0.4, 0.25, "foot slip+ > foot stick > foot slip+ > foot stick > foot slip-"),
+        (0.2, 0.12, "foot slip+"),
+    ],
+)
+def test_landing_lift_off_and_slip_have_exact_derivatives(friction, angle, stance):
+    """The monopod lands, may slip and stick, lifts off by itself and lands again, under feedback of its leg."""
+    robot = monopod()
+    t, q, v = ca.SX.sym("t"), ca.SX.sym("q", 5), ca.SX.sym("v", 5)
+    torque = ca.Function("torque", [t, q, v], [ca.vertcat(-5 * v[4], 3 * (q[3] - q[2]) + ca.sin(q[2]) - v[3])])
+    automaton = PlanarAutomaton(robot, robot.resolve({"friction": friction}), torque)
+
+    def bounce(y):
+        state, rollouts = automaton.begin(y[:5], y[5:]), []
+        for event in ("foot closes", "foot opens", "foot closes"):
+            rollouts.append(follow(automaton, state, duration=2.0, until=event))
+            state = rollouts[-1].end
+        return rollouts
+
+    start = np.array([0.0, 0.75, 0.05, angle, 0.6, 0.8, 0.0, -0.1, 0.3, 0.0])
+    rollouts, exact = bounce(start), np.eye(10)
+    for rollout in rollouts:
+        exact = planar_derivative(automaton, rollout) @ exact
+    assert [rollout.motion.sequence for rollout in rollouts] == ["flight |", stance, "flight |"]
+    for unit in np.random.default_rng(1).normal(size=(3, 10)):
+        sides = [bounce(start + sign * 1e-6 * unit)[-1].end.y for sign in (1, -1)]
+        np.testing.assert_allclose(exact @ unit, (sides[0] - sides[1]) / 2e-6, rtol=1e-5, atol=2e-6)
+
+
+def test_a_torque_that_depends_on_time_enters_the_derivative():
+    robot = monopod()
+    t, q, v = ca.SX.sym("t"), ca.SX.sym("q", 5), ca.SX.sym("v", 5)
+    torque = ca.Function("torque", [t, q, v], [ca.vertcat(300 * ca.sin(9 * t), 2 * ca.cos(7 * t))])
+    automaton = PlanarAutomaton(robot, robot.resolve({"friction": 0.9}), torque)
+
+    def land_and_leave(y):
+        return follow(automaton, automaton.begin(y[:5], y[5:]), duration=2.0, until="foot opens")
+
+    start = np.array([0.0, 0.75, 0.05, 0.12, 0.6, 0.8, 0.0, -0.1, 0.3, 0.0])
+    exact = planar_derivative(automaton, land_and_leave(start))
+    for unit in np.random.default_rng(2).normal(size=(3, 10)):
+        sides = [land_and_leave(start + sign * 1e-6 * unit).end.y for sign in (1, -1)]
+        np.testing.assert_allclose(exact @ unit, (sides[0] - sides[1]) / 2e-6, rtol=1e-5, atol=2e-6)
