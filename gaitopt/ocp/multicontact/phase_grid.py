@@ -21,8 +21,8 @@ class GridPhase:
         From 0.
     state, after : tuple of Mode
         Modes of all contacts in the phase, and after its event in the names of this phase.
-    from_rest : frozenset of int
-        Contacts whose slip begins with the phase at rest.
+    from_rest, opened : frozenset of int
+        Contacts whose slip begins with the phase at rest, and those that have left the ground at its beginning.
     outcome : tuple of Mode or None
         Modes in the impact that ends the phase; a contact without impulse is free.  None for an event without impulse.
     is_last : bool
@@ -39,6 +39,7 @@ class GridPhase:
     after: tuple[Mode, ...]
     outcome: tuple[Mode, ...] | None
     from_rest: frozenset[int]
+    opened: frozenset[int]
     is_last: bool
     first: int
     count: int
@@ -87,15 +88,18 @@ def divide_phases(
     """
     phases, first = [], 0
     for number, (state, count) in enumerate(zip(sequence.states(robot), counts, strict=True)):
-        impact = sequence.events[number].impact
+        impact, modes = sequence.events[number].impact, _modes(state)
+        before, entering = _modes_before(robot, sequence, number)
+        slipping = [i for i, mode in enumerate(modes) if mode.slips]
         closed = [f"{name} {mode.value}" for name, mode in state.modes if mode is not Mode.FREE]
         phases.append(
             GridPhase(
                 number=number,
-                state=_modes(state),
+                state=modes,
                 after=_modes(sequence.state_after(robot, number)),
                 outcome=_modes(sequence.outcome(robot, number)) if impact else None,
-                from_rest=_slips_from_rest(robot, sequence, number),
+                from_rest=frozenset(i for i in slipping if entering[i] not in (modes[i], Mode.FREE)),
+                opened=frozenset(i for i, mode in enumerate(modes) if mode is Mode.FREE and before[i] is not Mode.FREE),
                 is_last=number + 1 == len(counts),
                 first=first,
                 count=count,
@@ -107,17 +111,18 @@ def divide_phases(
     return tuple(phases)
 
 
-def _slips_from_rest(robot: PlanarRobot, sequence: PhaseSequence, number: int) -> frozenset[int]:
-    """Return the contacts whose slip begins with a phase, neither continued nor caused by an impact."""
+def _modes_before(
+    robot: PlanarRobot, sequence: PhaseSequence, number: int
+) -> tuple[tuple[Mode, ...], tuple[Mode, ...]]:
+    """Return the modes in the phase before another one and those of its impact, in the names of the other one."""
     before = (number - 1) % len(sequence.phases)
-    event = sequence.events[before]
-    entering = _modes(sequence.outcome(robot, before) if event.impact else sequence.states(robot)[before])
+    state = sequence.states(robot)[before]
+    entering = sequence.outcome(robot, before) if sequence.events[before].impact else state
+    modes = _modes(state), _modes(entering)
     if number == 0 and robot.mirror is not None:
-        entering = tuple(entering[robot.mirror.contacts.index(i)] for i in range(len(entering)))
-    modes = _modes(sequence.states(robot)[number])
-    return frozenset(
-        i for i, mode in enumerate(modes) if mode.slips and entering[i] is not mode and entering[i] is not Mode.FREE
-    )
+        places = [robot.mirror.contacts.index(i) for i in range(len(state.modes))]
+        return tuple(modes[0][i] for i in places), tuple(modes[1][i] for i in places)
+    return modes
 
 
 def _modes(state: ContactState) -> tuple[Mode, ...]:

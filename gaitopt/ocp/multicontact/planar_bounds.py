@@ -60,6 +60,7 @@ def planar_bounds(transcription: PlanarTranscription, problem: PlanarProblem) ->
             _set_lower(transcription, g_lower, (Group.END, phase.number), Kind.APPROACH, margins.touchdown_rate)
             _set_lower(transcription, g_lower, (Group.EVENT, phase.number), Kind.SLIP_SPEED_OF, margins.slip_speed)
         _bound_slip(transcription, phase, margins.slip_speed, g_lower)
+        _bound_gaps(transcription, phase, problem.limits.clearance, g_lower)
     for point, height in problem.limits.heights(robot.points).items():
         finite = rows.find(Kind.HEIGHT, point)
         g_lower[finite] = np.where(np.isfinite(g_lower[finite]), height, -np.inf)
@@ -91,6 +92,27 @@ def _bound_slip(transcription: PlanarTranscription, phase: GridPhase, margin: fl
             places = layout[table][i]
             lower[places] = np.where(np.isfinite(lower[places]), least, -np.inf)
     _set_lower(transcription, lower, (Group.END, phase.number), Kind.SLIP_SPEED_OF, margin)
+
+
+def _bound_gaps(transcription: PlanarTranscription, phase: GridPhase, clearance: float, lower: Array) -> None:
+    """Bound the gaps of open contacts; the bound decreases to zero towards lift-off and touchdown.
+
+    A gap increases with the third power of time after a lift-off without impact, and decreases linearly to a touchdown.
+    """
+    layout, names = transcription.constraints, transcription.builder.robot.contact_names
+    fractions, closing = transcription.structure.scheme.fractions, phase.closing()
+    for table in ((Group.INTERVAL, phase.number), (Group.END, phase.number)):
+        for i, key in enumerate(layout.rows[table]):
+            if key.kind is not Kind.GAP:
+                continue
+            places, contact = layout[table][i], names.index(key.of)
+            at = np.arange(places.size) + fractions[key.inner] if table[0] is Group.INTERVAL else np.array([phase.count])
+            part, least = at / phase.count, np.full(places.size, clearance)
+            if contact in phase.opened:
+                least *= np.minimum(1, 4 * part) ** 3
+            if contact in closing:
+                least *= np.minimum(1, 4 * (1 - part))
+            lower[places] = np.where(np.isfinite(lower[places]), least, -np.inf)
 
 
 def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProblem) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from attrs import field, frozen
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.statement.limits import Limits
-from gaitopt.parameters import Parameter, as_float, positive
+from gaitopt.parameters import Parameter, as_float, number_within, positive
 
 
 @frozen(kw_only=True)
@@ -24,8 +24,11 @@ class PlanarLimits:
         Largest absolute rate of all coordinates.
     shortest_phase, longest_step : float [s]
     height : mapping of point to float [m]
-        Least height of points of the robot, such as a knee.  The gaps of open contacts are at least zero in any case,
-        except while they swing through the ground.
+        Least height of points of the robot, such as a knee.
+    clearance : float [m or rad]
+        Least gap of open contacts, decreasing to zero within a quarter of the phase towards lift-off and touchdown.
+        Contacts that swing through the ground, with a condition under which they close, have none.  With zero, a foot
+        may follow the ground, and the replay then has further touchdowns.
 
     Examples
     --------
@@ -39,6 +42,7 @@ class PlanarLimits:
     shortest_phase: float = field(default=5e-3, converter=as_float, validator=positive("s", infinite=True))
     longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))
     height: Mapping[str, float] = field(factory=dict)
+    clearance: float = field(default=1e-3, converter=as_float, validator=number_within("m", lower=0.0))
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator, in order; raise InputError for an invalid limit or name."""
