@@ -212,7 +212,8 @@ def _read_modes(part: str, text: str) -> Modes:
 
 def _is_single_support(text: str) -> bool:
     """Return whether a text consists of modes of one foot only."""
-    return all(token in {*_FEET, Mode.ANY.value} for token in text.replace("|", " ").split()) and "|" in text
+    parts = [part.split() for part in text.split("|")]
+    return len(parts) == 2 and all(part and {*part} <= {*_FEET, Mode.ANY.value} for part in parts)
 
 
 def _from_single_support(sequence: ContactSequence, robot: PlanarRobot) -> PhaseSequence:

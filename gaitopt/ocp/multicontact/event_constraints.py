@@ -12,8 +12,6 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import contact_forces, group_sticking
-from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, Row, Unknown, equation
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import (
     PlanarBuilder,
@@ -33,6 +31,8 @@ from gaitopt.ocp.multicontact.planar_point import (
     point_outputs,
     slip_conditions,
 )
+from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, Row, Unknown, equation
+from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 
 

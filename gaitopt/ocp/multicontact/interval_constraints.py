@@ -12,13 +12,19 @@ with two further unknowns per constraint.  nu and eta have the order of the inte
 import casadi as ca
 import numpy as np
 
-from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
-from gaitopt.ocp.nlp.layout import Index
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder, constraint_names, solution_keys
 from gaitopt.ocp.multicontact.planar_objective import IntervalCost
-from gaitopt.ocp.multicontact.planar_point import Condition, PlanarPoint, dynamics_rows, path_conditions, motion_residual
+from gaitopt.ocp.multicontact.planar_point import (
+    Condition,
+    PlanarPoint,
+    dynamics_rows,
+    motion_residual,
+    path_conditions,
+)
+from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
+from gaitopt.ocp.nlp.layout import Index
+from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.transcription.collocation import integrals, lobatto_points
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 

@@ -6,13 +6,13 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.keys import Group, Kind, Unknown
 from gaitopt.ocp.multicontact.event_constraints import opening_bodies
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import PlanarStructure, impact_contacts
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.keys import Group, Kind, Unknown
 from gaitopt.ocp.transcription.nlp_builder import MARGINS
 
 
@@ -106,7 +106,9 @@ def _bound_gaps(transcription: PlanarTranscription, phase: GridPhase, clearance:
             if key.kind is not Kind.GAP:
                 continue
             places, contact = layout[table][i], names.index(key.of)
-            at = np.arange(places.size) + fractions[key.inner] if table[0] is Group.INTERVAL else np.array([phase.count])
+            at = (
+                np.arange(places.size) + fractions[key.inner] if table[0] is Group.INTERVAL else np.array([phase.count])
+            )
             part, least = at / phase.count, np.full(places.size, clearance)
             if contact in phase.opened:
                 least *= np.minimum(1, 4 * part) ** 3

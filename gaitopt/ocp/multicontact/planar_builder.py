@@ -11,9 +11,9 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import group_sticking
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, StepPart, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
-from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.transcription.collocation import Lobatto
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, BlockVariables

@@ -223,7 +223,9 @@ class FromPlanarGait(PlanarGuess):
         if len(motion.segments) == total.size:
             segment, start = motion.segments[phase], total[:phase].sum()
             at = segment.time[0] + np.clip(time - start, 0, total[phase])
-            return PlanarSample(*(_interpolate(segment.time, part, at) for part in (segment.q, segment.v, segment.torque)))
+            return PlanarSample(
+                *(_interpolate(segment.time, part, at) for part in (segment.q, segment.v, segment.torque))
+            )
         parts = [motion.channel(name) for name in ("time", "q", "v", "torque")]
         _, kept = np.unique(parts[0], return_index=True)
         at = time / total.sum() * motion.period
@@ -242,8 +244,8 @@ def _interpolate(time: Array, values: Array, at: Array) -> Array:
 def find_poses(setting: PlanarSetting) -> tuple[Array, Array]:
     """Return the coordinates at the beginning and at the end of a period.
 
-    The contacts that are closed there are on the ground, those that are closed throughout do not move, and the second pose
-    becomes the first one by the exchange of the legs, a step further.
+    The contacts that are closed there are on the ground, those that are closed throughout do not move, and the exchange
+    of the legs turns the second pose into the first one, a step further.
     """
     robot, p = setting.robot, setting.robot.vector(setting.values)
     mirror = np.eye(robot.n_q) if robot.mirror is None else robot.mirror.coordinates

@@ -9,11 +9,11 @@ import numpy as np
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.keys import Kind, Unknown, equation
-from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
 from gaitopt.ocp.multicontact.planar_point import Condition, PlanarPoint, point_outputs
+from gaitopt.ocp.nlp.keys import Kind, Unknown, equation
+from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.ocp.nlp.keys import Key, Kind, Row, equation
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
+from gaitopt.ocp.nlp.keys import Key, Kind, Row, equation
 
 Condition = tuple[Row, ca.SX]
 """A constraint row and its value."""

@@ -151,7 +151,6 @@ class _Start:
             outcome = replace(outcome, status=Status.INVALID_NUMBER)
         return GridResult(problem, transcription, bounds, outcome)
 
-
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
         """Return the solution of a problem, which is solved with fixed durations first."""
         near = self.solve(problem, durations=durations)

@@ -4,12 +4,12 @@ import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution, Table
-from gaitopt.ocp.nlp.keys import Key, Unknown, table_name
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_bounds import planar_data, weight_of
 from gaitopt.ocp.multicontact.planar_guess import TYPICAL_SPEED, PlanarSample, PlanarSetting
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.nlp.keys import Key, Unknown, table_name
 
 TYPICAL_STEP = 0.4
 """Step length [m] of the guess if it is free."""
@@ -77,7 +77,7 @@ def _set_accelerations(
     sample: PlanarSample,
     target: tuple[int, Array],
 ) -> None:
-    """Set accelerations and forces of the nodes or of an inner point: those of the motion, or the weight on the feet."""
+    """Set accelerations and forces of the nodes, or of an inner point: of the motion, or the weight on the feet."""
     layout, robot, closed, (inner, x) = transcription.variables, problem.robot, phase.system.closed, target
     nodes, between = (layout[table, phase.number] for table in (Unknown.ACCELERATION, Unknown.INNER_ACCELERATION))
     size = nodes.shape[0]
@@ -85,7 +85,9 @@ def _set_accelerations(
     p = planar_data(problem)[: len(robot.parameters)]
     if sample.torque is not None:
         for k in range(place.shape[1]):
-            matrix, right = (np.array(part) for part in phase.system.system(sample.q[:, k], sample.v[:, k], sample.torque[:, k], p))
+            matrix, right = (
+                np.array(part) for part in phase.system.system(sample.q[:, k], sample.v[:, k], sample.torque[:, k], p)
+            )
             x[place[:, k]] = np.linalg.lstsq(matrix, right.ravel(), rcond=1e-12)[0]
         return
     feet = [k for k, i in enumerate(closed) if robot.contacts[i].kind != "stop"]
@@ -93,7 +95,9 @@ def _set_accelerations(
         x[place[robot.n_q + k]] = weight_of(problem) / len(feet)
 
 
-def tabulate_solution(transcription: PlanarTranscription, x: Array, multipliers: tuple[Array, Array], g: Array) -> Solution:
+def tabulate_solution(
+    transcription: PlanarTranscription, x: Array, multipliers: tuple[Array, Array], g: Array
+) -> Solution:
     """Return a point of an NLP as named tables."""
     return Solution(
         intervals=transcription.structure.counts,

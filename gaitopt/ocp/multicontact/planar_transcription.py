@@ -1,7 +1,7 @@
 """Transcription of the gait of a planar robot with any contacts into an NLP.
 
-All phases use the coordinates of the robot, so that every event is a set of rows.  Coordinates are continuous; rates and
-torques are so except at impacts.  The torques are linear between nodes.
+All phases use the coordinates of the robot, so that every event is a set of rows.  Coordinates are continuous; rates
+and torques are so except at impacts.  The torques are linear between nodes.
 """
 
 import functools
@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.ocp.nlp.keys import Unknown
-from gaitopt.ocp.nlp.layout import Layout, Rows
-from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.multicontact.event_constraints import planar_end_block, planar_event_block, planar_step_block
 from gaitopt.ocp.multicontact.interval_constraints import planar_interval_block
 from gaitopt.ocp.multicontact.phase_grid import GridPhase, divide_phases
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder, PlanarStructure, lay_out_unknowns
 from gaitopt.ocp.multicontact.planar_objective import planar_quotient_block
+from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.nlp.layout import Layout, Rows
+from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.transcription.nlp_builder import MARGINS
 
 

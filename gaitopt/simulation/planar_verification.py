@@ -16,7 +16,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, make_planar_motion, make_planar_segment
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
-from gaitopt.simulation.verification import Tolerances
+from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.status import Stop
 
 OVERTIME = 0.02
@@ -134,7 +134,9 @@ class _Replay:
         automaton, n = self.automata[self.impacts], self.robot.n_q
         limit = self.planned.period * (1 + OVERTIME)
         corners = [time for segment in self.planned.segments for time in segment.time if time > state.time + INSTANT]
-        times, columns, now = [], [], state
+        times: list[Array] = []
+        columns: list[Array] = []
+        now = state
         works = np.zeros(automaton.phase(state).n_works)
         for until in [*sorted(set(corners)), limit]:
             arc = automaton.flow(now, float(until))

@@ -1,0 +1,117 @@
+"""Problems with published optima: monopod, compass with slipping double support, five links."""
+
+from dataclasses import dataclass
+
+import attrs
+import casadi as ca
+import numpy as np
+
+from gaitopt import Collocation, Drawing, Margins, Parameter, PointContact, RigidLink
+from gaitopt.model.planar.planar_assembly import assemble_planar
+from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
+from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+from gaitopt.model.robots.monopod import monopod
+from gaitopt.ocp import Objective, PlanarKeyframes, PlanarLimits, PlanarProblem
+
+NONE = Margins(cone=0, impact_cone=0, slip_speed=0, separation=0, normal_force=0, touchdown_rate=0, touchdown_armed=0)
+"""The published optima have no margins."""
+LEG = 1.6
+
+
+@dataclass(frozen=True)
+class HopEffort(Objective):
+    """Leg force and hip torque of the monopod."""
+
+    name, unit, smooth, typical = "hop_effort", "N^2 m^2 s", True, 20.0
+
+    def integrand(self, point):
+        return 1e-3 * point.torque_of("leg") ** 2 + point.torque_of("hip") ** 2
+
+
+def hop(sequence="foot stick > flight |", friction=1.0, clearance=0.0, intervals=(8, 24), margins=None):
+    return PlanarProblem(
+        robot=monopod(),
+        sequence=sequence,
+        friction=friction,
+        speed=1.5,
+        step_length=0.6,
+        objective=HopEffort(),
+        limits=PlanarLimits(coordinate={"s": (0.35, 0.65)}, clearance=clearance),
+        margins=margins or attrs.evolve(NONE, touchdown_rate=0.1),
+        transcription=Collocation(intervals=intervals),
+    )
+
+
+def walk(sequence="stick | stick", **changes):
+    options = {
+        "friction": 1.0,
+        "speed": 0.633,
+        "step_length": 0.4713,
+        "objective": "torque_squared",
+        "limits": PlanarLimits(torque={"ankle B": 0}),
+        "margins": NONE,
+        "transcription": Collocation(intervals=40),
+    }
+    return PlanarProblem(robot=compass_with_two_feet(), sequence=sequence, **(options | changes))
+
+
+def drag(double=0.45, drag=0.35, period=1.8852, step=0.4713):
+    """The trailing foot is dragged forward by `drag` metres, for `double` seconds."""
+    x = np.array([-step / 2, (drag - step) / 2, step / 2])
+    angles = {"a": np.arcsin([x[0] / LEG, x[1] / LEG, step / 2 / LEG]), "b": -np.arcsin(x / LEG)}
+    coordinates = {"x": x - x[0], "y": np.sqrt(LEG**2 - x**2), **angles}
+    return walk(
+        "foot A slip+, foot B stick > foot B stick |",
+        friction=0.4,
+        speed=0.25,
+        limits=PlanarLimits(torque={"ankle A": 0}),
+        guess=PlanarKeyframes((0, double, period), coordinates, phases=(double, period - double)),
+        transcription=Collocation(intervals=(8, 16)),
+    )
+
+
+def five_link():
+    """A walker of the size of RABBIT; thigh angles from straight down, positive forward, knees bent positive."""
+    c = PlanarCoordinates(
+        ("x", "y", "torso", "thigh_a", "knee_a", "thigh_b", "knee_b"),
+        [Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")],
+    )
+    hip, torso = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("torso")
+    bodies = [RigidLink(12.0, hip + 0.24 * ca.vertcat(ca.sin(torso), ca.cos(torso)), 1.33, torso)]
+    contacts, actuators, knees = {}, {}, {}
+    for leg in "ab":
+        thigh, bend = c.coordinate(f"thigh_{leg}"), c.coordinate(f"knee_{leg}")
+        along = ca.vertcat(ca.sin(thigh), -ca.cos(thigh))
+        below = ca.vertcat(ca.sin(thigh - bend), -ca.cos(thigh - bend))
+        knee = hip + 0.4 * along
+        bodies += [RigidLink(6.8, hip + 0.11 * along, 0.47, -thigh)]
+        bodies += [RigidLink(3.2, knee + 0.24 * below, 0.20, bend - thigh)]
+        contacts[f"foot {leg.upper()}"] = PointContact(knee + 0.4 * below)
+        knees[f"knee point {leg.upper()}"] = knee
+        actuators |= {f"hip {leg.upper()}": thigh + torso, f"knee {leg.upper()}": bend}
+    pairs = ("thigh", "knee")
+    mirror = {f"{name}_a": f"{name}_b" for name in pairs} | {
+        f"{name} A": f"{name} B" for name in ("foot", "hip", "knee")
+    }
+    drawing = Drawing({"hip": hip, **knees, **{name: contact.position for name, contact in contacts.items()}})
+    return assemble_planar(
+        "five_link", c, bodies=bodies, contacts=contacts, actuators=actuators, mirror=mirror, drawing=drawing
+    )
+
+
+def stride(**changes):
+    bounds = {"torso": (-1, 1), **dict.fromkeys(("thigh_a", "thigh_b"), (-1, 1.2))}
+    options = {
+        "friction": 0.6,
+        "limits": PlanarLimits(coordinate=bounds | dict.fromkeys(("knee_a", "knee_b"), (0.02, 2)), clearance=0),
+        "margins": attrs.evolve(NONE, touchdown_rate=0.05),
+        "transcription": Collocation(intervals=12, tolerance=np.inf),
+    }
+    return PlanarProblem(
+        robot=five_link(),
+        sequence="stick | stick",
+        speed=0.7,
+        step_length=0.4,
+        objective="torque_squared",
+        **(options | changes),
+    )
