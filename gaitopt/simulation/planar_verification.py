@@ -70,7 +70,7 @@ def verify_planar(gait: PlanarGait, *, tolerances: Tolerances | None = None) -> 
 def replay_planar(gait: PlanarGait) -> PlanarRollout:
     """Simulate one period of a gait under its torques.
 
-    The integration restarts at the nodes, where the torques have corners.  The replay ends after as many events as the
+    The integration restarts at the nodes inside phases, where the torques have corners.  The replay ends after as many events as the
     plan has.
 
     Examples
@@ -133,7 +133,8 @@ class _Replay:
         """Return the smooth motion from a state to its event, or to the time limit."""
         automaton, n = self.automata[self.impacts], self.robot.n_q
         limit = self.planned.period * (1 + OVERTIME)
-        corners = [time for segment in self.planned.segments for time in segment.time if time > state.time + INSTANT]
+        inside = [time for segment in self.planned.segments for time in segment.time[1:-1]]
+        corners = [time for time in inside if time > state.time + INSTANT]  # not at events, where guards vanish
         times: list[Array] = []
         columns: list[Array] = []
         now = state
