@@ -93,8 +93,8 @@ class PhaseSequence:
         >>> str(PhaseSequence.parse("stick | slip+", compass_with_two_feet()))
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: The sequence 'foot A stick | [foot B slip+]' is not possible: contact 'foot B' \
-cannot be in mode 'stick' after an impact that ends in 'slip+'.
+        gaitopt.errors.SequenceError: The sequence 'foot A stick | [foot B slip+]' is not possible: after an \
+impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         """
         if isinstance(text, PhaseSequence):
             sequence = text
@@ -270,6 +270,6 @@ def _check_event(sequence: PhaseSequence, robot: PlanarRobot, number: int) -> No
         wrong = mode.slips and following is not Mode.FREE and following is not mode
         if wrong or (mode is Mode.FREE and following is not Mode.FREE):
             raise SequenceError(
-                f"The sequence {text!r} is not possible: contact {name!r} cannot be in mode {following.value!r} after "
-                f"an impact that ends in {mode.value!r}."
+                f"The sequence {text!r} is not possible: after an impact that ends in {mode.value!r}, contact {name!r} "
+                f"does not change to mode {following.value!r}."
             )

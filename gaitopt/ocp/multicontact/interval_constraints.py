@@ -31,10 +31,10 @@ from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 
 def planar_interval_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
     """Return the block of the intervals of a phase."""
-    return _Intervals(builder, phase).block()
+    return _PhaseIntervals(builder, phase).block()
 
 
-class _Intervals:
+class _PhaseIntervals:
     """The block of the intervals of a phase under construction.
 
     Attributes

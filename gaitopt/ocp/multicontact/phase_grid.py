@@ -69,8 +69,8 @@ class GridPhase:
         """Return the contacts whose normal force vanishes at the end of the phase; none at an impact."""
         if self.outcome is not None:
             return []
-        held = (Mode.FREE, Mode.LATCHED)
-        return [i for i, mode in enumerate(self.state) if mode not in held and self.after[i] is Mode.FREE]
+        others = (Mode.FREE, Mode.LATCHED)
+        return [i for i, mode in enumerate(self.state) if mode not in others and self.after[i] is Mode.FREE]
 
 
 def divide_phases(

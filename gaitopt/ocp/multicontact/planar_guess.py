@@ -255,8 +255,8 @@ def find_poses(setting: PlanarSetting) -> tuple[Array, Array]:
     reference = _reference_pose(setting)
     states = setting.sequence.states(robot)
     final = setting.sequence.outcome(robot, len(states) - 1) if setting.sequence.events[-1].impact else states[-1]
-    start, end = _closed(states[0]), sorted({*_closed(final), *_closed(states[-1])})
-    still = [i for i in start if all(i in _closed(state) for state in states)]
+    start, end = _select_closed(states[0]), sorted({*_select_closed(final), *_select_closed(states[-1])})
+    still = [i for i in start if all(i in _select_closed(state) for state in states)]
 
     def poses(last: Array) -> tuple[Array, Array]:
         first = mirror @ last
@@ -289,5 +289,5 @@ def _reference_pose(setting: PlanarSetting) -> Array:
     return np.where(np.isfinite(lower) & np.isfinite(upper), middle, np.clip(0.0, lower, upper))
 
 
-def _closed(state: ContactState) -> list[int]:
+def _select_closed(state: ContactState) -> list[int]:
     return [i for i, (_, mode) in enumerate(state.modes) if mode is not Mode.FREE]
