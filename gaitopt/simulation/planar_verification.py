@@ -70,8 +70,8 @@ def verify_planar(gait: PlanarGait, *, tolerances: Tolerances | None = None) -> 
 def replay_planar(gait: PlanarGait) -> PlanarRollout:
     """Simulate one period of a gait under its torques.
 
-    The integration restarts at the nodes inside phases, where the torques have corners.  The replay ends after as many events as the
-    plan has.
+    The integration restarts at the nodes inside phases, where the torques have corners.  The replay ends after as many
+    events as the plan has.
 
     Examples
     --------
