@@ -19,6 +19,7 @@ from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
+from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 from gaitopt.stability.walk_problem import WalkProblem
 
 
@@ -150,7 +151,7 @@ def gait_problem(script: Script) -> GaitProblem:
         If the script raises anything else.
     """
     problem = script()
-    if isinstance(problem, WalkProblem):
+    if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
@@ -160,9 +161,21 @@ def gait_problem(script: Script) -> GaitProblem:
 
 
 def walk_problem(script: Script) -> WalkProblem:
-    """Return the walking problem a script states; errors as :func:`gait_problem`."""
+    """Return the walking problem of a robot with one foot on the ground; errors as :func:`gait_problem`."""
+    return require_single_support(any_walk_problem(script), script.path)
+
+
+def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path) -> WalkProblem:
+    """Return a walking problem, or raise InputError if its robot has several contacts."""
+    if isinstance(problem, PlanarWalkProblem):
+        raise InputError(f"{path} has a robot with several contacts; only 'gaitopt stability {path}' accepts it.")
+    return problem
+
+
+def any_walk_problem(script: Script) -> WalkProblem | PlanarWalkProblem:
+    """Return the walking problem a script states, of a robot with any contacts; errors as :func:`gait_problem`."""
     problem = script()
-    if not isinstance(problem, WalkProblem):
+    if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
         raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
     return problem

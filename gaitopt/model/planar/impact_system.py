@@ -74,17 +74,3 @@ def contact_slopes(robot: PlanarRobot) -> ca.Function:
     y, quantities = ca.vertcat(q, v), (robot.gaps(q, p)[0], normal @ v, tangent @ v)
     outputs = [ca.densify(ca.jacobian(quantity, y)) for quantity in quantities]
     return ca.Function("contact_slopes", [q, v, p], outputs)
-
-
-@functools.lru_cache(maxsize=64)
-def passive_torque(robot: PlanarRobot) -> ca.Function:
-    """Return the torque zero as a Function (t, q, v) -> u.
-
-    Examples
-    --------
-    >>> from gaitopt.model.robots.monopod import monopod
-    >>> passive_torque(monopod())(0, [0] * 5, [0] * 5)
-    DM([0, 0])
-    """
-    symbols = [ca.SX.sym("t"), ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q)]
-    return ca.Function("torque", symbols, [ca.SX.zeros(robot.n_u)])

@@ -68,7 +68,7 @@ class EventResolution:
         if kind is None:
             raise ValueError("an arc that ended at the time limit has no event")
         if kind == JAMS:
-            return Stop.PAINLEVE if len(before.closed) == 1 else Stop.JAM
+            return name_jam(before)
         q, v = arc.states[:n, -1].copy(), arc.states[n : 2 * n, -1].copy()
         state = replace(before, time=float(arc.time[-1]), q=q, v=v)
         closing = self._closing(state, kind)
@@ -192,6 +192,11 @@ class EventResolution:
     def _elastic(self, state: PlanarState, extended: tuple[bool, ...]) -> float:
         p = self.robot.vector(self._values, extended)
         return float(self.robot.force_powers(state.q, state.v, p)[0])
+
+
+def name_jam(state: PlanarState) -> Stop:
+    """Return the name of a state in which the forces of sliding contacts are not determined."""
+    return Stop.PAINLEVE if len(state.closed) == 1 else Stop.JAM
 
 
 def _stops_freed_by(robot: PlanarRobot, contacts: set[int], *, opening: bool) -> set[int]:

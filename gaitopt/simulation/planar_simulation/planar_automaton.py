@@ -6,25 +6,25 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
-from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.planar.impact_system import passive_torque
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.planar_torque import check_torque, passive_torque
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_phase import ABSOLUTE, RELATIVE, PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
-"""Violation of the constraints at which a state is projected and the integration restarted."""
+"""Violation of the constraints, relative to the state, at which a state is projected and the integration restarted."""
 
-RELATIVE, ABSOLUTE = 1e-13, 1e-15
-"""Tolerances of the integration."""
+SHORT_STEP, MAX_SHORT_STEPS = 1e-10, 30
+"""Step of the integrator [s] that is short, and the number of short ones in a row after which the forces count as
+unbounded: they grow beyond all limits at the end of well-posed sliding."""
 
 SPANS = 4
 """Parts of a step of the integrator at whose ends the guards are evaluated."""
@@ -50,7 +50,7 @@ class PlanarAutomaton:
     def __init__(self, robot: PlanarRobot, values: Mapping[str, float], torque: ca.Function | None = None) -> None:
         self.robot, self.values = robot, dict(values)
         self.torque = torque or passive_torque(robot)
-        _check_torque(robot, self.torque)
+        check_torque(robot, self.torque)
         self._phases: dict[tuple[ContactState, tuple[bool, ...]], PlanarPhase] = {}
         call = FastCall(self.torque)
         self.events = EventResolution(robot, values, lambda t, q, v: call(t, q, v)[0])
@@ -100,17 +100,19 @@ class PlanarAutomaton:
         anchors = phase.anchors(state.y)
         y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
         watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
-        times, states = [state.time], [y]
+        times, states, short = [state.time], [y], 0
         while times[-1] < until:
             integrator = DOP853(phase.rates, times[-1], states[-1], until, rtol=RELATIVE, atol=ABSOLUTE)
             for event in _follow(integrator, watch, times, states):
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
-                if phase.drift(states[-1], anchors) > DRIFT:
+                short = short + 1 if integrator.step_size < SHORT_STEP else 0
+                size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))
+                if short > MAX_SHORT_STEPS or phase.drift(states[-1], anchors) > DRIFT * size:
                     break
             states[-1] = phase.project(states[-1], anchors)
-            if integrator.status == "failed":
+            if integrator.status == "failed" or short > MAX_SHORT_STEPS:
                 return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
         return PlanarArc(state, np.array(times), np.array(states).T, None)
 
@@ -142,12 +144,3 @@ def _is_kept(robot: PlanarRobot, stop: int, closed: list[int]) -> bool:
         return True
     name, opening = release
     return (robot.contact_index(name) in closed) is opening
-
-
-def _check_torque(robot: PlanarRobot, torque: ca.Function) -> None:
-    sizes = [torque.size1_in(i) for i in range(torque.n_in())]
-    if sizes != [1, robot.n_q, robot.n_q] or torque.size1_out(0) != robot.n_u:
-        raise InputError(
-            f"The torque of {robot.name!r} must be a Function (t, q, v) -> u with {robot.n_q} coordinates and "
-            f"{robot.n_u} actuators, got {torque}."
-        )

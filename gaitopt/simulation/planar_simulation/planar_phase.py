@@ -2,12 +2,18 @@
 
 import casadi as ca
 import numpy as np
+from scipy.integrate import DOP853
+from scipy.linalg.lapack import dgesv
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.planar_torque import torque_slope
 from gaitopt.motion.motion import Array
+
+RELATIVE, ABSOLUTE = 1e-13, 1e-15
+"""Tolerances of the integration."""
 
 PROJECTIONS = 4
 """Largest number of Newton iterations with which positions return to their constraints."""
@@ -33,13 +39,15 @@ class PlanarPhase:
         self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
         self.n_works = robot.n_u + len(robot.contacts) + 1
         self._torque = FastCall(torque)
-        self._torque_slope = torque.jacobian()
+        slope = torque_slope(torque)
+        self._torque_slope = None if slope is None else FastCall(slope)
         self._system_slope = FastCall(self.equations.system_slope, p)
         self._guard_slope = FastCall(self.equations.guard_slope, p)
         self._system = FastCall(self.equations.system, p)
         self._outputs = FastCall(self.equations.outputs, p)
         self._constraints = FastCall(self.equations.constraints, p)
         self._mass = FastCall(robot.dynamics, p)
+        self._samples = [FastCall(function, p) for function in (robot.energy, robot.force_powers, robot.figure)]
 
     def torque(self, t: float, y: Array) -> Array:
         """Return the torque, shape (n_u,)."""
@@ -78,6 +86,16 @@ class PlanarPhase:
                 forces[list(members), 0] = tangential * normal / total
         return forces
 
+    def integrate(self, begin: float, y: Array, end: float) -> Array:
+        """Return the state (q, v) at a later time of the same phase, shape (2 n_q,), without event detection."""
+        size = 2 * self.n_q
+        if end <= begin:
+            return y[:size].copy()
+        integrator = DOP853(lambda t, y: self.rates(t, y)[:size], begin, y[:size], end, rtol=RELATIVE, atol=ABSOLUTE)
+        while integrator.status == "running":
+            integrator.step()
+        return integrator.y if integrator.status == "finished" else np.full(size, np.nan)
+
     def slope(self, t: float, y: Array) -> tuple[Array, Array]:
         """Return the derivatives of (v, a) by the state (q, v), shape (2 n_q, 2 n_q), and by time, shape (2 n_q,)."""
         n = self.n_q
@@ -108,9 +126,18 @@ class PlanarPhase:
 
     def _torque_derivatives(self, t: float, y: Array) -> tuple[Array, Array]:
         """Return the derivatives of the torque by the state, shape (n_u, 2 n_q), and by time, shape (n_u,)."""
-        n = self.n_q
-        by_t, by_q, by_v = self._torque_slope(t, y[:n], y[n : 2 * n], np.zeros(self.robot.n_u))
-        return np.hstack([np.array(by_q), np.array(by_v)]), np.array(by_t).ravel()
+        n, n_u = self.n_q, self.robot.n_u
+        if self._torque_slope is None:
+            return np.zeros((n_u, 2 * n)), np.zeros(n_u)
+        by_t, by_q, by_v = self._torque_slope(t, y[:n], y[n : 2 * n])
+        return np.vstack([by_q.reshape(n, n_u), by_v.reshape(n, n_u)]).T, by_t.copy()
+
+    def sample(self, y: Array) -> tuple[tuple[float, float, float], Array]:
+        """Return kinetic, potential and elastic energy [J], and the points of figures, shape (2, n_points) [m]."""
+        q, v = y[: self.n_q], y[self.n_q : 2 * self.n_q]
+        energy, powers, figure = self._samples
+        kinetic, potential = (part.item() for part in energy(q, v))
+        return (kinetic, potential, powers(q, v)[0].item()), figure(q)[0].reshape(-1, 2).T.copy()
 
     def constraints(self, y: Array) -> tuple[Array, Array]:
         """Return gaps and slide coordinates of the constraints, shape (m,), and their Jacobian, shape (m, n_q)."""
@@ -154,7 +181,9 @@ class PlanarPhase:
 
 def solve_linear(matrix: Array, right: Array) -> Array:
     """Return the solution of a linear system; that of least norm if its rows are dependent."""
-    try:
-        return np.asarray(np.linalg.solve(matrix, right), dtype=float)
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0], dtype=float)
+    if not right.size:
+        return np.zeros(right.shape)
+    solution, info = dgesv(matrix, right)[2:]  # numpy.linalg.solve takes five times as long for such small systems
+    if info == 0:
+        return solution.reshape(right.shape)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0], dtype=float)

@@ -10,6 +10,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
+from gaitopt.simulation.planar_simulation.event_resolution import name_jam
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
@@ -116,7 +117,7 @@ def follow(
             n = automaton.robot.n_q
             last = arc.states[:, -1]
             end = replace(end, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
-            stop = Stop.SINGULAR if arc.failed else Stop.DURATION_DONE
+            stop = _failure(arc) if arc.failed else Stop.DURATION_DONE
             break
         resolved = automaton.events.resolve(arc)
         if isinstance(resolved, Stop):
@@ -128,6 +129,11 @@ def follow(
             stop = Stop.EVENT_REACHED
             break
     return PlanarRollout(make_planar_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
+
+
+def _failure(arc: PlanarArc) -> Stop:
+    """Return the reason why the integration of a phase failed."""
+    return name_jam(arc.start) if any(mode.slips for mode in arc.start.modes) else Stop.SINGULAR
 
 
 def _chatters(events: list[PlanarEvent]) -> bool:
@@ -156,10 +162,11 @@ def make_planar_motion(
 
 def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
     """Return the samples of an arc."""
-    robot, phase, n, n_u = automaton.robot, automaton.phase(arc.start), automaton.robot.n_q, automaton.robot.n_u
+    phase, n, n_u = automaton.phase(arc.start), automaton.robot.n_q, automaton.robot.n_u
     q, v, works = arc.states[:n], arc.states[n : 2 * n], arc.states[2 * n :]
     samples = list(zip(arc.time, arc.states.T, strict=True))
-    energies = [np.array(part).ravel() for part in robot.energy.map(arc.time.size)(q, v, phase.p)]
+    energies, points = zip(*(phase.sample(y) for _, y in samples), strict=True)
+    kinetic, potential, elastic = np.array(energies).T
     return PlanarSegment(
         state=arc.start.contacts,
         time=arc.time,
@@ -170,10 +177,10 @@ def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSeg
         work=works[:n_u],
         friction_work=works[n_u:-1],
         damping_work=works[-1],
-        kinetic=energies[0],
-        potential=energies[1],
-        elastic=np.array(robot.force_powers.map(arc.time.size)(q, v, phase.p)[0]).ravel(),
-        points=np.stack([np.array(robot.figure(column, phase.p)) for column in q.T], axis=-1),
+        kinetic=kinetic,
+        potential=potential,
+        elastic=elastic,
+        points=np.stack(points, axis=-1),
     )
 
 

@@ -15,6 +15,8 @@ from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+from gaitopt.stability.critical_friction import CriticalFriction
+from gaitopt.stability.planar_gaits.planar_friction import planar_critical_friction
 from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivative
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection, exchange_legs
 from gaitopt.status import Stop
@@ -22,8 +24,11 @@ from gaitopt.status import Stop
 TOLERANCE = 1e-10
 """Largest change of the state over the period that is accepted."""
 
-MAX_ITERATIONS, SMALLEST_STEP, LONGEST = 30, 1 / 64, 100.0
-"""Largest number of Newton iterations, smallest damping, and longest period [s]."""
+MAX_ITERATIONS, SMALLEST_STEP = 30, 1 / 16
+"""Largest number of Newton iterations, and smallest damping."""
+
+LONGEST, PERIODS = 20.0, 3.0
+"""Longest motion from the given state to the section [s]; later ones take at most this number of its periods."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,6 +50,8 @@ class PlanarCycle:
         Derivative of the return map in an orthonormal basis of the section.
     multipliers : (n_z,) complex array
         Its eigenvalues, largest modulus first.
+    critical_friction : CriticalFriction or None
+        None if a contact slips or none sticks.
     residual : float
         Largest change of the state over the period.
     motion : PlanarMotion
@@ -66,6 +73,7 @@ class PlanarCycle:
     travel: float
     derivative: Array
     multipliers: NDArray[np.complex128]
+    critical_friction: CriticalFriction | None
     residual: float
     motion: PlanarMotion
 
@@ -136,7 +144,7 @@ def find_planar_cycle(
     first = follow(automaton, state, duration=LONGEST, until=section)
     if first.stop is not Stop.EVENT_REACHED or first.end is None:
         raise InputError(f"The motion from this state does not reach the event {section!r}: {first.stop.hint}")
-    trial = _simulate(automaton, exchange_legs(first.end, robot.mirror), section)
+    trial = _simulate(automaton, exchange_legs(first.end, robot.mirror), section, LONGEST)
     for _ in range(MAX_ITERATIONS):
         if trial is None:
             return None
@@ -151,10 +159,10 @@ def find_planar_cycle(
     return None
 
 
-def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str) -> PlanarRollout | None:
+def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout | None:
     """Return one period from a state with the contacts of another one near it, or None if it does not end."""
     chosen = automaton.events.choose(state, state.closed, state.latched, {})
-    rollout = follow(automaton, chosen, duration=LONGEST, until=section)
+    rollout = follow(automaton, chosen, duration=longest, until=section)
     return rollout if rollout.stop is Stop.EVENT_REACHED else None
 
 
@@ -185,7 +193,7 @@ def _improve(
     step, n, size = 1.0, automaton.robot.n_q, np.max(np.abs(change))
     while step >= SMALLEST_STEP:
         y = map_section.correct(start.y + step * direction)
-        trial = _simulate(automaton, replace(start, q=y[:n], v=y[n:]), section)
+        trial = _simulate(automaton, replace(start, q=y[:n], v=y[n:]), section, PERIODS * rollout.motion.period)
         if trial is not None and np.max(np.abs(_linear_change(automaton, trial))) < (1 - step / 4) * size:
             return trial
         if size <= TOLERANCE:
@@ -219,6 +227,7 @@ def _cycle(
         travel=0.0 if along is None else float(end.q[along] - start.q[along]),
         derivative=derivative,
         multipliers=eigenvalues[np.argsort(-np.abs(eigenvalues))],
+        critical_friction=planar_critical_friction(automaton, rollout),
         residual=residual,
         motion=rollout.motion,
     )
