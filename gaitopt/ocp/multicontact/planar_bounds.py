@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.event_constraints import opening_bodies
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
@@ -98,14 +99,15 @@ def _bound_gaps(transcription: PlanarTranscription, phase: GridPhase, clearance:
     """Bound the gaps of open contacts; the bound decreases to zero towards lift-off and touchdown.
 
     A gap increases with the third power of time after a lift-off without impact, and decreases linearly to a touchdown.
+    A contact that closes only under a condition is bounded in the first interval after its lift-off.
     """
-    layout, names = transcription.constraints, transcription.builder.robot.contact_names
-    fractions, closing = transcription.structure.scheme.fractions, phase.closing()
+    layout, robot = transcription.constraints, transcription.builder.robot
+    fractions, closing, armed = transcription.structure.scheme.fractions, phase.closing(), conditional_contacts(robot)
     for table in ((Group.INTERVAL, phase.number), (Group.END, phase.number)):
         for i, key in enumerate(layout.rows[table]):
             if key.kind is not Kind.GAP:
                 continue
-            places, contact = layout[table][i], names.index(key.of)
+            places, contact = layout[table][i], robot.contact_index(key.of)
             at = (
                 np.arange(places.size) + fractions[key.inner] if table[0] is Group.INTERVAL else np.array([phase.count])
             )
@@ -114,7 +116,16 @@ def _bound_gaps(transcription: PlanarTranscription, phase: GridPhase, clearance:
                 least *= np.minimum(1, 4 * part) ** 3
             if contact in closing:
                 least *= np.minimum(1, 4 * (1 - part))
+            if contact in armed:
+                least[(at > 1) | (contact not in phase.lifted)] = -np.inf
             lower[places] = np.where(np.isfinite(lower[places]), least, -np.inf)
+
+
+def conditional_contacts(robot: PlanarRobot) -> frozenset[int]:
+    """Return the contacts that close only while their arming condition is positive."""
+    slopes = robot.arming.jac_sparsity(0, 0), robot.arming.jac_sparsity(0, 1)
+    rows = {row for sparsity in slopes for row in sparsity.get_triplet()[0]}
+    return frozenset(rows)
 
 
 def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProblem) -> tuple[Array, Array]:

@@ -99,13 +99,13 @@ def slip_conditions(
 def gap_conditions(
     builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint, ended: frozenset[int] = frozenset()
 ) -> list[Condition]:
-    """Return the gaps of the open contacts that close whenever they touch, except of contacts in `ended`."""
+    """Return the gaps of the open contacts, except of contacts in `ended`."""
     robot = builder.robot
-    gap, armed = robot.gaps(point.q, point.p)[0], robot.arming(point.q, point.v, point.p)
+    gap = robot.gaps(point.q, point.p)[0]
     return [
         (Row(Key(Kind.GAP, contact.name), 0.0, math.inf), gap[i])
         for i, contact in enumerate(robot.contacts)
-        if phase.state[i] is Mode.FREE and not contact.falls and armed[i].is_constant() and i not in ended
+        if phase.state[i] is Mode.FREE and not contact.falls and i not in ended
     ]
 
 

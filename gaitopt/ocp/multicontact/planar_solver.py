@@ -14,6 +14,7 @@ from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
+from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import error_between_nodes, reconstruct_planar_motion
@@ -32,6 +33,8 @@ from gaitopt.status import Status
 
 MOST_DOUBLED = 2
 """Largest number of times the intervals are doubled, once no more points are added."""
+MOST_REPAIRS = 6
+"""Largest number of further solves of a grid whose contacts close too early."""
 SPREAD_OF_DURATIONS = 0.7
 """Standard deviation of the logarithm of a phase's duration in a further start."""
 
@@ -119,6 +122,7 @@ class _Start:
     def __init__(self, solver: NlpSolver, observer: Observer) -> None:
         self.solver, self.observer = solver, observer
         self.iterations, self.build_seconds, self.started = 0, 0.0, time.perf_counter()
+        self.raised: dict[PlanarTranscription, dict[int, float]] = {}
 
     def solve(
         self,
@@ -143,6 +147,8 @@ class _Start:
         if x is None:
             x = planar_start(transcription, problem, durations)
         multipliers = (np.zeros(x.size), np.zeros(transcription.constraints.size)) if is_near else None
+        raised = self.raised.get(transcription, {})
+        bounds.g_lower[list(raised)] = list(raised.values())
         outcome = self.solver.minimise(
             transcription.nlp, x, planar_data(problem), bounds, self.observer, multipliers, BARRIER_NEARBY
         )
@@ -150,6 +156,18 @@ class _Start:
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER)
         return GridResult(problem, transcription, bounds, outcome)
+
+    def exclude_early_touchdowns(self, result: GridResult) -> GridResult:
+        """Return a solution whose contacts do not close before their touchdown, or the last one that was found."""
+        problem, transcription = result.problem, result.transcription
+        for _ in range(MOST_REPAIRS):
+            x, clearance = result.outcome.x, problem.limits.clearance
+            rows = find_early_touchdowns(transcription, problem.values, x, clearance)
+            if not rows or not result.outcome.status.ok:
+                break
+            self.raised.setdefault(transcription, {}).update(rows)
+            result = self.solve(problem, x, is_near=True)
+        return result
 
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
         """Return the solution of a problem, which is solved with fixed durations first."""
@@ -162,7 +180,7 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
     """Return the gait found from one start, counted from 0."""
     start, durations = _Start(solver, observer), _durations(problem, number)
     result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
-    return _report(_refine(start, result), start)
+    return _report(_refine(start, start.exclude_early_touchdowns(result)), start)
 
 
 def _durations(problem: PlanarProblem, number: int) -> Array | None:
@@ -194,6 +212,7 @@ def _refine(start: _Start, result: GridResult) -> GridResult:
             return replace(result, outcome=outcome)
         previous = _report(result, start)
         finer = start.solve(problem.replace(transcription=method, guess=FromPlanarGait(previous)), is_near=True)
+        finer = start.exclude_early_touchdowns(finer)
         if not finer.outcome.status.ok:
             return result
         result = finer

@@ -24,6 +24,9 @@ MAX_ROUNDS = 5
 UNDETERMINED = {Determinacy.AMBIGUOUS: Stop.AMBIGUOUS, Determinacy.INCONSISTENT: Stop.INCONSISTENT}
 """Reasons of a stop if modes or impact are not unique."""
 
+AT_REST = 1e-7
+"""Normal speed [m/s] below which a contact without impulse does not leave in an impact: its force decides."""
+
 APPROACH = 1e-6
 """Acceleration [m/s^2] towards the ground of a contact without force that is due to rounding."""
 
@@ -83,7 +86,9 @@ class EventResolution:
             if outcome.status is not Determinacy.UNIQUE:
                 return UNDETERMINED[outcome.status]
             state = replace(state, v=outcome.velocity_plus)
-            touching = [i for i in touching if outcome.modes[robot.contact_names[i]] is not Mode.FREE]
+            speed = self.contacts(before.extended).kinematics(q, state.v).normal_speed
+            impulsive = {i for i in touching if outcome.modes[robot.contact_names[i]] is not Mode.FREE}
+            touching = [i for i in touching if i in impulsive or abs(speed[i]) <= AT_REST]
         was_closed = {*before.closed, *closing}
         if kind.name == "opens" and not closing and self._leaves(state, kind.number, latched):
             touching.remove(kind.number)
