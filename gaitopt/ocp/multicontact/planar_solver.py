@@ -33,7 +33,7 @@ from gaitopt.status import Status
 
 MOST_DOUBLED = 2
 """Largest number of times the intervals are doubled, once no more points are added."""
-MOST_REPAIRS = 6
+MOST_REPAIRS = 3
 """Largest number of further solves of a grid whose contacts close too early."""
 SPREAD_OF_DURATIONS = 0.7
 """Standard deviation of the logarithm of a phase's duration in a further start."""
@@ -158,7 +158,7 @@ class _Start:
         return GridResult(problem, transcription, bounds, outcome)
 
     def exclude_early_touchdowns(self, result: GridResult) -> GridResult:
-        """Return a solution whose contacts do not close before their touchdown, or the last one that was found."""
+        """Return a solution whose contacts do not close before their touchdown, or the last solution before."""
         problem, transcription = result.problem, result.transcription
         for _ in range(MOST_REPAIRS):
             x, clearance = result.outcome.x, problem.limits.clearance
@@ -166,7 +166,10 @@ class _Start:
             if not rows or not result.outcome.status.ok:
                 break
             self.raised.setdefault(transcription, {}).update(rows)
-            result = self.solve(problem, x, is_near=True)
+            repaired = self.solve(problem, x, is_near=True)
+            if not repaired.outcome.status.ok:
+                break
+            result = repaired
         return result
 
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
