@@ -120,7 +120,8 @@ def _event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
 def _slides(gait: PlanarGait) -> dict[str, float]:
     """Return the distance by which each contact that slips slides, forward positive [m]."""
     motion, robot = gait.motion, gait.robot
-    p, slides = robot.vector(motion.parameters), {}
+    p = robot.vector(motion.parameters)
+    slides: dict[str, float] = {}
     for segment in motion.segments:
         ends = [np.array(robot.gaps(segment.q[:, k], p)[1]).ravel() for k in (0, -1)]
         for i, (name, mode) in enumerate(segment.state.modes):

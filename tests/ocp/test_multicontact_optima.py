@@ -20,7 +20,7 @@ from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.transcription.transcription import transcribe
 from gaitopt.progress import silent
-from tests.ocp.multicontact_examples import drag, hop, stride, walk
+from tests.ocp.multicontact_examples import drag, hop, knee_strike, stride, walk
 
 
 def test_the_hop_of_the_monopod():
@@ -60,6 +60,20 @@ def test_the_five_link_walker():
     gait = solve_planar(stride())
     assert gait.status.ok
     assert gait.solver.objective == pytest.approx(76.662, abs=1e-3)
+
+
+def test_the_least_torque_of_a_kneed_walker_downhill_is_zero_in_its_passive_gait():
+    """The passive gait is known from its return map; the knee strike is an event inside the step."""
+    gait = solve_planar(knee_strike())
+    assert gait.status.ok
+    assert gait.solver.objective < 1e-12
+    strike, touchdown = gait.motion.events
+    assert strike.time == pytest.approx(0.3486120004843, abs=1e-8)
+    assert touchdown.time == pytest.approx(0.5643281659150, abs=1e-8)
+    names, first = gait.robot.coordinates, gait.motion.segments[0]
+    assert first.q[names.index("a"), 0] == pytest.approx(0.2385854602534, abs=1e-8)
+    assert first.v[names.index("a"), 0] == pytest.approx(-1.1095873311766, abs=1e-7)
+    assert first.v[names.index("b"), 0] == pytest.approx(-0.0571481063377, abs=1e-7)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import pytest
 
 from gaitopt import Collocation, Margins, verify
 from gaitopt.errors import InputError
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, verify_planar
 from gaitopt.status import Status
@@ -66,8 +67,11 @@ def test_the_replay_has_the_motion_of_the_plan():
         assert np.abs(foot[0] - foot[1]).max() < 1e-3
         assert real.work[:, -1] == pytest.approx(plan.work[:, -1], abs=1e-6)
         assert real.friction_work[:, -1] == pytest.approx(plan.friction_work[:, -1], abs=1e-6)
-    assert rollout.motion.events[-1].energy_lost == pytest.approx(gait.motion.events[-1].energy_lost, abs=1e-6)
-    assert rollout.motion.events[-1].impulse == pytest.approx(gait.motion.events[-1].impulse, abs=1e-6)
+    assert rollout.motion.events[-1].energy_lost == pytest.approx(gait.motion.events[-1].energy_lost, abs=1e-5)
+    assert rollout.motion.events[-1].impulse == pytest.approx(gait.motion.events[-1].impulse, abs=1e-5)
+    # The trailing foot receives no impulse and does not leave: the forces after the impact keep it on the ground.
+    assert np.abs(rollout.motion.events[-1].impulse[1]).max() < 1e-6
+    assert rollout.end.contacts.mode("foot B") is Mode.SLIP_FORWARD
 
 
 def test_tolerances_and_types_are_checked():

@@ -46,7 +46,9 @@ def find_early_touchdowns(
         gaps = np.array(robot.gaps.map(part.size)(q, p)[0])
         for i in conditional_contacts(robot):
             gap = gaps[i, :-1]
-            falling = np.flatnonzero((gap[:-1] > -BELOW) & (gap[1:] < -BELOW)) if phase.state[i] is Mode.FREE else []
+            if phase.state[i] is not Mode.FREE:
+                continue
+            falling = np.flatnonzero((gap[:-1] > -BELOW) & (gap[1:] < -BELOW)).tolist()
             first = next((k for k in falling if _is_armed(robot, p, i, curve, curve.x[k : k + 2])), gap.size)
             for k in range(first + 1, gap.size):
                 least = clearance * min(1, 4 * (1 - part[k]))
