@@ -8,7 +8,7 @@ import pytest
 from gaitopt.cli.app import main
 
 MONOPOD = str(Path(__file__).parents[2] / "problems" / "monopod.py")
-QUICK = ["--set", "stance_intervals=5", "--set", "flight_intervals=12", "--set", "clearance=0.02"]
+QUICK = ["--set", "stance_intervals=6", "--set", "flight_intervals=16", "--set", "clearance=0.02"]
 
 
 def run(capsys, *words):
