@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import contact_forces, group_sticking
-from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.phase_grid import GridPhase, opening_bodies
 from gaitopt.ocp.multicontact.planar_builder import (
     PlanarBuilder,
     event_place,
@@ -62,12 +62,6 @@ def planar_end_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
         power = point_outputs(phase, point)[0][list(builder.structure.powered)]
         conditions += planar_power_split(builder, power, parts)
     return _finish(builder, local, (Group.END, phase.number), phase.place(phase.count), conditions)
-
-
-def opening_bodies(phase: GridPhase) -> frozenset[int]:
-    """Return the first contact of each sticking body that leaves the ground at the end of a phase."""
-    opening = phase.opening()
-    return frozenset(members[0] for members in phase.system.sticking if all(i in opening for i in members))
 
 
 def _changes(builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint) -> list[tuple[int, list[Condition]]]:

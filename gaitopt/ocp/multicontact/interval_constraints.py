@@ -12,7 +12,7 @@ with two further unknowns per constraint.  nu and eta have the order of the inte
 import casadi as ca
 import numpy as np
 
-from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.phase_grid import GridPhase, opening_bodies
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder, constraint_names, solution_keys
 from gaitopt.ocp.multicontact.planar_objective import IntervalCost
 from gaitopt.ocp.multicontact.planar_point import (
@@ -21,11 +21,12 @@ from gaitopt.ocp.multicontact.planar_point import (
     dynamics_rows,
     motion_residual,
     path_conditions,
+    point_outputs,
 )
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Block
-from gaitopt.ocp.transcription.collocation import integrals, lobatto_points
+from gaitopt.ocp.transcription.collocation import end_slopes, integrals, lobatto_points
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
 
 
@@ -65,6 +66,7 @@ class _PhaseIntervals:
             path = path_conditions(builder, phase, point)
             self.conditions += [(row._replace(key=row.key.at(inner)), value) for row, value in path]
         self._add_constraints()
+        self._add_lift_off()
         cost = IntervalCost(builder, self.local, phase, self.points, self.length)
         self.conditions += cost.conditions()
         plain, relative = cost.integrals()
@@ -125,8 +127,33 @@ class _PhaseIntervals:
             names = constraint_names(self.builder.robot, self.phase)
             self.conditions += [(equation(kind, name), column[i]) for i, name in enumerate(names)]
 
+    def _add_lift_off(self) -> None:
+        """Add the friction cones of bodies that lift off: their forces vanish, and the slopes are in the cone.
+
+        The slopes are those of the polynomials through the forces of an interval, at its end.
+        """
+        builder, phase, robot = self.builder, self.phase, self.builder.robot
+        if builder.structure.infinite or not opening_bodies(phase):
+            return
+        static = self.p[robot.index("friction")] * self.p[robot.index("static_friction_ratio")]
+        slopes = end_slopes(builder.structure.scheme.points)
+        forces = [point_outputs(phase, point)[1] for point in self.points]
+        slope = sum((float(weight) * force for weight, force in zip(slopes, forces, strict=True)), ca.SX(0))
+        for members in phase.system.sticking:
+            if members[0] in opening_bodies(phase):
+                name, tangential = robot.contact_names[members[0]], slope[0, members[0]]
+                limit = -(1 - builder.margin("cone")) * static * ca.sum2(slope[1, list(members)])
+                for kind, value in (
+                    (Kind.LIFT_OFF_FORWARD, limit - tangential),
+                    (Kind.LIFT_OFF_BACKWARD, limit + tangential),
+                ):
+                    self.conditions.append((Row(Key(kind, name), 0.0, np.inf), value))
+
     def _release_first_node(self, rows: list[Row], index: Index) -> None:
-        """Remove the bounds of rows that follow at the first node from the event before the phase."""
+        """Remove the bounds of rows that follow at the first node from the event before, and of lift-off elsewhere."""
         for i, row in enumerate(rows):
+            if row.key.kind in (Kind.LIFT_OFF_FORWARD, Kind.LIFT_OFF_BACKWARD):
+                for place in index[i, :-1]:
+                    self.builder.rows.bound(int(place), -np.inf, np.inf)
             if row.key.inner == 0 and row.key.kind in (Kind.GAP, Kind.HEIGHT, Kind.SLIP_SPEED_OF):
                 self.builder.rows.bound(int(index[i, 0]), -np.inf, np.inf)

@@ -75,6 +75,12 @@ class GridPhase:
         return [i for i, mode in enumerate(self.state) if mode not in others and self.after[i] is Mode.FREE]
 
 
+def opening_bodies(phase: GridPhase) -> frozenset[int]:
+    """Return the first contact of each sticking body that leaves the ground at the end of a phase."""
+    opening = phase.opening()
+    return frozenset(members[0] for members in phase.system.sticking if all(i in opening for i in members))
+
+
 def divide_phases(
     robot: PlanarRobot, sequence: PhaseSequence, counts: Sequence[int], *, infinite: bool
 ) -> tuple[GridPhase, ...]:

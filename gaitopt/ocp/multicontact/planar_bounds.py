@@ -7,8 +7,7 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.multicontact.event_constraints import opening_bodies
-from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.phase_grid import GridPhase, opening_bodies
 from gaitopt.ocp.multicontact.planar_builder import PlanarStructure, impact_contacts
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription

@@ -147,6 +147,8 @@ class Kind(Enum):
     CONE_BACKWARD = "backward friction cone of {of}"
     IMPACT_CONE_FORWARD = "forward impact cone of {of}"
     IMPACT_CONE_BACKWARD = "backward impact cone of {of}"
+    LIFT_OFF_FORWARD = "forward friction cone of {of} at lift-off"
+    LIFT_OFF_BACKWARD = "backward friction cone of {of} at lift-off"
     SLIP_SPEED_OF = "slip speed of {of}"
     ONSET = "slip onset of {of} on the cone"
     REST = "rest of {of}"
