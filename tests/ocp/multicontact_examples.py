@@ -6,7 +6,7 @@ import attrs
 import casadi as ca
 import numpy as np
 
-from gaitopt import Collocation, Drawing, Margins, Parameter, PointContact, PointMass, RigidLink
+from gaitopt import Collocation, Drawing, Margins, Parameter, PointContact, PointMass, RigidLink, Spring
 from gaitopt.model.planar.joint_stop import JointStop
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
@@ -41,6 +41,51 @@ def hop(sequence="foot stick > flight |", friction=1.0, clearance=0.0, intervals
         limits=PlanarLimits(coordinate={"s": (0.35, 0.65)}, clearance=clearance),
         margins=margins or attrs.evolve(NONE, touchdown_rate=0.1),
         transcription=Collocation(intervals=intervals),
+    )
+
+
+@dataclass(frozen=True)
+class FlatEffort(Objective):
+    """Leg force and ankle torque of the hopper with a flat foot."""
+
+    name, unit, smooth, typical = "flat_effort", "N^2 m^2 s", True, 10.0
+
+    def integrand(self, point):
+        return 1e-3 * point.torque_of("leg") ** 2 + point.torque_of("ankle") ** 2
+
+
+def flat_foot_hopper():
+    """A body on a springy leg with an ankle and a flat foot, whose heel and toe are one group; angles clockwise."""
+    c = PlanarCoordinates(
+        ("x", "y", "foot", "a", "s"), [Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")]
+    )
+    ankle, foot = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("foot")
+    angle, length = c.coordinate("a"), c.coordinate("s")
+    along, below = ca.vertcat(ca.cos(foot), -ca.sin(foot)), -ca.vertcat(ca.sin(foot), ca.cos(foot))
+    body = ankle + length * ca.vertcat(ca.sin(angle), ca.cos(angle))
+    ends = {"heel": ankle - 0.07 * along + 0.05 * below, "toe": ankle + 0.13 * along + 0.05 * below}
+    return assemble_planar(
+        "flat_foot_hopper",
+        c,
+        bodies=[RigidLink(8.0, body, 0.3, angle), RigidLink(1.0, ankle + 0.03 * (along + below), 0.01, foot)],
+        contacts={name: PointContact(point, body="foot") for name, point in ends.items()},
+        actuators={"leg": length, "ankle": angle - foot},
+        forces=[Spring(length, 3000.0, 0.6)],
+    )
+
+
+def roll_off():
+    """A hop that lands on the whole foot and leaves the ground with the toe."""
+    return PlanarProblem(
+        robot=flat_foot_hopper(),
+        sequence="heel stick, toe stick > toe stick > flight |",
+        friction=0.8,
+        speed=1.0,
+        step_length=0.3,
+        objective=FlatEffort(),
+        limits=PlanarLimits(coordinate={"s": (0.35, 0.65), "a": (-0.8, 0.8), "foot": (-0.8, 1.2)}, clearance=2e-3),
+        margins=Margins(touchdown_rate=0.1, slip_speed=0, normal_force=0, cone=0.03),
+        transcription=Collocation(intervals=(8, 10, 16)),
     )
 
 

@@ -11,7 +11,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, verify_planar
 from gaitopt.status import Status
-from tests.ocp.multicontact_examples import drag, hop, stride, walk
+from tests.ocp.multicontact_examples import drag, hop, roll_off, stride, walk
 
 COARSE = Collocation(intervals=10)
 SLIPPING = {
@@ -29,6 +29,7 @@ SLIPPING = {
         walk("stick slip- | stick", **SLIPPING, transcription=Collocation(intervals=(20, 5))),
         hop(clearance=1e-3),
         hop("foot slip+ > foot stick > flight |", 0.3, 2e-3, (4, 8, 24)),
+        roll_off(),
         drag(),
         stride(transcription=Collocation(intervals=12)),
     ],
