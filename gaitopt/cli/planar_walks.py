@@ -36,7 +36,7 @@ def search_planar(problem: "PlanarWalkProblem", starts: int, *, steps: int, engi
 
 def report_planar_cycles(cycles: tuple["PlanarCycle", ...], *, json: bool) -> None:
     """Print periodic gaits of a robot with several contacts, as JSON or as a table."""
-    from gaitopt.stability.planar_gaits.planar_summary import summarise_planar_cycle
+    from gaitopt.stability.planar_gaits.planar_cycle_summary import summarise_planar_cycle
 
     if json:
         print_json({"engine": ENGINE, "gaits": [summarise_planar_cycle(cycle) for cycle in cycles]})

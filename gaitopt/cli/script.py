@@ -17,6 +17,7 @@ from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
 from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
@@ -140,6 +141,12 @@ def build_problem(path: Path, settings: Sequence[str] | None = None) -> GaitProb
     return gait_problem(read_script(path, settings))
 
 
+def optimal_problem(script: Script) -> GaitProblem | PlanarProblem:
+    """Return the problem of an optimal gait a script states, of a robot with any contacts."""
+    problem = script()
+    return problem if isinstance(problem, PlanarProblem) else require_gait_problem(problem, script)
+
+
 def gait_problem(script: Script) -> GaitProblem:
     """Return the gait problem a script states, with the record of that script.
 
@@ -150,7 +157,15 @@ def gait_problem(script: Script) -> GaitProblem:
     ScriptError
         If the script raises anything else.
     """
-    problem = script()
+    return require_gait_problem(script(), script)
+
+
+def require_gait_problem(problem: object, script: Script) -> GaitProblem:
+    """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
+    if isinstance(problem, PlanarProblem):
+        raise InputError(
+            f"{script.path} has a robot with several contacts; only 'gaitopt solve {script.path}' accepts it."
+        )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."

@@ -31,32 +31,41 @@ def solve(
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
-    from gaitopt.cli.script import build_problem
+    from gaitopt.cli.planar_solving import report_planar_gait, require_no_file
+    from gaitopt.cli.script import optimal_problem, read_script
     from gaitopt.motion.archive import check_gait_suffix, save
     from gaitopt.motion.atomic import check_writable
+    from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.motion.summary import summarise
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.solver import solve as solve_problem
     from gaitopt.simulation.verification import verify as verify_gait
 
-    problem = build_problem(script, setting)
+    problem = optimal_problem(read_script(script, setting))
     path = output or Path(f"{script.stem}.h5")
-    check_gait_suffix(path)
-    check_writable(path)  # before the work, not after it
+    if isinstance(problem, PlanarProblem):
+        require_no_file(output)
+    else:
+        check_gait_suffix(path)
+        check_writable(path)  # before the work, not after it
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         steps = verbose or not (json or quiet)
         gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
         if gait.status.ok:
             display.describe("replaying in the event-driven simulator")
             gait = verify_gait(gait)
-    written = save(gait, path) if gait.status.ok else None
-    if json:
-        print_json(summarise(gait) | {"file": None if written is None else str(written)})
+    if isinstance(gait, PlanarGait):
+        report_planar_gait(gait, json=json)
     else:
-        print_gait(gait)
-        if written:
-            report_file(written)
+        written = save(gait, path) if gait.status.ok else None
+        if json:
+            print_json(summarise(gait) | {"file": None if written is None else str(written)})
         else:
-            out.print("no verified gait was found; nothing was written")
+            print_gait(gait)
+            if written:
+                report_file(written)
+            else:
+                out.print("no verified gait was found; nothing was written")
     if gait.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the status is in the table already
     raise typer.Exit(0 if gait.status.ok else 1)

@@ -1,12 +1,16 @@
 """Solution of a gait problem from one or several starts."""
 
 import functools
+from typing import overload
 
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.mode_search.homotopy import Homotopy
 from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_solver import solve_planar
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
@@ -22,6 +26,7 @@ RETRIES = 3
 """Number of further starts that are tried if none has converged."""
 
 
+@overload
 def solve(
     problem: GaitProblem,
     *,
@@ -29,7 +34,28 @@ def solve(
     solver: NlpSolver | None = None,
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
-) -> Gait:
+) -> Gait: ...
+
+
+@overload
+def solve(
+    problem: PlanarProblem,
+    *,
+    starts: int = 1,
+    solver: NlpSolver | None = None,
+    homotopy: None = None,
+    observer: SolveObserver = silent,
+) -> PlanarGait: ...
+
+
+def solve(
+    problem: GaitProblem | PlanarProblem,
+    *,
+    starts: int = 1,
+    solver: NlpSolver | None = None,
+    homotopy: Homotopy | None = None,
+    observer: SolveObserver = silent,
+) -> Gait | PlanarGait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
     After a failure on the coarsest grid, a motion that satisfies all limits is sought near the first start and three
@@ -41,7 +67,8 @@ def solve(
 
     Parameters
     ----------
-    problem : GaitProblem
+    problem : GaitProblem or PlanarProblem
+        A planar robot with any contacts is solved by :func:`gaitopt.ocp.solve_planar`.
     starts : int
         Number of starts, the first of which is the guess of the problem; the gait of lowest objective is returned.
     solver : Newton or Ipopt, optional
@@ -53,7 +80,7 @@ def solve(
 
     Returns
     -------
-    Gait
+    Gait or PlanarGait
         A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.
 
     Raises
@@ -71,6 +98,8 @@ def solve(
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
+    if isinstance(problem, PlanarProblem):
+        return solve_planar(problem, starts=starts, solver=solver, observer=observer)
     check_count("starts", starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     require_valid_step(problem.robot)

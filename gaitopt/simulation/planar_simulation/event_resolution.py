@@ -27,6 +27,9 @@ MAX_ROUNDS = 5
 UNDETERMINED = {Determinacy.AMBIGUOUS: Stop.AMBIGUOUS, Determinacy.INCONSISTENT: Stop.INCONSISTENT}
 """Reasons of a stop if modes or impact are not unique."""
 
+APPROACH = 1e-6
+"""Acceleration [m/s^2] towards the ground of a contact without force that is due to rounding."""
+
 
 class EventResolution:
     """Continues the motion of a planar robot after an event.
@@ -85,6 +88,8 @@ class EventResolution:
             v_plus, touching = self._close_slow(state, outcome, touching)
             state = replace(state, v=v_plus)
         was_closed = {*before.closed, *closing}
+        if kind.name == "opens" and not closing and self._leaves(state, kind.number, latched):
+            touching.remove(kind.number)
         after = self._settle(
             replace(state, extended=extended), touching, latched, self._find_ending_modes(kind, before), was_closed
         )
@@ -93,6 +98,19 @@ class EventResolution:
         if not closing and after.contacts == before.contacts and after.extended == before.extended:
             return Stop.INCONSISTENT  # the present modes end, and no others satisfy the friction law
         return after, self._event(before, after, v, closing, outcome)
+
+    def _leaves(self, state: PlanarState, contact: int, latched: frozenset[int]) -> bool:
+        """Return whether a contact without force leaves: without it, its gap has no acceleration towards the ground.
+
+        The choice among all modes is not determined by rounded forces if the friction cone has shrunk to a point.
+        """
+        resolution, others = self.contacts(state.extended), [i for i in state.closed if i != contact]
+        u = self._torque(state.time, state.q, state.v)
+        choice = resolution.modes(state.q, state.v, u, others, latched - {contact}, {})
+        if choice.status is not Determinacy.UNIQUE:
+            return False
+        parts = resolution.kinematics(state.q, state.v)
+        return bool(parts.normal[contact] @ choice.acceleration + parts.normal_bias[contact] >= -APPROACH)
 
     def _closing(self, state: PlanarState, kind: GuardKind) -> list[int]:
         """Return the contacts that close."""

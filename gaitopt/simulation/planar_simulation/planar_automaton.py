@@ -11,7 +11,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.planar_robot import PlanarRobot
-from gaitopt.model.planar.planar_torque import check_torque, passive_torque
+from gaitopt.model.planar.torque_function import check_torque, passive_torque
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution

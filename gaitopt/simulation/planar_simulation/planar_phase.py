@@ -9,7 +9,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
-from gaitopt.model.planar.planar_torque import torque_slope
+from gaitopt.model.planar.torque_function import torque_slope
 from gaitopt.motion.motion import Array
 
 RELATIVE, ABSOLUTE = 1e-13, 1e-15

@@ -1,6 +1,6 @@
 """simulate_planar: event-driven simulation of a planar robot with any contacts."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -150,7 +150,7 @@ def follow(
         if until in event.names:
             stop = Stop.EVENT_REACHED
             break
-    return PlanarRollout(_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
+    return PlanarRollout(make_planar_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
 
 
 def _failure(arc: PlanarArc) -> Stop:
@@ -164,7 +164,10 @@ def _chatters(events: list[PlanarEvent]) -> bool:
     return len(recent) == MAX_SIMULTANEOUS and recent[-1].time - recent[0].time < INSTANT
 
 
-def _motion(automaton: PlanarAutomaton, arcs: list[PlanarArc], events: list[PlanarEvent]) -> PlanarMotion:
+def make_planar_motion(
+    automaton: PlanarAutomaton, arcs: Sequence[PlanarArc], events: Sequence[PlanarEvent]
+) -> PlanarMotion:
+    """Return the motion of some arcs and events."""
     robot = automaton.robot
     return PlanarMotion(
         coordinates=robot.coordinates,
@@ -174,12 +177,13 @@ def _motion(automaton: PlanarAutomaton, arcs: list[PlanarArc], events: list[Plan
         links=robot.links,
         parameters=dict(automaton.values),
         total_mass=float(robot.mass(automaton.p((False,) * len(robot.switches)))),
-        segments=tuple(_segment(automaton, arc) for arc in arcs),
+        segments=tuple(make_planar_segment(automaton, arc) for arc in arcs),
         events=tuple(events),
     )
 
 
-def _segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
+def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
+    """Return the samples of an arc."""
     phase, n, n_u = automaton.phase(arc.start), automaton.robot.n_q, automaton.robot.n_u
     q, v, works = arc.states[:n], arc.states[n : 2 * n], arc.states[2 * n :]
     samples = list(zip(arc.time, arc.states.T, strict=True))
