@@ -28,7 +28,14 @@ def report_planar_gait(gait: "PlanarGait", *, json: bool) -> None:
 
     if json:
         print_json(summarise_planar(gait) | {"file": None})
-        return
+    else:
+        print_planar_gait(gait)
+
+
+def print_planar_gait(gait: "PlanarGait") -> None:
+    """Print the facts of a gait of a robot with several contacts as a table."""
+    from gaitopt.motion.planar_summary import summarise_planar
+
     facts = summarise_planar(gait)
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)

@@ -19,8 +19,8 @@ from gaitopt.model.contacts.mode_selection import ModeChoice as ModeChoice
 from gaitopt.model.contacts.mode_selection import select_modes as select_modes
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome as ImpactOutcome
 from gaitopt.model.contacts.multicontact_impact import solve_multicontact_impact as solve_multicontact_impact
+from gaitopt.model.contacts.slip_well_posedness import is_well_posed as is_well_posed
 from gaitopt.model.contacts.transition import Transition as Transition
-from gaitopt.model.contacts.well_posedness import is_well_posed as is_well_posed
 from gaitopt.model.forces import Damper as Damper
 from gaitopt.model.forces import Potential as Potential
 from gaitopt.model.forces import RotorInertia as RotorInertia

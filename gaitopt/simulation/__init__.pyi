@@ -1,5 +1,6 @@
 from gaitopt.simulation.engine_choice import default_engine as default_engine
 from gaitopt.simulation.planar_simulation.placement import place_planar as place_planar
+from gaitopt.simulation.planar_simulation.planar_impact import solve_planar_impact as solve_planar_impact
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout as PlanarRollout
 from gaitopt.simulation.planar_simulation.planar_simulator import simulate_planar as simulate_planar
 from gaitopt.simulation.planar_verification import replay_planar as replay_planar

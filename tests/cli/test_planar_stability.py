@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from gaitopt.cli.app import app
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
-KNEES, HOPPER = "problems/kneed_walker.py", "problems/hopper.py"
+KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_foot_walker"))
 
 
 def run(*arguments):
@@ -35,6 +35,13 @@ def test_the_kneed_walker_has_the_keys_of_every_gait():
     assert tangential / normal == pytest.approx(gait["impact_ratio"])
     assert gait["forces"]["foot A"]["largest_ratio"] == pytest.approx(gait["critical_friction"], rel=1e-3)
     assert gait["critical_impact_ratio"] >= abs(gait["impact_ratio"])
+
+
+def test_the_walker_with_round_feet_has_its_reference_gait():
+    (gait,) = gaits_of(ROUND_FEET, "--starts", 2)
+    assert gait["period"] == pytest.approx(2.427955842630, abs=1e-12)  # source: tests/stability/test_planar_cycles.py
+    assert gait["multipliers"][0] == pytest.approx([0.43344487, 0], abs=5e-9)
+    assert gait["state"]["a"] == pytest.approx(0.1894382832527, abs=2e-13)
 
 
 def test_the_critical_friction_is_the_least_at_which_the_gait_does_not_slip():

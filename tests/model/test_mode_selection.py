@@ -1,6 +1,7 @@
 """Choice of contact modes: box, static friction, ties, groups, stops, dependent rows, and a compass on two feet."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,12 +101,104 @@ def test_a_mode_that_has_ended_is_not_chosen_again():
     assert only.chosen["foot"] is Mode.STICK
 
 
+@pytest.mark.parametrize("others", [[], [foot("stop", (0, 0, 1), None)]])
+@pytest.mark.parametrize("error", [-1e-12, 1e-12])
+def test_a_foot_lifts_off_at_an_event_located_up_to_rounding(others, error):
+    """A light foot under a spring without force: its own acceleration is small, that of the body is not."""
+    load = np.array([0.0, error, 1.0, 90.0])
+    mass = np.diag([1.0, 1.0, 1.0, 8.0])
+    contacts = [
+        foot("foot", (0, 1, 0, 0), (1, 0, 0, 0)),
+        *(replace(c, normal_row=np.array([0, 0, 1, 0])) for c in others),
+    ]
+    choice = select_modes(mass, load, contacts, (0.5, 0.5), {"foot": Mode.CLOSED})
+    assert (choice.status, choice.chosen["foot"]) == (Determinacy.UNIQUE, Mode.FREE)
+    stop = ClosedContact("foot", np.array([0.0, 1, 0, 0]))
+    assert select_modes(mass, load, [stop, *contacts[1:]], {}, {"foot": Mode.CLOSED}).chosen["foot"] is Mode.FREE
+
+
 def test_a_bias_is_part_of_the_contact_acceleration():
     """A contact point accelerates upward by the rotation of its body: it leaves."""
     assert select_modes(np.eye(2), np.array([0.0, 9.0]), [foot(normal_bias=9.5)], (1, 1)).chosen["foot"] is Mode.FREE
     choice = select_modes(np.eye(2), np.array([0.0, 9.0]), [foot(normal_bias=4.0, tangent_bias=1.0)], (1, 1))
     assert choice.forces["foot"] == pytest.approx((-1, 5))
     np.testing.assert_allclose(choice.acceleration, [-1, -4])
+
+
+def test_biases_of_several_contacts_are_part_of_their_accelerations():
+    contacts = [foot("heel", (0, 1, -B), (1, 0, H), group="box", normal_bias=4.0, tangent_bias=1.0)]
+    contacts.append(foot("toe", (0, 1, B), (1, 0, H), group="box", normal_bias=4.0, tangent_bias=1.0))
+    choice = select_modes(BOX, weight(0.0), contacts, (9, 9))
+    np.testing.assert_allclose(choice.acceleration, [-1, -4, 0], atol=1e-12)
+    assert sum(n for _, n in choice.forces.values()) == pytest.approx(G - 4, rel=1e-12)
+
+
+def test_one_contact_alone_is_chosen_as_among_others():
+    """The closed form of one contact agrees with the enumeration, which is used if a distant stop is closed, too."""
+    rng, several = np.random.default_rng(3), 0
+    for _ in range(400):
+        factor, normal, tangent = rng.normal(size=(3, 3)), *rng.normal(size=(2, 3))
+        mass = np.zeros((4, 4))
+        mass[:3, :3], mass[3, 3] = factor @ factor.T + 0.1 * np.eye(3), 1
+        load, mu = np.append(rng.normal(size=3), 1.0), rng.uniform(0, 2)
+        friction = {"foot": (mu * rng.choice([1.0, 1.3]), mu)}
+        single = foot("foot", [*normal, 0], [*tangent, 0], slip_speed=float(rng.choice([0, 1, -1])))
+        alone = select_modes(mass, load, [single], friction)
+        both = select_modes(mass, load, [single, foot("stop", (0, 0, 0, 1), None)], friction)
+        assert alone.status is both.status
+        assert len(alone.candidates) == len(both.candidates)
+        several += len(alone.candidates) != 1
+        for one, other in zip(
+            sorted(alone.candidates, key=lambda c: c.modes["foot"].value),
+            sorted(both.candidates, key=lambda c: c.modes["foot"].value),
+            strict=True,
+        ):
+            assert one.modes["foot"] is other.modes["foot"]
+            np.testing.assert_allclose(one.acceleration[:3], other.acceleration[:3], rtol=1e-8, atol=1e-9)
+            assert one.forces["foot"] == pytest.approx(other.forces["foot"], rel=1e-8, abs=1e-9)
+    assert several > 20
+
+
+@pytest.mark.parametrize("others", [[], [foot("stop", (0, 0, 1), None)]])
+def test_the_modes_of_a_tie_are_those_beyond_rounding(others):
+    """Outside the cone by 1e-12 of the force the contact slips; within 1e-14 it sticks."""
+    for excess, mode in ((1e-12, Mode.SLIP_FORWARD), (1e-14, Mode.STICK), (-1e-12, Mode.STICK)):
+        load = np.array([-5.0 * (1 + excess), 10.0, 1.0])
+        choice = select_modes(np.eye(3), load, [foot("foot", (0, 1, 0), (1, 0, 0)), *others], {"foot": (0.5, 0.5)})
+        assert (choice.status, choice.chosen["foot"]) == (Determinacy.UNIQUE, mode)
+        assert {modes["foot"] for modes in choice.candidates[0].tied} == {Mode.STICK, Mode.SLIP_FORWARD}
+
+
+def test_a_contact_with_dependent_rows_has_the_least_force():
+    """A slide along an incline: normal and tangential rows are parallel."""
+    slider = foot("slider", (1.0, 0.0), (0.5, 0.0))
+    choice = select_modes(np.eye(2), np.array([2.0, 0.0]), [slider], (3, 3))
+    assert (choice.status, choice.chosen["slider"]) == (Determinacy.UNIQUE, Mode.STICK)
+    np.testing.assert_allclose(choice.acceleration, 0, atol=1e-12)
+    t, n = choice.forces["slider"]
+    assert n + 0.5 * t == pytest.approx(2)
+    assert n == pytest.approx(0.5 * t)  # n^2 G_nn + t^2 G_tt = n^2 + t^2 / 4 is least
+
+
+def test_dependent_rows_without_a_common_motion_are_not_closed_together():
+    """The same row with two biases: the contact that accelerates upward leaves."""
+    contacts = [foot("low", normal_bias=4.0), foot("high", normal_bias=5.0)]
+    choice = select_modes(np.eye(2), np.array([0.0, 9.0]), contacts, (1, 1))
+    assert choice.status is Determinacy.UNIQUE
+    assert choice.chosen == {"low": Mode.STICK, "high": Mode.FREE}
+    np.testing.assert_allclose(choice.acceleration, [0, -4], atol=1e-12)
+    assert choice.forces["low"] == pytest.approx((0, 5))
+
+
+def test_two_motions_at_rest_are_ambiguous_without_higher_static_friction():
+    """The rod of Painleve with mu 2 may stick or slip; with higher static friction it sticks."""
+    tip = foot("tip", (0, 1, -1 / np.sqrt(5)), (1, 0, 2 / np.sqrt(5)))
+    load = np.array([1.0, 0.0, 0.0])
+    choice = select_modes(np.diag([1, 1, 1 / 3]), load, [tip], (2, 2))
+    assert choice.status is Determinacy.AMBIGUOUS
+    assert {candidate.modes["tip"] for candidate in choice.candidates} == {Mode.STICK, Mode.SLIP_BACKWARD}
+    sticking = select_modes(np.diag([1, 1, 1 / 3]), load, [tip], (2.1, 2))
+    assert (sticking.status, sticking.chosen["tip"]) == (Determinacy.UNIQUE, Mode.STICK)
 
 
 def test_painleve_states_are_inconsistent_or_ambiguous():
@@ -131,6 +224,13 @@ def test_stops_press_and_latched_stops_also_pull():
         stop = ClosedContact("knee", np.array([0.0, 1.0]), latched=latched)
         choice = select_modes(np.eye(2), np.array([0.3, load]), [stop], {})
         assert (choice.chosen["knee"], choice.forces["knee"]) == (mode, pytest.approx((0, force)))
+    unloaded = select_modes(np.eye(2), np.zeros(2), [ClosedContact("knee", np.array([0.0, 1.0]))], {})
+    assert unloaded.chosen["knee"] is Mode.CLOSED
+    assert len(unloaded.candidates[0].tied) == 2
+    opens = select_modes(
+        np.eye(2), np.zeros(2), [ClosedContact("knee", np.array([0.0, 1.0]))], {}, {"knee": Mode.CLOSED}
+    )
+    assert opens.chosen["knee"] is Mode.FREE
 
 
 def test_a_robot_without_closed_contacts_flies():

@@ -151,6 +151,14 @@ def test_one_contact_agrees_with_the_law_of_the_landing_foot(rng):
     assert min(modes[mode] for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)) > 20
 
 
+@pytest.mark.parametrize("others", [[], [ClosedContact("stop", np.array([0.0, 0.0, 1.0]))]])
+def test_an_impact_uses_kinetic_friction(others):
+    foot = ClosedContact("foot", np.array([0.0, 1.0, 0.0]), tangent_row=np.array([1.0, 0.0, 0.0]))
+    outcome = solve_multicontact_impact(np.eye(3), np.array([0.4, -1, -1]), [foot, *others], {"foot": (0.5, 0.3)})
+    assert outcome.modes["foot"] is Mode.SLIP_FORWARD
+    assert outcome.impulse["foot"] == pytest.approx((-0.3, 1.0))
+
+
 def test_ties_are_one_outcome():
     """A foot that touches the ground without speed: free and every closed mode have the same velocity."""
     foot = ClosedContact("foot", np.array([0.0, 1.0]), tangent_row=np.array([1.0, 0.0]))

@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from gaitopt.model import PointContact, RigidLink
+from gaitopt.model import PointContact, PointMass, RigidLink
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.parameters import Parameter
@@ -36,3 +36,19 @@ def rod():
     centre, angle = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("angle")
     tip = centre + ca.vertcat(ca.cos(angle), -ca.sin(angle))
     return assemble_planar("rod", c, bodies=[RigidLink(1.0, centre, 1 / 3, angle)], contacts={"tip": PointContact(tip)})
+
+
+def heel_toe_walker():
+    """Two straight legs with flat feet, each with a heel and a toe."""
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    bodies, contacts = [PointMass(10.0, hip)], {"hip": PointContact(hip, falls=True)}
+    for leg, other in ("ab", "ba"):
+        angle = c.coordinate(leg)
+        down, ahead = ca.vertcat(ca.sin(angle), -ca.cos(angle)), ca.vertcat(ca.cos(angle), ca.sin(angle))
+        bodies.append(RigidLink(2.0, hip + 0.4 * down, 0.1, -angle))
+        armed = angle - c.coordinate(other) - 0.05
+        for name, distance in (("heel", -0.04), ("toe", 0.08)):
+            contacts[f"{name} {leg}"] = PointContact(hip + down + distance * ahead, body=f"foot {leg}", armed=armed)
+    mirror = {"a": "b", "heel a": "heel b", "toe a": "toe b"}
+    return assemble_planar("heel-toe walker", c, bodies=bodies, contacts=contacts, mirror=mirror)

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Stop, compass_biped, rimless_wheel, simulate
+from gaitopt import Mode, Stop, compass_biped, rimless_wheel, simulate
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, spoked_wheel, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
@@ -162,6 +162,64 @@ def test_a_box_that_falls_back_closes_both_corners():
     assert landing.v_plus[2] / landing.v_minus[2] == pytest.approx(1 - 1.5 * np.sin(np.arctan(1 / 3)) ** 2, abs=1e-10)
 
 
+def test_a_rocking_box_comes_to_rest_after_infinitely_many_impacts():
+    """The rate falls by a constant ratio at every impact; the last impacts close both corners."""
+    robot, parameters = box(), {"friction": 5.0}
+    q, v = place_planar(robot, {"x": 0, "angle": 0.05}, {"angle": 0}, parameters, on=["front"])
+    rollout = simulate_planar(robot, q, v, parameters, duration=3.0)
+    impacts = [event for event in rollout.motion.events if event.is_impact]
+    ratios = [event.v_plus[2] / event.v_minus[2] for event in impacts[:10]]
+    assert ratios == pytest.approx([1 - 1.5 * np.sin(np.arctan(1 / 3)) ** 2] * 10, abs=1e-9)
+    assert rollout.stop is Stop.DURATION_DONE
+    assert rollout.motion.segments[-1].state.closed == ("rear", "front")
+    assert 30 < len(impacts) < 120
+    assert rollout.end.v == pytest.approx(np.zeros(3), abs=1e-12)
+    assert rollout.end.q[1:] == pytest.approx([0.3, 0], abs=1e-11)
+    assert rollout.motion.ledger().relative_residual < 1e-9
+
+
+def test_forces_that_grow_without_bound_end_the_motion():
+    """A sliding foot whose force diverges before its slip ends or its well-posedness is lost."""
+    robot, parameters = kneed_walker(), {"friction": 3.0, "slope": 0.4}
+    q = [-0.0916317366, 0.9435758760, 0.2479142265, 0.7041315168, -0.4123456544, 0.0158091562]
+    v = [-0.1361059398, 0.0027994264, -0.0054863118, 0.0898739789, -0.0914790352, -0.0625906524]
+    rollout = simulate_planar(robot, q, v, parameters, duration=1.5)
+    assert rollout.stop is Stop.PAINLEVE
+    assert rollout.motion.force("foot A")[1][1, -1] > 1e3 * 1.6 * 9.81
+
+
+@pytest.mark.parametrize(("speed", "mode"), [(0.0, "stick"), (2.0, "slip+")])
+def test_contacts_that_close_together_are_one_event(speed, mode):
+    """A level box falls on both corners; its impulse is shared, and friction acts on the sum."""
+    robot, parameters, height = box(), {"friction": 0.2}, 0.1
+    rollout = simulate_planar(robot, [0, 0.3 + height, 0], [speed, 0, 0], parameters, duration=0.2)
+    (landing,) = (event for event in rollout.motion.events if event.is_impact)
+    assert landing.names == ("rear closes", "front closes")
+    assert {landing.outcome.mode("rear"), landing.outcome.mode("front")} == {Mode(mode)}
+    normal = np.sqrt(2 * 9.81 * height)
+    assert landing.impulse.sum(axis=0) == pytest.approx([-0.2 * normal if speed else 0, normal], abs=1e-9)
+    assert rollout.end.v[1:] == pytest.approx([0, 0], abs=1e-11)
+    fallen = np.sqrt(2 * height / 9.81)
+    assert rollout.end.v[0] == pytest.approx(max(0, speed - 0.2 * normal - 0.2 * 9.81 * (0.2 - fallen)), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("friction", "outcome", "rate"),
+    [(0.9, {"spoke 0": "free", "spoke 1": "stick"}, "beta"), (0.2, {"spoke 0": "free", "spoke 1": "slip+"}, "slip")],
+)
+def test_the_wheel_leaves_its_rear_spoke_by_sticking_or_slipping_at_the_front_one(friction, outcome, rate):
+    """Rate ratio (cos 2a + kappa) / (1 + kappa), or (kappa - S) / (kappa + S) with S = sin a (sin a - mu cos a)."""
+    wheel, half, kappa = spoked_wheel(8), np.pi / 8, 1 / 3
+    parameters = {"friction": friction, "slope": 0.0}
+    q, v = place_planar(wheel, {"x": 0, "theta": half}, {"theta": 1.0}, parameters, on=["spoke 0"])
+    contacts = PlanarAutomaton(wheel, wheel.resolve(parameters)).events.contacts(())
+    result = contacts.impact(q, v, [0, 1], frozenset())
+    share = np.sin(half) * (np.sin(half) - friction * np.cos(half))
+    expected = {"beta": (np.cos(2 * half) + kappa) / (1 + kappa), "slip": (kappa - share) / (kappa + share)}[rate]
+    assert {name: mode.value for name, mode in result.modes.items()} == outcome
+    assert result.velocity_plus[2] == pytest.approx(expected, abs=1e-12)
+
+
 def test_static_friction_delays_the_onset_of_slip():
     robot = box()
     q, v = place_planar(robot, {"x": 0.0}, {}, {}, on=["rear", "front"])
@@ -197,7 +255,7 @@ def test_named_stops():
     q, v = place_planar(COMPASS, {"x": 0, "a": 0.2, "b": 0.1}, {"a": 0.0, "b": 0.0}, {}, on=["foot A"])
     fall = simulate_planar(COMPASS, q, v, {"friction": 0.5}, duration=20.0)
     assert fall.stop is Stop.FELL
-    fall = simulate_planar(monopod(), [0, 0, 0, 0, 0.5], np.zeros(5), {})
+    fall = simulate_planar(monopod(), [0, 0, 0, np.pi / 2, 0.5], np.zeros(5), {})
     assert (fall.stop, fall.motion.segments) == (Stop.FELL, ())
     lift = simulate_planar(COMPASS, *compass_state(-0.2, (2.0, 1.0)), {}, duration=2.0)
     assert lift.stop is Stop.INCONSISTENT  # infinite friction pulls at the foot that lifts off
@@ -227,6 +285,22 @@ def test_kneed_walker_that_is_not_latched_bends_its_stance_knee():
     assert "latched" not in free.motion.sequence
 
 
+def test_contacts_that_start_below_the_ground_are_rejected():
+    with pytest.raises(InputError, match=r"'foot' starts below the ground: its gap must be at least 0, got -0\.1"):
+        simulate_planar(monopod(), [0, 0.5, 0, 0, 0.6], np.zeros(5), {})
+    with pytest.raises(InputError, match=r"'full length' starts beyond its limit"):
+        simulate_planar(vertical_hopper(), [0.8, 0.2], [0, 0], {})
+    swing = place_planar(COMPASS, {"x": 0, "a": -0.1, "b": 0.05}, {"a": -1, "b": 1}, {}, on=["foot A"])
+    assert simulate_planar(COMPASS, *swing, {}, duration=0.01).stop is Stop.DURATION_DONE
+
+
+@pytest.mark.parametrize("gap", [-1e-10, 0.0, 1e-10])
+def test_a_contact_that_touches_and_approaches_at_the_beginning_closes_at_once(gap):
+    rollout = simulate_planar(monopod(), [0, 0.6 + gap, 0, 0, 0.6], [0.1, -1, 0, 0, 0], {"friction": 1}, duration=0.01)
+    assert rollout.motion.events[0].names == ("foot closes",)
+    assert rollout.motion.events[0].time == 0
+
+
 def test_invalid_arguments_are_rejected():
     robot = vertical_hopper()
     with pytest.raises(InputError, match=r"q needs 2 finite entries \(body, foot\), got \[1.0\]"):
@@ -234,11 +308,13 @@ def test_invalid_arguments_are_rejected():
     with pytest.raises(InputError, match="v needs numbers"):
         simulate_planar(robot, [1, 0], "fast", {})
     with pytest.raises(InputError, match=r"no parameter 'frction'\. Did you mean 'friction'"):
-        simulate_planar(robot, [1, 0], [0, 0], {"frction": 1})
+        simulate_planar(robot, [0.5, 0], [0, 0], {"frction": 1})
     with pytest.raises(InputError, match="has no contact 'knee'"):
-        simulate_planar(robot, [1, 0], [0, 0], {}, latched=("knee",))
+        simulate_planar(robot, [0.5, 0], [0, 0], {}, latched=("knee",))
     with pytest.raises(InputError, match="torque of 'vertical_hopper' must be a Function"):
-        simulate_planar(robot, [1, 0], [0, 0], {}, torque=ca.Function("f", [ca.SX.sym("t")], [0]))
+        simulate_planar(robot, [0.5, 0], [0, 0], {}, torque=ca.Function("f", [ca.SX.sym("t")], [0]))
+    with pytest.raises(InputError, match="An event must be one of sole, full length followed by"):
+        simulate_planar(robot, [0.5, 0], [0, 0], {}, until="sole lands")
     with pytest.raises(InputError, match="has no coordinate 'hip'"):
         place_planar(robot, {"hip": 1}, {}, {}, on=["sole"])
     with pytest.raises(InputError, match="does not stand on sole, full length with"):

@@ -5,18 +5,22 @@ independently of this package, twice: with hand-written equations of motion and 
 integrator.  Those of the hopper follow from a closed form.
 """
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from gaitopt import compass_biped
 from gaitopt.errors import InputError
-from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, round_foot_walker, vertical_hopper
+from gaitopt.model import check_planar, compass_with_two_feet, kneed_walker, monopod, round_foot_walker, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import follow
 from gaitopt.stability import find_planar_cycle
 from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivative
+from gaitopt.stability.planar_gaits.planar_section import PlanarSection
+from tests.simulation.planar_examples import heel_toe_walker
 
 ROUND_FEET = {
     "z": (0.1894382832527, -0.2390109878129, -0.1876139814681),
@@ -137,7 +141,9 @@ def test_the_derivative_of_a_step_agrees_with_differences(robot, reference):
 def test_a_state_that_does_not_reach_the_section_is_rejected():
     robot = round_foot_walker()
     q, v = begin(robot, (0.19, -0.5, -0.2), {})
-    with pytest.raises(InputError, match="does not reach the event 'foot C closes': No contact modes"):
+    with pytest.raises(InputError, match="does not reach the event 'foot B slip-': No contact modes"):
+        find_planar_cycle(robot, q, v, {}, section="foot B slip-")
+    with pytest.raises(InputError, match="must be one of foot A, foot B, hip point followed by one of closes, opens"):
         find_planar_cycle(robot, q, v, {}, section="foot C closes")
 
 
@@ -225,3 +231,54 @@ def test_a_torque_that_depends_on_time_enters_the_derivative():
     for unit in np.random.default_rng(2).normal(size=(3, 10)):
         sides = [land_and_leave(start + sign * 1e-6 * unit).end.y for sign in (1, -1)]
         np.testing.assert_allclose(exact @ unit, (sides[0] - sides[1]) / 2e-6, rtol=1e-5, atol=2e-6)
+
+
+HEEL_TOE = {
+    "coordinates": {"x": 0, "a": 0.279, "b": -0.329},
+    "rates": {"a": -1.184, "b": -0.718},
+    "parameters": {"slope": 0.04, "friction": 2.0},
+    "on": ["heel a"],
+    "section": "heel b closes",
+}
+
+
+@pytest.fixture(scope="module")
+def heel_toe_gait():
+    robot, parameters = heel_toe_walker(), HEEL_TOE["parameters"]
+    q, v = place_planar(robot, HEEL_TOE["coordinates"], HEEL_TOE["rates"], parameters, on=HEEL_TOE["on"])
+    return robot, find_planar_cycle(robot, q, v, parameters, section=HEEL_TOE["section"])
+
+
+def test_the_walker_with_heels_and_toes_walks_on_both(heel_toe_gait):
+    robot, gait = heel_toe_gait
+    assert gait.sequence == "heel a stick | toe a stick |"
+    assert [event.names for event in gait.motion.events] == [
+        ("toe a closes", "heel a opens"),
+        ("heel b closes", "toe a opens"),
+    ]
+    gravity = 14 * 9.81 * gait.travel * np.sin(0.04)
+    assert gait.energy.impact_loss == pytest.approx(gravity, rel=1e-10)
+    assert not gait.stable
+    assert check_planar(robot).passed
+
+
+@pytest.mark.parametrize("which", ["heel_toe", "kneed"])
+def test_multipliers_agree_with_differences_of_the_return_map(which, heel_toe_gait, kneed_gait):
+    robot, gait = heel_toe_gait if which == "heel_toe" else (kneed_walker(), kneed_gait)
+    automaton = PlanarAutomaton(robot, gait.parameters)
+    y = np.array([*gait.state.values()])
+    n = robot.n_q
+    first = follow(automaton, automaton.begin(y[:n], y[n:]), duration=5.0, until=gait.section)
+    section = PlanarSection(automaton, first.arcs[-1], first.motion.events[-1], robot.mirror)
+    start = section.exchange(first.end)
+    basis, columns = section.tangent(start.y), []
+    for direction in basis.T:
+        ends = []
+        for sign in (1, -1):
+            near = section.correct(start.y + sign * 1e-6 * direction)
+            state = automaton.events.choose(replace(start, q=near[:n], v=near[n:]), start.closed, start.latched, {})
+            rollout = follow(automaton, state, duration=5.0, until=gait.section)
+            ends.append(section.project(section.exchange(rollout.end).y))
+        columns.append(basis.T @ (ends[0] - ends[1]) / 2e-6)
+    found = np.linalg.eigvals(np.column_stack(columns))
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(gait.multipliers), rtol=1e-5, atol=1e-5)

@@ -134,7 +134,7 @@ def stack_rows(contacts: Sequence[ClosedContact], friction: Friction, n: int) ->
     static, kinetic = np.zeros((len(members), len(names))), np.zeros((len(members), len(names)))
     for group, numbers in enumerate(members):
         for number in numbers:
-            static[group, number], kinetic[group, number] = _coefficients(friction, names[number])
+            static[group, number], kinetic[group, number] = coefficients_of(friction, names[number])
         _require_one_row([contacts[number] for number in numbers])
     first = [contacts[numbers[0]] for numbers in members]
     return ContactRows(
@@ -181,8 +181,14 @@ def _members_of_groups(contacts: Sequence[ClosedContact]) -> tuple[tuple[int, ..
     return tuple(tuple(numbers) for numbers in groups.values())
 
 
-def _coefficients(friction: Friction, name: str) -> tuple[float, float]:
-    """Return the coefficients (static, kinetic) of a contact."""
+def coefficients_of(friction: Friction, name: str) -> tuple[float, float]:
+    """Return the coefficients (static, kinetic) of a contact.
+
+    Raises
+    ------
+    InputError
+        If they are missing or not 0 <= kinetic <= static.
+    """
     if isinstance(friction, Mapping):
         if name not in friction:
             raise InputError(f"friction has no entry for contact {name!r}; it has {', '.join(friction) or 'none'}.")

@@ -26,9 +26,9 @@ class Contact(ABC):
         Whether the robot has fallen as soon as this contact touches the ground.
     """
 
-    body: str
-    armed: ca.SX | None
-    falls: bool
+    body: str = ""
+    armed: ca.SX | None = None
+    falls: bool = False
 
     @property
     @abstractmethod

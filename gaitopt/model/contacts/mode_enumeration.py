@@ -13,82 +13,32 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ContactRows
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_table import ModeTable
 
 TOLERANCE = 1e-10
-"""Largest violation of an inequality, relative to the largest velocity or force."""
+"""Largest violation of an inequality, relative to the size of the motion or the largest force."""
 ROUNDING = 1e-13
-"""Violations up to this value, relative to the largest velocity or force, are rounding errors."""
+"""Violations up to this value, relative to the size of the motion or the largest force, are rounding errors."""
 SAME = 1e-7
-"""Largest difference of the contact velocities of two combinations with the same motion, relative to the largest."""
+"""Largest difference of the contact velocities of two combinations with the same motion, relative to its size."""
 DEPENDENT = 1e-12
 """Smallest square of the distance of a row of length 1 from the span of the others; below, the rows are dependent."""
 
 
 class ConsistentMotion(NamedTuple):
-    """The consistent combinations of modes with the same motion.
+    """The consistent combinations of modes with the same motion; the first one represents it.
 
     Attributes
     ----------
-    numbers : tuple of int
-        Their numbers in the table; the first one represents the motion.
+    combinations : tuple of tuples of Mode
     forces : tuple of (k + m,) arrays
-        Normal forces or impulses of the contacts, then tangential ones of the groups, scaled.
+        Normal forces or impulses of the contacts, then tangential ones of the groups.
     """
 
-    numbers: tuple[int, ...]
-    forces: tuple[np.ndarray, ...]
-
-    def represent_without(self, refused: Sequence[bool]) -> "ConsistentMotion":
-        """Return the motion represented by its first combination that is not refused, if there is one."""
-        order = sorted(range(len(self.numbers)), key=lambda index: refused[self.numbers[index]])  # stable
-        return ConsistentMotion(
-            tuple(self.numbers[index] for index in order), tuple(self.forces[index] for index in order)
-        )
-
-
-class ContactSpace:
-    """The mobility of contacts and their velocities, scaled to mobilities of 1.
-
-    Parameters
-    ----------
-    mass_matrix : (n, n) array
-    rows : ContactRows
-    load : (n,) array
-        Generalized force; its acceleration is :attr:`free`.
-
-    Raises
-    ------
-    InputError
-        If the mass matrix is not positive definite, or a row is zero.
-    """
-
-    def __init__(self, mass_matrix: np.ndarray, rows: ContactRows, load: np.ndarray) -> None:
-        self.matrix = np.concatenate((rows.normals, rows.tangents))
-        try:
-            columns = np.linalg.solve(mass_matrix, np.concatenate((self.matrix, load[None])).T)
-        except np.linalg.LinAlgError:
-            raise InputError("The mass matrix is singular; every coordinate needs a mass or an inertia.") from None
-        self.per_force, self.free = columns[:, :-1], columns[:, -1]
-        mobility = self.matrix @ self.per_force
-        diagonal = mobility.diagonal()
-        if not (diagonal > 0).all():
-            raise InputError(
-                "The mobility W M^-1 W' of every contact row must be positive, got "
-                f"{', '.join(f'{value:g}' for value in diagonal)}: "
-                "the mass matrix must be positive definite and no row zero."
-            )
-        self.scale = 1 / np.sqrt(diagonal)
-        self.mobility = mobility * np.outer(self.scale, self.scale)
-
-    def state_problem(self, rows: ContactRows, constant: np.ndarray, fresh: np.ndarray) -> "CoulombProblem":
-        """Return the complementarity problem with the contact velocities or accelerations `constant` without forces."""
-        k = len(rows.normals)
-        ratio = self.scale[:k] / self.scale[k:, None]
-        kinetic = np.where(np.isinf(rows.kinetic), 0.0, rows.kinetic)
-        return CoulombProblem(self.mobility, constant * self.scale, rows.static * ratio, kinetic * ratio, fresh)
+    combinations: tuple[tuple[Mode, ...], ...]
+    forces: tuple[Sequence[float] | np.ndarray, ...]
 
 
 class CoulombProblem(NamedTuple):
@@ -100,17 +50,45 @@ class CoulombProblem(NamedTuple):
         G, with ones on its diagonal.
     constant : (N,) array
         c, the contact velocities without forces.
+    scale : (N,) array
+        Forces per scaled force.
     static, kinetic : (m, k) arrays
         Coefficients of friction; an infinite kinetic one is replaced by 0, as its groups do not slip.
     fresh : (m,) bool array
         Groups at rest, whose direction of slip is to be determined; the others have theirs by their velocity.
+    size : float
+        Norm of the acceleration or velocity without contact forces, sqrt(a' M a), at least as large as its parts at
+        the contacts.
     """
 
     mobility: np.ndarray
     constant: np.ndarray
+    scale: np.ndarray
     static: np.ndarray
     kinetic: np.ndarray
     fresh: np.ndarray
+    size: float
+
+
+def scale_problem(
+    rows: ContactRows, mobility: np.ndarray, constant: np.ndarray, fresh: np.ndarray, size: float
+) -> CoulombProblem:
+    """Return the problem with mobilities of 1.
+
+    Parameters
+    ----------
+    rows : ContactRows
+    mobility : (N, N) array
+    constant : (N,) array
+    fresh : (m,) bool array
+    size : float
+        Norm of the acceleration or velocity without contact forces, sqrt(a' M a).
+    """
+    scale = 1 / np.sqrt(mobility.diagonal())
+    ratio = scale[: len(rows.normals)] / scale[len(rows.normals) :, None]
+    kinetic = np.where(np.isinf(rows.kinetic), 0.0, rows.kinetic)
+    scaled = mobility * np.outer(scale, scale)
+    return CoulombProblem(scaled, constant * scale, scale, rows.static * ratio, kinetic * ratio, fresh, size)
 
 
 def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[ConsistentMotion]:
@@ -125,14 +103,16 @@ def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[Consisten
     table : ModeTable
     """
     independent = _are_independent(problem.mobility)
-    force = _solve_all(problem, table, independent)
+    try:
+        force = _solve_all(problem, table, independent)
+    except np.linalg.LinAlgError:  # at the limit of a jam
+        independent = False
+        force = _solve_all(problem, table, independent)
     velocity = problem.constant + force @ problem.mobility
-    size = np.maximum(np.abs(problem.constant).max(initial=0.0), np.abs(force).max(axis=1, initial=0.0))
+    size = np.maximum(np.abs(problem.constant).max(initial=problem.size), np.abs(force).max(axis=1, initial=0.0))
     margin = _margins(problem, table, force, velocity)
-    residual = np.abs(velocity * table.fixed).max(axis=1, initial=0.0)
-    accepted = np.flatnonzero((margin >= -TOLERANCE * size) & (residual <= 10 * TOLERANCE * size))
     motions: list[list[int]] = []
-    for number in accepted.tolist():
+    for number in np.flatnonzero(margin >= -TOLERANCE * size).tolist():
         for motion in motions:
             if np.abs(velocity[number] - velocity[motion[0]]).max() <= SAME * size[number]:
                 motion.append(number)
@@ -143,26 +123,28 @@ def enumerate_modes(problem: CoulombProblem, table: ModeTable) -> list[Consisten
     violated = (margin < -ROUNDING * size).tolist()
     for motion in motions:
         motion.sort(key=lambda number: (violated[number], table.rank[number], norm.item(number)))
-    return [ConsistentMotion(tuple(motion), tuple(force[motion])) for motion in motions]
+    return [
+        ConsistentMotion(tuple(table.modes[number] for number in motion), tuple(force[motion] * problem.scale))
+        for motion in motions
+    ]
 
 
 def _solve_all(problem: CoulombProblem, table: ModeTable, independent: bool) -> np.ndarray:
     """Return the forces of every combination, shape (C, N).
 
-    If the rows are dependent, the forces have the least norm of all solutions: the least sum of f_i^2 G_ii.
+    If the rows are dependent, the forces have the least norm of all solutions, the least sum of f_i^2 G_ii; without a
+    solution they are nan.
     """
-    mobility, size = problem.mobility, len(problem.constant)
-    k = size - table.slip.shape[1]
-    fixed = table.fixed[:, :, None]
-    matrix = fixed * mobility + (1 - fixed) * np.eye(size)
+    k = table.closed.shape[1]
+    matrix = table.fixed[:, :, None] * problem.mobility + table.free
     matrix[:, k:, :k] += table.slip[:, :, None] * problem.kinetic
     right = -table.fixed * problem.constant
     if independent:
-        try:
-            return np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
-        except np.linalg.LinAlgError:  # at the limit of a jam
-            pass
-    return (np.linalg.pinv(matrix, rcond=DEPENDENT) @ right[:, :, None])[:, :, 0]
+        return np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    force = (np.linalg.pinv(matrix, rcond=DEPENDENT) @ right[:, :, None])[:, :, 0]
+    residual = np.abs((matrix @ force[:, :, None])[:, :, 0] - right).max(axis=1)
+    force[residual > 10 * TOLERANCE * np.maximum(problem.size, np.abs(force).max(axis=1))] = np.nan
+    return force
 
 
 def _are_independent(mobility: np.ndarray) -> bool:

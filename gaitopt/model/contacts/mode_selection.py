@@ -8,16 +8,10 @@ from types import MappingProxyType
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.contacts.closed_contact import (
-    ClosedContact,
-    ContactRows,
-    Friction,
-    share_forces,
-    stack_rows,
-)
+from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, coefficients_of
+from gaitopt.model.contacts.contact_motions import find_motions
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.mode_enumeration import ConsistentMotion, ContactSpace, enumerate_modes
-from gaitopt.model.contacts.mode_table import AT_REST, INSEPARABLE, GroupOptions, ModeTable, tabulate_modes
+from gaitopt.model.contacts.mode_enumeration import ConsistentMotion
 
 
 class Determinacy(Enum):
@@ -158,95 +152,46 @@ def select_modes(
     {'rear': 'free', 'front': 'stick'}
     {'rear': 'slip+', 'front': 'slip+'}
     """
-    rows = stack_rows(contacts, friction, len(force))
-    space = ContactSpace(mass_matrix, rows, -np.asarray(force, dtype=float))
-    signs = _slip_signs(contacts, rows)
-    table = tabulate_modes(tabulate_options(rows, signs), stops_of(contacts))
-    constant = space.matrix @ space.free + np.concatenate((rows.normal_bias, rows.tangent_bias))
-    problem = space.state_problem(rows, constant, np.array([sign == 0 for sign in signs], dtype=bool))
-    motions = enumerate_modes(problem, table)
-    names = [contact.name for contact in contacts]
+    found = find_motions(mass_matrix, contacts, friction, force=force)
+    motions = found.motions
     if ended:
-        motions = _prefer_changes(motions, table, [ended.get(name) for name in names])
+        motions = _prefer_changes(motions, [ended.get(contact.name) for contact in contacts])
     if len(motions) > 1:
-        motions = _prefer_sticking(motions, table, rows, problem.fresh)
+        motions = _prefer_sticking(motions, contacts, friction)
     candidates = []
     for motion in motions:
-        forces = space.scale * motion.forces[0]
-        tied = tuple(dict(zip(names, table.modes[number], strict=True)) for number in motion.numbers)
-        acceleration = space.free + space.per_force @ forces
-        candidates.append(ModeCandidate(tied[0], acceleration, share_forces(names, rows, forces), tied))
+        tied = found.name_modes(motion)
+        candidates.append(ModeCandidate(tied[0], found.evaluate(motion), found.share_forces(motion), tied))
     return ModeChoice(Determinacy.of(len(candidates)), tuple(candidates))
 
 
-def _slip_signs(contacts: Sequence[ClosedContact], rows: ContactRows) -> list[int]:
-    """Return the direction of slip of each group, 0 at rest.
+def _prefer_changes(motions: list[ConsistentMotion], ended: Sequence[Mode | None]) -> list[ConsistentMotion]:
+    """Return the motions without modes that have just ended, if there are such motions."""
 
-    Raises
-    ------
-    InputError
-        If the members of a group move in different directions, or a group with infinite friction moves.
-    """
-    signs = []
-    for members, kinetic in zip(rows.members, rows.kinetic, strict=True):
-        of_group = {1 if contacts[i].slip_speed > 0 else -1 for i in members if contacts[i].moves}
-        described = ", ".join(f"{contacts[i].name!r}: {contacts[i].slip_speed:g}" for i in members)
-        if len(of_group) > 1:
-            raise InputError(f"The contacts of a group must slip in the same direction, got {described} [m/s].")
-        if of_group and np.isinf(kinetic).any():
-            raise InputError(f"Contacts with infinite friction must have slip speeds of 0, got {described} [m/s].")
-        signs.append(sum(of_group))
-    return signs
+    def persists(modes: tuple[Mode, ...]) -> bool:
+        pairs = zip(modes, ended, strict=True)
+        return any(mode is end or (end is Mode.CLOSED and mode is not Mode.FREE) for mode, end in pairs)
 
-
-def tabulate_options(rows: ContactRows, signs: Sequence[int]) -> tuple[GroupOptions, ...]:
-    """Return the options of each group from its direction of slip, 0 at rest."""
-    infinite = np.isinf(rows.kinetic).any(axis=1).tolist()
-    return tuple(
-        GroupOptions(members, (sign,) if sign else INSEPARABLE if rough else AT_REST)
-        for members, sign, rough in zip(rows.members, signs, infinite, strict=True)
-    )
-
-
-def stops_of(contacts: Sequence[ClosedContact]) -> tuple[tuple[int, bool], ...]:
-    """Return the numbers of the joint stops, and whether each is latched."""
-    return tuple((number, contact.latched) for number, contact in enumerate(contacts) if contact.is_stop)
+    changed: list[ConsistentMotion] = []
+    others: list[ConsistentMotion] = []
+    for motion in motions:
+        order = sorted(zip(motion.combinations, motion.forces, strict=True), key=lambda pair: persists(pair[0]))
+        represented = ConsistentMotion(*map(tuple, zip(*order, strict=True)))
+        (others if persists(represented.combinations[0]) else changed).append(represented)
+    return changed or others
 
 
 def _prefer_sticking(
-    motions: list[ConsistentMotion], table: ModeTable, rows: ContactRows, fresh: np.ndarray
+    motions: list[ConsistentMotion], contacts: Sequence[ClosedContact], friction: Friction
 ) -> list[ConsistentMotion]:
     """Return the motions without those in which a contact slips that may stick by its higher static friction."""
-    reluctant = {
-        number
-        for members, rests, static, kinetic in zip(rows.members, fresh, rows.static, rows.kinetic, strict=True)
-        if rests
-        for number in members
-        if static[number] > kinetic[number]
-    }
+    pairs = [(1.0, 1.0) if contact.is_stop else coefficients_of(friction, contact.name) for contact in contacts]
+    combinations = [modes for motion in motions for modes in motion.combinations]
 
-    def sticks_instead(modes: tuple[Mode, ...], others: tuple[Mode, ...]) -> bool:
+    def may_stick(modes: tuple[Mode, ...], others: tuple[Mode, ...]) -> bool:
         changes = [(i, a, b) for i, (a, b) in enumerate(zip(modes, others, strict=True)) if a is not b]
-        return bool(changes) and all(i in reluctant and a.slips and b is Mode.STICK for i, a, b in changes)
+        return bool(changes) and all(pairs[i][0] > pairs[i][1] and a.slips and b is Mode.STICK for i, a, b in changes)
 
-    combinations = [table.modes[number] for motion in motions for number in motion.numbers]
     return [
-        motion
-        for motion in motions
-        if not any(sticks_instead(table.modes[motion.numbers[0]], others) for others in combinations)
+        motion for motion in motions if not any(may_stick(motion.combinations[0], others) for others in combinations)
     ]
-
-
-def _prefer_changes(
-    motions: list[ConsistentMotion], table: ModeTable, ended: Sequence[Mode | None]
-) -> list[ConsistentMotion]:
-    """Return the motions without modes that have just ended, if there are such motions."""
-    refused = [
-        any(
-            mode is end or (end is Mode.CLOSED and mode is not Mode.FREE)
-            for mode, end in zip(modes, ended, strict=True)
-        )
-        for modes in table.modes
-    ]
-    motions = [motion.represent_without(refused) for motion in motions]
-    return [motion for motion in motions if not refused[motion.numbers[0]]] or motions

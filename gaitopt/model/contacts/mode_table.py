@@ -49,6 +49,8 @@ class ModeTable(NamedTuple):
         Direction +1 or -1 of groups that slip, otherwise 0.
     fixed : (C, k + m) float array
         1 for the rows y_i = 0.
+    free : (C, k + m, k + m) array
+        Diagonal matrices with 1 for the other rows.
     rank : tuple of C (int, int)
         Order of preference among combinations with the same motion: most closed, then most sticking contacts.
     """
@@ -59,6 +61,7 @@ class ModeTable(NamedTuple):
     sticks: np.ndarray
     slip: np.ndarray
     fixed: np.ndarray
+    free: np.ndarray
     rank: tuple[tuple[int, int], ...]
 
 
@@ -127,4 +130,5 @@ def _table_of(combinations: tuple[tuple[Mode, ...], ...], groups: tuple[GroupOpt
             slip[row, column] = sum(mode.sign for mode in of_group)
     latched = np.array([mode is Mode.LATCHED for mode in combinations[0]], dtype=bool)
     fixed = np.concatenate((closed, sticks), axis=1).astype(float)
-    return ModeTable(combinations, closed, latched, sticks, slip, fixed, tuple(map(_rank, combinations)))
+    free = (1 - fixed[:, :, None]) * np.eye(fixed.shape[1])
+    return ModeTable(combinations, closed, latched, sticks, slip, fixed, free, tuple(map(_rank, combinations)))

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, share_forces, stack_rows
+from gaitopt.model.contacts.closed_contact import ClosedContact, Friction
+from gaitopt.model.contacts.contact_motions import find_motions
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.mode_enumeration import ContactSpace, enumerate_modes
-from gaitopt.model.contacts.mode_selection import Determinacy, stops_of, tabulate_options
-from gaitopt.model.contacts.mode_table import tabulate_modes
+from gaitopt.model.contacts.mode_selection import Determinacy
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,19 +133,9 @@ def solve_multicontact_impact(
     >>> float(outcome.velocity_plus[2].round(12)), float(((np.cos(2 * np.pi / 5) + 0.5) / 1.5).round(12))
     (0.539344662917, 0.539344662917)
     """
-    before = np.asarray(velocity_minus, dtype=float)
-    rows = stack_rows(contacts, friction, len(before))
-    space = ContactSpace(mass_matrix, rows, np.zeros(len(before)))
-    rows = rows._replace(static=rows.kinetic)
-    table = tabulate_modes(tabulate_options(rows, [0] * len(rows.members)), stops_of(contacts))
-    approach = space.matrix @ before
-    problem = space.state_problem(rows, approach, np.ones(len(rows.members), dtype=bool))
-    names, candidates = [contact.name for contact in contacts], []
-    for motion in enumerate_modes(problem, table):
-        impulse = space.scale * motion.forces[0]
-        change = space.per_force @ impulse
-        lost = -float(impulse @ (approach + space.matrix @ change / 2))
-        tied = tuple(dict(zip(names, table.modes[number], strict=True)) for number in motion.numbers)
-        shared = share_forces(names, rows, impulse)
-        candidates.append(ImpactCandidate(tied[0], shared, before + change, lost, tied))
+    found, candidates = find_motions(mass_matrix, contacts, friction, velocity=velocity_minus), []
+    for motion in found.motions:
+        impulse, tied = np.asarray(motion.forces[0]), found.name_modes(motion)
+        lost = -float(impulse @ (found.response.constant + found.response.mobility @ impulse / 2))
+        candidates.append(ImpactCandidate(tied[0], found.share_forces(motion), found.evaluate(motion), lost, tied))
     return ImpactOutcome(Determinacy.of(len(candidates)), tuple(candidates))

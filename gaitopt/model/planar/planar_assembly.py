@@ -161,7 +161,7 @@ def _entry(robot: str, name: str, part: AnyContact, contacts: Mapping[str, AnyCo
             f"Robot {robot!r}: contact {name!r} must be a PointContact, an ArcContact or a JointStop, got {part!r}."
         )
     kind, slides = "arc" if isinstance(part, ArcContact) else "point", ca.jacobian(part.slide, q).nnz() > 0
-    return ContactEntry(name, kind, slides, part.body or name, part.falls)
+    return ContactEntry(name, kind, slides, part.body or name, part.falls, part.armed is not None)
 
 
 def _read_release(

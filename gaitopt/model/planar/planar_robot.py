@@ -29,6 +29,8 @@ class ContactEntry:
         Rigid body; closed contacts of one body share the slip direction and the tangential force.
     falls : bool
         Whether the robot has fallen as soon as the contact closes.
+    conditional : bool
+        Whether the contact closes only while it is armed.
     latched : bool
         Whether a stop holds in both directions once it has closed.
     released_by : tuple of (str, bool) or None
@@ -45,6 +47,7 @@ class ContactEntry:
     slides: bool
     body: str = ""
     falls: bool = False
+    conditional: bool = False
     latched: bool = False
     released_by: tuple[str, bool] | None = None
 

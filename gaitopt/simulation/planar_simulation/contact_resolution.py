@@ -9,13 +9,15 @@ from gaitopt.model.contacts.closed_contact import ClosedContact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import ModeChoice, select_modes
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome, solve_multicontact_impact
-from gaitopt.model.contacts.well_posedness import is_well_posed
+from gaitopt.model.contacts.slip_well_posedness import is_well_posed
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 
 AT_REST = 1e-10
 """Slip speeds below this value [m/s] count as rest after an event."""
+JAM_MARGIN = 1e-6
+"""Sliding ends where its determinant relative to that without friction is smaller: the forces become unbounded."""
 
 
 class ContactKinematics(NamedTuple):
@@ -76,6 +78,14 @@ class ContactResolution:
             if abs(kinematics.gap[i]) <= tolerance and kinematics.normal_speed[i] < -tolerance and armed[i] > 0
         ]
 
+    def close_gaps(self, q: Array, v: Array, tolerance: float) -> Array:
+        """Return the nearest coordinates at which gaps below a tolerance are zero."""
+        for _ in range(2):
+            parts = self.kinematics(q, v)
+            small = np.abs(parts.gap) <= tolerance
+            q = q - np.linalg.lstsq(parts.normal[small], parts.gap[small], rcond=1e-9)[0] if small.any() else q
+        return q
+
     def impact(self, q: Array, v: Array, contacts: Iterable[int], latched: frozenset[int]) -> ImpactOutcome:
         """Return the outcome of the impact of closed and closing contacts."""
         mass_matrix = self._mass_matrix(q, v)
@@ -95,7 +105,17 @@ class ContactResolution:
         """Return whether the forces of closed contacts in given modes are determined."""
         latched = frozenset(i for i in contacts if modes[self.robot.contact_names[i]] is Mode.LATCHED)
         rows = self._rows_of(q, v, contacts, latched)
-        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes)
+        return is_well_posed(self._mass_matrix(q, v), rows, self.friction, modes, margin=JAM_MARGIN)
+
+    def stop_motion(self, q: Array, v: Array, contacts: list[int], sticking: list[int]) -> Array:
+        """Return the nearest velocity with which contacts do not separate and some of them do not slip.
+
+        The distance is measured by the mass matrix.
+        """
+        parts = self.kinematics(q, v)
+        rows = np.vstack([parts.normal[contacts], parts.tangent[sticking]])
+        spread = np.linalg.solve(self._mass_matrix(q, v), rows.T)
+        return v - spread @ np.linalg.lstsq(rows @ spread, rows @ v, rcond=1e-12)[0]
 
     def _mass_matrix(self, q: Array, v: Array) -> Array:
         n = self.robot.n_q

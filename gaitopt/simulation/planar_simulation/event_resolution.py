@@ -18,14 +18,14 @@ from gaitopt.simulation.planar_simulation.guard_watch import JAMS, ZERO
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
+REST_NORMAL = 1e-5
+"""Normal speed [m/s] below which a contact does not separate in an impact: it would rise by less than 1e-11 m."""
+
 MAX_ROUNDS = 5
 """Largest number of times the modes of one instant are chosen again because a stop is released."""
 
 UNDETERMINED = {Determinacy.AMBIGUOUS: Stop.AMBIGUOUS, Determinacy.INCONSISTENT: Stop.INCONSISTENT}
 """Reasons of a stop if modes or impact are not unique."""
-
-AT_REST = 1e-7
-"""Normal speed [m/s] below which a contact without impulse does not leave in an impact: its force decides."""
 
 APPROACH = 1e-6
 """Acceleration [m/s^2] towards the ground of a contact without force that is due to rounding."""
@@ -85,10 +85,8 @@ class EventResolution:
             outcome = self.contacts(before.extended).impact(q, v, touching, latched)
             if outcome.status is not Determinacy.UNIQUE:
                 return UNDETERMINED[outcome.status]
-            state = replace(state, v=outcome.velocity_plus)
-            speed = self.contacts(before.extended).kinematics(q, state.v).normal_speed
-            impulsive = {i for i in touching if outcome.modes[robot.contact_names[i]] is not Mode.FREE}
-            touching = [i for i in touching if i in impulsive or abs(speed[i]) <= AT_REST]
+            v_plus, touching = self._close_slow(state, outcome, touching)
+            state = replace(state, v=v_plus)
         was_closed = {*before.closed, *closing}
         if kind.name == "opens" and not closing and self._leaves(state, kind.number, latched):
             touching.remove(kind.number)
@@ -120,6 +118,20 @@ class EventResolution:
         closing = self.contacts(state.extended).closing(state.q, state.v, free, ZERO)
         return closing if kind.name != "closes" or kind.number in closing else [*closing, kind.number]
 
+    def _close_slow(self, state: PlanarState, outcome: ImpactOutcome, touching: list[int]) -> tuple[Array, list[int]]:
+        """Return velocity and closed contacts after an impact.
+
+        Contacts that would separate more slowly than `REST_NORMAL` remain closed: infinitely many impacts in a finite
+        time, as of a rocking block, end in this way.
+        """
+        contacts, names = self.contacts(state.extended), self.robot.contact_names
+        v, free = outcome.velocity_plus, {i for i in touching if outcome.modes[names[i]] is Mode.FREE}
+        speeds = contacts.kinematics(state.q, v).normal_speed
+        slow = {i for i in free if speeds[i] < REST_NORMAL}
+        closed = [i for i in touching if i not in free or i in slow]
+        sticking = [i for i in touching if outcome.modes[names[i]] is Mode.STICK]
+        return (contacts.stop_motion(state.q, v, closed, sticking) if slow else v), closed
+
     def _settle(
         self,
         state: PlanarState,
@@ -149,7 +161,7 @@ class EventResolution:
         if kind.name != "opens":
             body = contacts[kind.number].body
             members = [i for i in before.closed if contacts[i].slides and contacts[i].body == body]
-        return {contacts[i].name: before.modes[i] for i in members}
+        return {contacts[i].name: Mode.CLOSED if kind.name == "opens" else before.modes[i] for i in members}
 
     def _event(
         self,
@@ -172,7 +184,7 @@ class EventResolution:
             v_plus=after.v,
             impulse=np.array([impulse.get(name, (0.0, 0.0)) for name in names]),
             outcome=None if outcome is None else self._state_of(outcome.modes),
-            energy_lost=0.0 if outcome is None else outcome.energy_lost,
+            energy_lost=0.0 if outcome is None else self._kinetic(after, v_minus) - self._kinetic(after, after.v),
             switch_work=self._elastic(after, after.extended) - self._elastic(after, before.extended),
         )
 
@@ -189,6 +201,9 @@ class EventResolution:
                 names.append(f"{name} {new.value}")
         switches = zip(self.robot.switches, before.extended, after.extended, strict=True)
         return (*names, *(f"{name} extends" for name, old, new in switches if new and not old))
+
+    def _kinetic(self, state: PlanarState, v: Array) -> float:
+        return float(self.robot.energy(state.q, v, self.robot.vector(self._values))[0])
 
     def _state_of(self, modes: Mapping[str, Mode]) -> ContactState:
         """Return the contact state with some modes; other contacts are free."""

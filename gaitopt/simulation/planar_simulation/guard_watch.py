@@ -10,11 +10,17 @@ from scipy.integrate import DenseOutput
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.event_location import find_dip, find_root
+from gaitopt.simulation.event_location import MAX_HALVINGS, find_dip, find_root
 from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
 
 ZERO = 1e-9
-"""Gaps [m or rad], slip speeds [m/s] and forces relative to the weight below this value count as zero."""
+"""Gaps of a given state [m or rad], slip speeds [m/s] and forces relative to the weight below this value are zero."""
+
+OPENING_GAP = 1e-12
+"""Gap [m or rad] above which a contact that has opened can close again."""
+
+LARGEST_SHIFT = 1e-9
+"""Largest correction of the time of an event [s]; a larger one belongs to a jump of the torque."""
 
 RESOLUTION = 1e-14
 """Accuracy of the time at which the forces of sliding contacts stop being determined [s]."""
@@ -58,7 +64,7 @@ class GuardWatch:
         self._is_well_posed = is_well_posed
         self._phase, self._arming = phase, FastCall(phase.robot.arming, phase.p)
         kinds = phase.equations.guards
-        self._zero = np.array([ZERO * (weight if _is_force(kind) else 1.0) for kind in kinds])
+        self._zero = np.array([_tolerance(kind, weight) for kind in kinds])
         self._previous = phase.guards(t, y)
         self._armed = self._previous > self._zero
         self._passed = np.array([kind.name == "closes" for kind in kinds], dtype=bool)
@@ -94,6 +100,29 @@ class GuardWatch:
         released = all(abs(guards[i]) <= self._zero[i] for i in opening)
         return LocatedGuard(kinds[opening[0]], event.time) if released else event
 
+    def refine(self, begin: float, y: Array, event: LocatedGuard) -> tuple[float, Array]:
+        """Return the time of an event and the state there, to the accuracy of the integrator.
+
+        The dense output is less accurate, so the state is integrated from the beginning of the step, and the time
+        corrected by one Newton step.
+
+        Parameters
+        ----------
+        begin : float [s]
+        y : (n_y,) array
+            State at the beginning of the step of the integrator.
+        event : LocatedGuard
+        """
+        phase, t = self._phase, event.time
+        y = phase.integrate(begin, y, t)
+        if event.kind == JAMS:
+            return t, y
+        number, rates = phase.equations.guards.index(event.kind), phase.rates(t, y)
+        gradient, drift = phase.guard_slope(t, y, number)
+        rate = gradient @ rates[: gradient.size] + drift
+        shift = -phase.guards(t, y)[number] / rate if rate else 0.0
+        return (t + shift, y + shift * rates) if abs(shift) <= LARGEST_SHIFT * (1 + t) else (t, y)
+
     def _find_jam(
         self, is_well_posed: Callable[[Array], bool], dense: DenseOutput, span: tuple[float, float]
     ) -> LocatedGuard | None:
@@ -114,7 +143,7 @@ class GuardWatch:
         _, middle, end = values
         if not self._armed[i]:
             if middle <= zero and end <= zero:
-                return begin if min(middle, end) < -zero and not self._passed[i] else None
+                return None if self._passed[i] or min(middle, end) >= -zero else _find_fall(guard, span, zero)
             self._armed[i], self._passed[i] = True, False
             if middle > zero >= end:
                 begin = middle_time
@@ -131,5 +160,24 @@ class GuardWatch:
         return bool(self._arming(y[:n], y[n : 2 * n])[0][contact] > 0)
 
 
-def _is_force(kind: GuardKind) -> bool:
-    return kind.name in ("opens", "slips+", "slips-")
+def _find_fall(guard: Callable[[float], float], span: tuple[float, float], zero: float) -> float:
+    """Return the time at which a guard that starts at zero and ends negative falls through zero.
+
+    It is the start of the span unless the guard rises above zero first: a contact opens and closes again soon.
+    """
+    negative = positive = span[1]
+    for _ in range(MAX_HALVINGS):
+        positive = (span[0] + positive) / 2
+        value = guard(positive)
+        if value > zero:
+            return find_root(guard, (positive, negative))
+        if value < 0:
+            negative = positive
+    return span[0]
+
+
+def _tolerance(kind: GuardKind, weight: float) -> float:
+    """Return the value below which a guard counts as zero."""
+    if kind.name == "closes":
+        return OPENING_GAP
+    return ZERO * weight if kind.name in ("opens", "slips+", "slips-") else ZERO

@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
+from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
@@ -70,12 +71,21 @@ class PlanarAutomaton:
     def begin(self, q: Array, v: Array, *, latched: tuple[str, ...] | None = None) -> PlanarState | Stop:
         """Return the state at the beginning of a motion, with its contact modes, or the reason why it has none.
 
-        Contacts without gap and normal speed are closed, and no spring is extended.  By default a stop that can be
-        latched is latched if it is closed and the contact that releases it is closed (if released by its opening) or
-        open (if released by its closing).
+        Contacts without gap and normal speed are closed, gaps below 1e-9 become zero, and no spring is extended.  By
+        default a stop that can be latched is latched if it is closed and the contact that releases it is closed (if
+        released by its opening) or open (if released by its closing).
+
+        Raises
+        ------
+        InputError
+            If a contact starts below the ground or beyond its limit.
         """
         robot, extended = self.robot, (False,) * len(self.robot.switches)
-        parts = self.events.contacts(extended).kinematics(q, v)
+        contacts = self.events.contacts(extended)
+        q, v = np.array(q, dtype=float), np.array(v, dtype=float)
+        _check_gaps(robot, contacts.kinematics(q, v).gap)
+        q = contacts.close_gaps(q, v, ZERO)
+        parts = contacts.kinematics(q, v)
         closed = np.flatnonzero((np.abs(parts.gap) <= ZERO) & (np.abs(parts.normal_speed) <= ZERO)).tolist()
         if any(robot.contacts[i].falls for i in closed):
             return Stop.FELL
@@ -84,7 +94,7 @@ class PlanarAutomaton:
         else:
             fixed = frozenset(robot.contact_index(name) for name in latched)
         free = ContactState(tuple((name, Mode.FREE) for name in robot.contact_names))
-        state = PlanarState(0.0, np.array(q, dtype=float), np.array(v, dtype=float), free, extended)
+        state = PlanarState(0.0, q, v, free, extended)
         return self.events.choose(state, sorted({*closed, *fixed}), fixed, {})
 
     def well_posedness(self, state: PlanarState) -> Callable[[Array], bool] | None:
@@ -133,8 +143,20 @@ def _follow(
                 times.append(at)
                 states.append(dense(at))
             if event is not None:
+                if at > dense.t_old:
+                    refined, y = watch.refine(dense.t_old, integrator.y_old, event)
+                    if np.all(np.isfinite(y)) and refined > times[max(len(times) - 2, 0)]:
+                        times[-1], states[-1] = refined, y
                 break
         yield event
+
+
+def _check_gaps(robot: PlanarRobot, gaps: Array) -> None:
+    """Raise InputError if a contact starts below the ground or beyond its limit; one that has to be armed may."""
+    for contact, gap in zip(robot.contacts, gaps.tolist(), strict=True):
+        if gap < -ZERO and not contact.conditional:
+            place = "below the ground" if contact.kind != "stop" else "beyond its limit"
+            raise InputError(f"Contact {contact.name!r} starts {place}: its gap must be at least 0, got {gap:.3g}.")
 
 
 def _is_kept(robot: PlanarRobot, stop: int, closed: list[int]) -> bool:

@@ -87,11 +87,11 @@ class PlanarPhase:
         return forces
 
     def integrate(self, begin: float, y: Array, end: float) -> Array:
-        """Return the state (q, v) at a later time of the same phase, shape (2 n_q,), without event detection."""
-        size = 2 * self.n_q
+        """Return (q, v) or (q, v, works) at a later time of the same phase, without event detection."""
         if end <= begin:
-            return y[:size].copy()
-        integrator = DOP853(lambda t, y: self.rates(t, y)[:size], begin, y[:size], end, rtol=RELATIVE, atol=ABSOLUTE)
+            return y.copy()
+        size = y.size
+        integrator = DOP853(lambda t, y: self.rates(t, y)[:size], begin, y, end, rtol=RELATIVE, atol=ABSOLUTE)
         while integrator.status == "running":
             integrator.step()
         return integrator.y if integrator.status == "finished" else np.full(size, np.nan)

@@ -15,8 +15,11 @@ from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomato
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
-MAX_EVENTS = 500
+MAX_EVENTS = 10_000
 """Largest number of events of one simulation."""
+
+HAPPENINGS = ("closes", "opens", "stick", "slip+", "slip-", "released", "extends")
+"""Second part of the name of an event."""
 
 INSTANT, MAX_SIMULTANEOUS = 1e-12, 20
 """Time [s] within which events are simultaneous, and their largest number."""
@@ -87,7 +90,7 @@ def simulate_planar(
     Raises
     ------
     InputError
-        If the state has the wrong shape, is not finite, or a parameter or the torque is invalid.
+        If the state has the wrong shape, is not finite, or a parameter, the event or the torque is invalid.
 
     Examples
     --------
@@ -96,10 +99,29 @@ def simulate_planar(
     >>> rollout.stop.key, rollout.motion.sequence
     ('event_reached', 'full length latched | sole closed > sole closed |')
     """
+    check_event(robot, until)
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
     state = automaton.begin(q, v, latched=latched)
     return follow(automaton, state, duration=duration, until=until)
+
+
+def check_event(robot: PlanarRobot, name: str | None) -> None:
+    """Raise InputError unless an event is ``"CONTACT HAPPENS"`` with a contact of the robot, or None.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> check_event(monopod(), "foot closes")
+    """
+    if name is None:
+        return
+    contact, _, happens = name.rpartition(" ")
+    if happens not in HAPPENINGS or contact not in robot.contact_names:
+        raise InputError(
+            f"An event must be one of {', '.join(robot.contact_names)} followed by one of {', '.join(HAPPENINGS)}, "
+            f"got {name!r}."
+        )
 
 
 def follow(

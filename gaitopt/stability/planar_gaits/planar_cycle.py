@@ -13,7 +13,7 @@ from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, check_event, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.stability.critical_friction import CriticalFriction
 from gaitopt.stability.planar_gaits.planar_friction import planar_critical_friction
@@ -130,7 +130,7 @@ def find_planar_cycle(
     Raises
     ------
     InputError
-        If the motion from the state does not reach the section.
+        If the event is invalid, or the motion from the state does not reach it.
 
     Examples
     --------
@@ -139,12 +139,13 @@ def find_planar_cycle(
     >>> hop
     PlanarCycle('vertical_hopper', stable, spectral radius 0.781076, period 0.553925 s)
     """
+    check_event(robot, section)
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
     state = automaton.begin(np.array(q, dtype=float), np.array(v, dtype=float))
     first = follow(automaton, state, duration=LONGEST, until=section)
     if first.stop is not Stop.EVENT_REACHED or first.end is None:
         raise InputError(f"The motion from this state does not reach the event {section!r}: {first.stop.hint}")
-    trial = _simulate(automaton, exchange_legs(first.end, robot.mirror), section, LONGEST)
+    trial = _choose_first(automaton, first, np.concatenate([q, v]), section)
     for _ in range(MAX_ITERATIONS):
         if trial is None:
             return None
@@ -157,6 +158,17 @@ def find_planar_cycle(
             return _cycle(automaton, trial, section, derivative, residual) if residual <= TOLERANCE else None
         trial = improved
     return None
+
+
+def _choose_first(automaton: PlanarAutomaton, first: PlanarRollout, y: Array, section: str) -> PlanarRollout | None:
+    """Return the period with the smaller change: from the section near a state y, or from the end of its motion."""
+    if first.end is None:
+        return None
+    following, n = exchange_legs(first.end, automaton.robot.mirror), automaton.robot.n_q
+    near = PlanarSection(automaton, first.arcs[-1], first.motion.events[-1], automaton.robot.mirror).correct(y)
+    starts = replace(following, q=near[:n], v=near[n:]), following
+    trials = [trial for start in starts if (trial := _simulate(automaton, start, section, LONGEST)) is not None]
+    return min(trials, key=lambda trial: float(np.max(np.abs(_find_change(automaton, trial)))), default=None)
 
 
 def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout | None:
@@ -194,7 +206,7 @@ def _improve(
     while step >= SMALLEST_STEP:
         y = map_section.correct(start.y + step * direction)
         trial = _simulate(automaton, replace(start, q=y[:n], v=y[n:]), section, PERIODS * rollout.motion.period)
-        if trial is not None and np.max(np.abs(_linear_change(automaton, trial))) < (1 - step / 4) * size:
+        if trial is not None and np.max(np.abs(_find_change(automaton, trial))) < (1 - step / 4) * size:
             return trial
         if size <= TOLERANCE:
             return None
@@ -202,7 +214,7 @@ def _improve(
     return None
 
 
-def _linear_change(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Array:
+def _find_change(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Array:
     """Return the change of the state over a period, travel excluded."""
     if rollout.start is None or rollout.end is None:
         raise ValueError("a period has a start and an end")

@@ -29,7 +29,7 @@ def summarise_planar_cycle(cycle: PlanarCycle) -> dict[str, Any]:
     >>> from gaitopt.model import vertical_hopper
     >>> from gaitopt.stability import find_planar_cycle
     >>> hop = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], {"gravity": 9.81}, section="sole closes")
-    >>> summarise_planar_cycle(hop)["impacts"][1]["events"]
+    >>> summarise_planar_cycle(hop)["impacts"][0]["events"]
     ['full length closes', 'sole opens']
     """
     critical, last = cycle.critical_friction, cycle.motion.events[-1]

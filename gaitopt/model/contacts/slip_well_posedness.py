@@ -7,18 +7,24 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, stack_rows
+from gaitopt.model.contacts.contact_motions import respond
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.contacts.mode_enumeration import ContactSpace
+from gaitopt.model.contacts.mode_enumeration import DEPENDENT
 
 
 def is_well_posed(
-    mass_matrix: np.ndarray, contacts: Sequence[ClosedContact], friction: Friction, modes: Mapping[str, Mode]
+    mass_matrix: np.ndarray,
+    contacts: Sequence[ClosedContact],
+    friction: Friction,
+    modes: Mapping[str, Mode],
+    margin: float = 0.0,
 ) -> bool:
     """Return whether the contact forces are determined for all forces on a robot in given contact modes.
 
     With the rows A of the constraints and the directions B of the forces (W_n - s mu W_t for a contact that slips in
     direction s), A M^-1 B' has a positive determinant for every set of the contacts, each with all its rows; for
-    sliding contacts it is a P-matrix.  Otherwise there is Painleve's paradox (one contact) or a jam (several).
+    sliding contacts it is a P-matrix.  Otherwise there is Painleve's paradox (one contact) or a jam (several).  Sets
+    with linearly dependent rows are left out: their independent subsets determine the motion.
 
     Parameters
     ----------
@@ -26,6 +32,9 @@ def is_well_posed(
     contacts : sequence of ClosedContact
     friction : (static, kinetic), or mapping of contact to (static, kinetic)
     modes : mapping of contact to Mode
+    margin : float
+        Smallest determinant relative to that without friction.  The forces grow beyond all bounds where it vanishes;
+        with a positive margin a simulation ends before.
 
     Raises
     ------
@@ -48,7 +57,7 @@ def is_well_posed(
     missing = [contact.name for contact in contacts if contact.name not in modes]
     if missing:
         raise InputError(f"modes has no entry for contact {', '.join(map(repr, missing))}.")
-    space = ContactSpace(mass_matrix, rows, np.zeros(len(mass_matrix)))
+    response = respond(mass_matrix, np.concatenate((rows.normals, rows.tangents)), velocity=np.zeros(len(mass_matrix)))
     k = len(contacts)
     directions, sticking = np.eye(k + len(rows.members)), {}
     for group, members in enumerate(rows.members, k):
@@ -57,12 +66,24 @@ def is_well_posed(
             directions[group, number] = -mode.sign * rows.kinetic[group - k, number] if mode.slips else 0.0
             if mode is Mode.STICK:
                 sticking[number] = group
-    ratio = space.scale[:, None] / space.scale
-    mobility = space.mobility @ (directions / ratio)
+    scale = 1 / np.sqrt(response.mobility.diagonal())
+    gram = scale[:, None] * response.mobility * scale
+    mobility = scale[:, None] * (response.mobility @ directions) * scale
     closed = [number for number, contact in enumerate(contacts) if modes[contact.name] is not Mode.FREE]
     for count in range(1, len(closed) + 1):
         for chosen in itertools.combinations(closed, count):
             entries = [*chosen, *sorted({sticking[number] for number in chosen if number in sticking})]
-            if not np.linalg.det(mobility[np.ix_(entries, entries)]) > 0:
+            frictionless = _determinant(gram, entries)
+            if not _determinant(mobility, entries) > margin * frictionless and frictionless > DEPENDENT:
                 return False
     return True
+
+
+def _determinant(matrix: np.ndarray, entries: list[int]) -> float:
+    """Return the principal minor of some entries."""
+    if len(entries) == 1:
+        return float(matrix.item(entries[0], entries[0]))
+    if len(entries) == 2:
+        i, j = entries
+        return float(matrix.item(i, i) * matrix.item(j, j) - matrix.item(i, j) * matrix.item(j, i))
+    return float(np.linalg.det(matrix[np.ix_(entries, entries)]))
