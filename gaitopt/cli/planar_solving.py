@@ -24,7 +24,7 @@ def require_no_file(output: Path | None) -> None:
 
 def report_planar_gait(gait: "PlanarGait", *, json: bool) -> None:
     """Print a gait of a robot with several contacts, as JSON or as a table."""
-    from gaitopt.motion.planar_summary import summarise_planar
+    from gaitopt.motion.planar_gait_summary import summarise_planar
 
     if json:
         print_json(summarise_planar(gait) | {"file": None})
@@ -34,7 +34,7 @@ def report_planar_gait(gait: "PlanarGait", *, json: bool) -> None:
 
 def print_planar_gait(gait: "PlanarGait") -> None:
     """Print the facts of a gait of a robot with several contacts as a table."""
-    from gaitopt.motion.planar_summary import summarise_planar
+    from gaitopt.motion.planar_gait_summary import summarise_planar
 
     facts = summarise_planar(gait)
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
