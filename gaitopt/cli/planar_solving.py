@@ -24,11 +24,18 @@ def require_no_file(output: Path | None) -> None:
 
 def report_planar_gait(gait: "PlanarGait", *, json: bool) -> None:
     """Print a gait of a robot with several contacts, as JSON or as a table."""
-    from gaitopt.motion.planar_summary import summarise_planar
+    from gaitopt.motion.planar_gait_summary import summarise_planar
 
     if json:
         print_json(summarise_planar(gait) | {"file": None})
-        return
+    else:
+        print_planar_gait(gait)
+
+
+def print_planar_gait(gait: "PlanarGait") -> None:
+    """Print the facts of a gait of a robot with several contacts as a table."""
+    from gaitopt.motion.planar_gait_summary import summarise_planar
+
     facts = summarise_planar(gait)
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.planar_torque import interpolate_torque
+from gaitopt.control.torque_interpolation import interpolate_torque
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait, PlanarVerification

@@ -89,6 +89,17 @@ class GuardWatch:
             return self._prefer_opening(min(located, key=lambda event: event.time), dense)
         return None if self._is_well_posed is None else self._find_jam(self._is_well_posed, dense, span)
 
+    def _prefer_opening(self, event: LocatedGuard, dense: DenseOutput) -> LocatedGuard:
+        """Return the opening of a body instead of its slip if its forces are zero: the cone ends there."""
+        if event.kind.name not in ("slips+", "slips-"):
+            return event
+        members = next(group for group in self._phase.equations.sticking if event.kind.number in group)
+        guards = self._phase.guards(event.time, dense(event.time))
+        kinds = self._phase.equations.guards
+        opening = [i for i, kind in enumerate(kinds) if kind.name == "opens" and kind.number in members]
+        released = all(abs(guards[i]) <= self._zero[i] for i in opening)
+        return LocatedGuard(kinds[opening[0]], event.time) if released else event
+
     def refine(self, begin: float, y: Array, event: LocatedGuard) -> tuple[float, Array]:
         """Return the time of an event and the state there, to the accuracy of the integrator.
 
@@ -111,17 +122,6 @@ class GuardWatch:
         rate = gradient @ rates[: gradient.size] + drift
         shift = -phase.guards(t, y)[number] / rate if rate else 0.0
         return (t + shift, y + shift * rates) if abs(shift) <= LARGEST_SHIFT * (1 + t) else (t, y)
-
-    def _prefer_opening(self, event: LocatedGuard, dense: DenseOutput) -> LocatedGuard:
-        """Return the opening of a body instead of its slip if its forces are zero: the cone ends there."""
-        if event.kind.name not in ("slips+", "slips-"):
-            return event
-        members = next(group for group in self._phase.equations.sticking if event.kind.number in group)
-        guards = self._phase.guards(event.time, dense(event.time))
-        kinds = self._phase.equations.guards
-        opening = [i for i, kind in enumerate(kinds) if kind.name == "opens" and kind.number in members]
-        released = all(abs(guards[i]) <= self._zero[i] for i in opening)
-        return LocatedGuard(kinds[opening[0]], event.time) if released else event
 
     def _find_jam(
         self, is_well_posed: Callable[[Array], bool], dense: DenseOutput, span: tuple[float, float]
