@@ -78,6 +78,13 @@ class Stop(Enum):
     SINGULAR = "The integration stops at a point where the motion or the torque is singular or not finite."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
     TOO_MANY_EVENTS = "Too many contact events in one step (chattering)."
+    EVENT_REACHED = "The requested event was reached."
+    DURATION_DONE = "The requested duration was simulated."
+    INCONSISTENT = (
+        "No contact modes and forces satisfy the friction law here; the simulation of rigid bodies ends there."
+    )
+    AMBIGUOUS = "Several motions satisfy the friction law here; the simulation ends there."
+    JAM = "The sliding contacts jam: their forces are not determined together; the simulation ends there."
 
     @property
     def key(self) -> str:

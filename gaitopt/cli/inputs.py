@@ -1,11 +1,12 @@
 """Inputs of a command on walks: a walking problem script or a saved gait."""
 
+import functools
 import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitopt.cli.script import load_gait, read_script, walk_problem
+from gaitopt.cli.script import any_walk_problem, load_gait, read_script, require_single_support
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -15,6 +16,8 @@ from gaitopt.simulation.engine_choice import engine_named
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import search_cycles, sort_cycles
+from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+from gaitopt.stability.walk_problem import WalkProblem
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,26 @@ class Request:
         """Whether the source is a script."""
         return self.source.suffix == ".py"
 
+    @functools.cached_property
+    def problem(self) -> WalkProblem | PlanarWalkProblem:
+        """The walking problem of a script.
+
+        Raises
+        ------
+        InputError
+            If an option does not apply to a script, or the script is invalid.
+        """
+        if self.script is not None:
+            raise InputError(
+                "--problem specifies the robot of a saved gait; it is not accepted for a script, which defines its "
+                "robot."
+            )
+        if self.feedback is not None:
+            raise InputError(
+                "--law is accepted for a saved gait only; the law of a walking problem is defined in its script."
+            )
+        return any_walk_problem(read_script(self.source, self.settings))
+
 
 def read_input(request: Request, starts: int, *, steps: int = 1, first: bool = False) -> CommandInput:
     """Return the walker of a script or a saved gait, with its periodic gaits.
@@ -96,15 +119,7 @@ def _of_gait(request: Request) -> CommandInput:
 
 
 def _of_script(request: Request, starts: int, steps: int, first: bool) -> CommandInput:
-    if request.script is not None:
-        raise InputError(
-            "--problem specifies the robot of a saved gait; it is not accepted for a script, which defines its robot."
-        )
-    if request.feedback is not None:
-        raise InputError(
-            "--law is accepted for a saved gait only; the law of a walking problem is defined in its script."
-        )
-    problem = walk_problem(read_script(request.source, request.settings))
+    problem = require_single_support(request.problem, request.source)
     law = problem.law or passive(problem.robot)
     engine = engine_named(request.engine, law, problem.robot)
     cycles: Iterator[Cycle] = iter(())

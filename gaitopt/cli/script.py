@@ -17,8 +17,10 @@ from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
+from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 from gaitopt.stability.walk_problem import WalkProblem
 
 
@@ -139,6 +141,12 @@ def build_problem(path: Path, settings: Sequence[str] | None = None) -> GaitProb
     return gait_problem(read_script(path, settings))
 
 
+def optimal_problem(script: Script) -> GaitProblem | PlanarProblem:
+    """Return the problem of an optimal gait a script states, of a robot with any contacts."""
+    problem = script()
+    return problem if isinstance(problem, PlanarProblem) else require_gait_problem(problem, script)
+
+
 def gait_problem(script: Script) -> GaitProblem:
     """Return the gait problem a script states, with the record of that script.
 
@@ -149,8 +157,16 @@ def gait_problem(script: Script) -> GaitProblem:
     ScriptError
         If the script raises anything else.
     """
-    problem = script()
-    if isinstance(problem, WalkProblem):
+    return require_gait_problem(script(), script)
+
+
+def require_gait_problem(problem: object, script: Script) -> GaitProblem:
+    """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
+    if isinstance(problem, PlanarProblem):
+        raise InputError(
+            f"{script.path} has a robot with several contacts; only 'gaitopt solve {script.path}' accepts it."
+        )
+    if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
@@ -160,9 +176,21 @@ def gait_problem(script: Script) -> GaitProblem:
 
 
 def walk_problem(script: Script) -> WalkProblem:
-    """Return the walking problem a script states; errors as :func:`gait_problem`."""
+    """Return the walking problem of a robot with one foot on the ground; errors as :func:`gait_problem`."""
+    return require_single_support(any_walk_problem(script), script.path)
+
+
+def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path) -> WalkProblem:
+    """Return a walking problem, or raise InputError if its robot has several contacts."""
+    if isinstance(problem, PlanarWalkProblem):
+        raise InputError(f"{path} has a robot with several contacts; only 'gaitopt stability {path}' accepts it.")
+    return problem
+
+
+def any_walk_problem(script: Script) -> WalkProblem | PlanarWalkProblem:
+    """Return the walking problem a script states, of a robot with any contacts; errors as :func:`gait_problem`."""
     problem = script()
-    if not isinstance(problem, WalkProblem):
+    if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
         raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
     return problem

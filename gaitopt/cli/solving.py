@@ -11,6 +11,7 @@ from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, 
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
 
@@ -32,22 +33,57 @@ def solve(
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
-    from gaitopt.cli.script import build_problem
-    from gaitopt.motion.archive import check_gait_suffix, save
+    from gaitopt.cli.planar_solving import report_planar_gait, require_no_file
+    from gaitopt.cli.script import optimal_problem, read_script
+    from gaitopt.motion.archive import check_gait_suffix
     from gaitopt.motion.atomic import check_writable
-    from gaitopt.motion.summary import summarise
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.solver import solve as solve_problem
 
-    problem = build_problem(script, setting)
+    problem = optimal_problem(read_script(script, setting))
     path = output or Path(f"{script.stem}.h5")
-    check_gait_suffix(path)
-    check_writable(path)  # before the work, not after it
+    if isinstance(problem, PlanarProblem):
+        require_no_file(output)
+    else:
+        check_gait_suffix(path)
+        check_writable(path)  # before the work, not after it
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         steps = verbose or not (json or quiet)
         gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
             gait, interrupted = _verify_and_certify(gait, display)
+    if isinstance(gait, PlanarGait):
+        report_planar_gait(gait, json=json)
+    else:
+        interrupted |= _save_and_report(gait, path, json=json)
+    if interrupted:
+        sys.exit(INTERRUPTED)  # the results are in the table already
+    raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait | PlanarGait, bool]:
+    """Return a solved gait with its replay and its certificate; after an interrupt without the rest, and True."""
+    from gaitopt.simulation.verification import verify as verify_gait
+
+    try:
+        display.describe("replaying in the event-driven simulator")
+        gait = verify_gait(gait)
+        if isinstance(gait, PlanarGait):
+            return gait, False
+        display.describe("checking the second-order conditions of the optimum")
+        _ = gait.certificate
+    except KeyboardInterrupt:
+        return gait if isinstance(gait, PlanarGait) else gait.without_certificate(), True
+    return gait, False
+
+
+def _save_and_report(gait: Gait, path: Path, *, json: bool) -> bool:
+    """Write a solved gait and print it; return whether writing was interrupted."""
+    from gaitopt.motion.archive import save
+    from gaitopt.motion.summary import summarise
+
+    interrupted = False
     try:
         written = save(gait, path) if gait.status.ok else None
     except KeyboardInterrupt:  # raised when the file is written
@@ -60,23 +96,7 @@ def solve(
             report_file(written)
         else:
             out.print("no verified gait was found; nothing was written")
-    if interrupted:
-        sys.exit(INTERRUPTED)  # the results are in the table already
-    raise typer.Exit(0 if gait.status.ok else 1)
-
-
-def _verify_and_certify(gait: Gait, display: Display) -> tuple[Gait, bool]:
-    """Return a solved gait with its replay and its certificate; after an interrupt without the rest, and True."""
-    from gaitopt.simulation.verification import verify as verify_gait
-
-    try:
-        display.describe("replaying in the event-driven simulator")
-        gait = verify_gait(gait)
-        display.describe("checking the second-order conditions of the optimum")
-        _ = gait.certificate
-    except KeyboardInterrupt:
-        return gait.without_certificate(), True
-    return gait, False
+    return interrupted
 
 
 def _observer(

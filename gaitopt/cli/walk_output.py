@@ -78,12 +78,12 @@ def print_basin(table: "xr.Dataset", engine: Engine, share: float | None) -> Non
 def _multipliers(cycle: Cycle) -> list[str]:
     """Return the multipliers in lines; those of each side if the impact is on the boundary of its friction cone."""
     if not cycle.one_sided:
-        return [_format_multiplier(value) for value in cycle.multipliers]
-    stick, slip = ([_format_multiplier(value) for value in side] for side in cycle.one_sided_multipliers)
+        return [format_multiplier(value) for value in cycle.multipliers]
+    stick, slip = ([format_multiplier(value) for value in side] for side in cycle.one_sided_multipliers)
     return ["one-sided, impact sticks:", *stick, "impact slips:", *slip]
 
 
-def _format_multiplier(value: complex) -> str:
+def format_multiplier(value: complex) -> str:
     """Return a multiplier with 6 digits; parts below `ROUNDING` are printed as 0."""
     real, imaginary = (0.0 if abs(part) < ROUNDING else part for part in (value.real, value.imag))
     return f"{real:.6g} {imaginary:+.6g}i" if imaginary else f"{real:.6g}"

@@ -56,13 +56,22 @@ def stability(
     Example: gaitopt stability problems/compass_passive.py --set friction=0.14 --steps 2
     """
     from gaitopt.cli.inputs import Request, read_input
+    from gaitopt.cli.planar_walks import report_planar_cycles, search_planar
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.cycle_summary import summarise_cycle
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("searching for periodic gaits", hidden=json):
-        subject = read_input(request, starts, steps=steps)
+        if request.is_script and isinstance(request.problem, PlanarWalkProblem):
+            cycles = search_planar(request.problem, starts, steps=steps, engine=engine)
+            subject = None
+        else:
+            subject = read_input(request, starts, steps=steps)
+    if subject is None:
+        report_planar_cycles(cycles, json=json)
+        raise typer.Exit(0 if cycles else 1)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:

@@ -21,6 +21,29 @@ from gaitopt.model.robot_serialisation import read_fields, write_record
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
+def add_ground(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """Return the parameters of a robot followed by those of the ground.
+
+    Raises
+    ------
+    InputError
+        If a name is repeated, ``gravity`` is missing, or an upper bound is not a parameter.
+    """
+    every = (*parameters, *GROUND)
+    names = [p.name for p in every]
+    if len(set(names)) != len(names):
+        ground = ", ".join(repr(p.name) for p in GROUND)
+        raise InputError(f"Parameters must have different names; {ground} are names of the ground's parameters.")
+    if "gravity" not in names:
+        raise InputError("The parameters of a robot must include 'gravity'.")
+    for p in parameters:
+        if p.at_most and p.at_most not in names:
+            raise InputError(
+                f"The upper bound {p.at_most!r} of {p.name} is not a parameter. {suggest(p.at_most, names)}"
+            )
+    return every
+
+
 class Coordinates:
     """The symbols of a robot's expressions: q = (x, y, angles), rates, and parameters by name.
 
@@ -40,18 +63,8 @@ class Coordinates:
 
     def __init__(self, angles: Sequence[str], parameters: Sequence[Parameter]) -> None:
         self.angles = tuple(angles)
-        self.parameters = (*parameters, *GROUND)
+        self.parameters = add_ground(parameters)
         names = [p.name for p in self.parameters]
-        if len(set(names)) != len(names):
-            ground = ", ".join(repr(p.name) for p in GROUND)
-            raise InputError(f"Parameters must have different names; {ground} are names of the ground's parameters.")
-        if "gravity" not in names:
-            raise InputError("The parameters of a robot must include 'gravity'.")
-        for p in parameters:
-            if p.at_most and p.at_most not in names:
-                raise InputError(
-                    f"The upper bound {p.at_most!r} of {p.name} is not a parameter. {suggest(p.at_most, names)}"
-                )
         self.q = ca.vertcat(ca.SX.sym("x"), ca.SX.sym("y"), *[ca.SX.sym(a) for a in angles])
         self.v = ca.SX.sym("v", self.q.numel())
         self.p = ca.vertcat(*[ca.SX.sym(name) for name in names])

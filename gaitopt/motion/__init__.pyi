@@ -19,5 +19,11 @@ from gaitopt.motion.motion import Motion as Motion
 from gaitopt.motion.motion import Segment as Segment
 from gaitopt.motion.nlp_solution import Solution as Solution
 from gaitopt.motion.nlp_solution import Table as Table
+from gaitopt.motion.phase_sequence import PhaseSequence as PhaseSequence
+from gaitopt.motion.planar_gait import PlanarGait as PlanarGait
+from gaitopt.motion.planar_gait import PlanarVerification as PlanarVerification
+from gaitopt.motion.planar_motion import PlanarEvent as PlanarEvent
+from gaitopt.motion.planar_motion import PlanarMotion as PlanarMotion
+from gaitopt.motion.planar_motion import PlanarSegment as PlanarSegment
 from gaitopt.motion.proposal import Proposal as Proposal
 from gaitopt.motion.summary import summarise as summarise

@@ -51,6 +51,10 @@ class ContactSequence:
                 f"The sequence {str(self)!r} contains 'free': a step with one foot on the ground ends there. "
                 f"Use {', '.join(_PHASES)}."
             )
+        for stop in {Mode.CLOSED, Mode.LATCHED} & {*self.phases, self.impact}:
+            raise SequenceError(
+                f"The sequence {str(self)!r} contains {stop.value!r}, a mode of joint stops. Use {', '.join(_PHASES)}."
+            )
         for first, second in zip(self.phases, self.phases[1:], strict=False):
             if first is second:
                 raise SequenceError(

@@ -1,4 +1,12 @@
 from gaitopt.ocp.mode_search.homotopy import Homotopy as Homotopy
+from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait as FromPlanarGait
+from gaitopt.ocp.multicontact.planar_guess import PlanarGuess as PlanarGuess
+from gaitopt.ocp.multicontact.planar_guess import PlanarKeyframes as PlanarKeyframes
+from gaitopt.ocp.multicontact.planar_guess import PoseGuess as PoseGuess
+from gaitopt.ocp.multicontact.planar_limits import PlanarLimits as PlanarLimits
+from gaitopt.ocp.multicontact.planar_objective import PlanarInstant as PlanarInstant
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem as PlanarProblem
+from gaitopt.ocp.multicontact.planar_solver import solve_planar as solve_planar
 from gaitopt.ocp.nlp.active_set import Newton as Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt as Ipopt
 from gaitopt.ocp.problem import GaitProblem as GaitProblem

@@ -1,11 +1,16 @@
 """Solution of a gait problem from one or several starts."""
 
+from typing import overload
+
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.mode_search.homotopy import Homotopy
 from gaitopt.ocp.mode_search.open_infeasibility import conclude_proposal, conclude_without_pairs
 from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_solver import solve_planar
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -26,6 +31,7 @@ INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 """Statuses of a converged solve whose result is not a solution."""
 
 
+@overload
 def solve(
     problem: GaitProblem,
     *,
@@ -33,7 +39,28 @@ def solve(
     solver: NlpSolver | None = None,
     homotopy: Homotopy | None = None,
     observer: SolveObserver = silent,
-) -> Gait:
+) -> Gait: ...
+
+
+@overload
+def solve(
+    problem: PlanarProblem,
+    *,
+    starts: int = 1,
+    solver: NlpSolver | None = None,
+    homotopy: None = None,
+    observer: SolveObserver = silent,
+) -> PlanarGait: ...
+
+
+def solve(
+    problem: GaitProblem | PlanarProblem,
+    *,
+    starts: int | None = None,
+    solver: NlpSolver | None = None,
+    homotopy: Homotopy | None = None,
+    observer: SolveObserver = silent,
+) -> Gait | PlanarGait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
     Several starts are solved on the coarsest grid, and the two of lowest cost that differ are refined.  On the default
@@ -49,7 +76,8 @@ def solve(
 
     Parameters
     ----------
-    problem : GaitProblem
+    problem : GaitProblem or PlanarProblem
+        A planar robot with any contacts is solved by :func:`gaitopt.ocp.solve_planar`.
     starts : int, optional
         Number of starts; the gait of lowest objective is returned.  By default, problems with a guess, a smooth
         objective or an open sequence have one start: the guess or a line from pose to pose.  Others have two or three:
@@ -65,7 +93,7 @@ def solve(
 
     Returns
     -------
-    Gait
+    Gait or PlanarGait
         A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.
 
     Raises
@@ -83,6 +111,8 @@ def solve(
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
+    if isinstance(problem, PlanarProblem):
+        return solve_planar(problem, starts=1 if starts is None else starts, solver=solver, observer=observer)
     check_count("starts", 1 if starts is None else starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     if isinstance(solver, Newton | Ipopt):

@@ -1,9 +1,15 @@
 from gaitopt.simulation.engine_choice import default_engine as default_engine
+from gaitopt.simulation.planar_simulation.placement import place_planar as place_planar
+from gaitopt.simulation.planar_simulation.planar_impact import solve_planar_impact as solve_planar_impact
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout as PlanarRollout
+from gaitopt.simulation.planar_simulation.planar_simulator import simulate_planar as simulate_planar
+from gaitopt.simulation.planar_verification import replay_planar as replay_planar
+from gaitopt.simulation.planar_verification import verify_planar as verify_planar
+from gaitopt.simulation.replay_tolerances import Tolerances as Tolerances
 from gaitopt.simulation.scipy_engine import ScipyEngine as ScipyEngine
 from gaitopt.simulation.simulator import Event as Event
 from gaitopt.simulation.simulator import Rollout as Rollout
 from gaitopt.simulation.simulator import simulate as simulate
 from gaitopt.simulation.step_limits import StepLimits as StepLimits
-from gaitopt.simulation.verification import Tolerances as Tolerances
 from gaitopt.simulation.verification import replay as replay
 from gaitopt.simulation.verification import verify as verify

@@ -61,7 +61,7 @@ class EventWatch:
         for i, event in self._watched:
             guard = functools.partial(self._value, dense, i)
             samples = previous[i], middle[i], values[i]
-            begin, end = span[0], span[1] if values[i] <= 0 else _find_dip(guard, span, samples)
+            begin, end = span[0], span[1] if values[i] <= 0 else find_dip(guard, span, samples)
             if previous[i] <= 0:
                 if event.kind is EventKind.TOUCHDOWN:
                     # It starts at zero by definition (both feet on the ground) and is an event only while armed.
@@ -79,7 +79,7 @@ class EventWatch:
                     begin, end = risen, begin
             if end is None:
                 continue
-            at = _find_root(guard, (begin, end))
+            at = find_root(guard, (begin, end))
             if event.kind is EventKind.TOUCHDOWN and self._guards(at, dense(at)[: self._size])[1][0] <= 0:
                 continue
             located.append((at, i, event))
@@ -134,7 +134,7 @@ def _find_rise(guard: Callable[[float], float], span: tuple[float, float]) -> fl
     return None
 
 
-def _find_dip(
+def find_dip(
     guard: Callable[[float], float], span: tuple[float, float], values: tuple[float, float, float]
 ) -> float | None:
     """Return a time in a span at which a guard that is positive at both ends is negative, or None.
@@ -149,7 +149,7 @@ def _find_dip(
     return float(minimum.x) if minimum.fun < 0 else None
 
 
-def _find_root(guard: Callable[[float], float], span: tuple[float, float]) -> float:
+def find_root(guard: Callable[[float], float], span: tuple[float, float]) -> float:
     """Return the time at which a guard falls through zero in a span; if rounding hides the sign change, an end."""
     if guard(span[0]) <= 0:
         return span[0]

@@ -1,7 +1,8 @@
 """verify: replay a gait's torques without access to the plan, and compare the motions."""
 
+from typing import overload
+
 import numpy as np
-from attrs import field, frozen
 
 from gaitopt.control.law import feedforward
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, GAP
@@ -9,9 +10,11 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, check_gait, cone_margin
 from gaitopt.motion.motion import Motion
-from gaitopt.parameters import number_within
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.planar_verification import verify_planar
+from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
 from gaitopt.simulation.step_limits import StepLimits
@@ -19,32 +22,6 @@ from gaitopt.status import Stop
 
 EXCHANGE_TOLERANCE = 1e-6
 """Largest change by the leg exchange of energy, relative to the kinetic energy, and of the foot position [m]."""
-
-
-@frozen(kw_only=True)
-class Tolerances:
-    """Largest deviations of a replay from the plan.
-
-    Attributes
-    ----------
-    state : float
-        Largest difference of the state after the touchdown (rad, rad/s, m/s).
-    period : float [s]
-    cost_of_transport : float
-        Relative difference.
-    energy : float
-        Relative residual of the energy balance of the replay.
-
-    Examples
-    --------
-    >>> Tolerances(state=1e-5).period
-    1e-06
-    """
-
-    state: float = field(default=1e-6, validator=number_within(lower=0.0, infinite=True))
-    period: float = field(default=1e-6, validator=number_within("s", lower=0.0, infinite=True))
-    cost_of_transport: float = field(default=5e-3, validator=number_within(lower=0.0, infinite=True))
-    energy: float = field(default=1e-8, validator=number_within(lower=0.0, infinite=True))
 
 
 def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollout:
@@ -78,7 +55,17 @@ def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollo
     )
 
 
-def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> Gait:
+@overload
+def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> Gait: ...
+
+
+@overload
+def verify(gait: PlanarGait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> PlanarGait: ...
+
+
+def verify(
+    gait: Gait | PlanarGait, *, tolerances: Tolerances | None = None, engine: Engine | None = None
+) -> Gait | PlanarGait:
     """Replay a gait and attach the result of the comparison.
 
     The simulator receives only the first state and the torques as functions of time: it determines contact modes, event
@@ -87,14 +74,14 @@ def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine |
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
     tolerances : Tolerances, optional
     engine : Engine, optional
-        By default the reference engine, :class:`gaitopt.ScipyEngine`.
+        By default the reference engine, :class:`gaitopt.ScipyEngine`; a planar robot has only one.
 
     Returns
     -------
-    Gait
+    Gait or PlanarGait
         The gait with its `verification`; its status is ``NOT_VERIFIED`` if the verification fails.
 
     Raises
@@ -109,6 +96,8 @@ def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine |
     >>> verify(load("docs/examples/compass_slip.h5")).verification.passed
     True
     """
+    if isinstance(gait, PlanarGait):
+        return verify_planar(gait, tolerances=tolerances)
     rollout, tolerances = replay(gait, engine=engine), tolerances or Tolerances()
     return gait.with_verification(_compare(gait, rollout, tolerances, _check_exchange(gait.robot, rollout.motion)))
 

@@ -18,8 +18,9 @@ def classes_of(tree):
 
 
 def functions_of(tree):
-    """Return the names of the public functions of a module."""
-    return [node.name for node in tree.body if isinstance(node, ast.FunctionDef) and node.name[0] != "_"]
+    """Return the names of the public functions of a module; the signatures of an overloaded one are not counted."""
+    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name[0] != "_"]
+    return [node.name for node in functions if "overload" not in map(ast.unparse, node.decorator_list)]
 
 
 def module_name(path):

@@ -22,7 +22,20 @@ def test_every_command_has_an_example_and_the_shared_options(name):
 
 def test_commands_and_python_verbs_have_the_same_names():
     """Those that are not on the list do what several Python verbs do, or none."""
-    other = {"new", "show", "problems", "doctor", "run", "export", "plot", "report", "stability", "tune", "push"}
+    other = {
+        "new",
+        "show",
+        "problems",
+        "doctor",
+        "run",
+        "export",
+        "plot",
+        "report",
+        "stability",
+        "tune",
+        "push",
+        "impact",
+    }
     assert set(COMMANDS) - other <= set(gaitopt.__all__)
 
 

@@ -14,10 +14,13 @@ from rich.table import Table
 from rich.text import Text
 
 import gaitopt
-from gaitopt import assess_stability, load, rimless_wheel
-from gaitopt.cli import feedback_output, listing, output, setup, study_output, walk_output
+from gaitopt import Collocation, assess_stability, load, rimless_wheel, solve
+from gaitopt.cli import feedback_output, listing, output, planar_solving, planar_walks, setup, study_output, walk_output
 from gaitopt.cli.app import app
+from gaitopt.cli.script import call_script
 from gaitopt.control.law import passive
+from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+from gaitopt.ocp import PlanarLimits, PlanarProblem
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
@@ -105,7 +108,29 @@ def assess_robustness():
     feedback_output.print_endurance({"law": "lqr", "radius": 0.5, "survived": survived}, {})
 
 
+def planar_gait():
+    limits = PlanarLimits(torque={"ankle B": 0})
+    problem = PlanarProblem(
+        robot=compass_with_two_feet(),
+        sequence="foot A stick |",
+        friction=1.0,
+        speed=0.633,
+        step_length=0.4713,
+        objective="torque_squared",
+        limits=limits,
+        transcription=Collocation(intervals=5, tolerance=math.inf),
+    )
+    planar_solving.print_planar_gait(solve(problem))
+
+
+def planar_cycles():
+    problem = call_script(Path("problems/hopper.py"), [])
+    planar_walks.print_planar_cycles(planar_walks.search_planar(problem, 1, steps=1, engine="auto"))
+
+
 TABLES = {
+    "print_planar_gait": planar_gait,
+    "print_planar_cycles": planar_cycles,
     "print_gait": lambda: output.print_gait(
         dataclasses.replace(gait(), solver=dataclasses.replace(gait().solver, warnings=("speed [m/s] is low",)))
     ),

@@ -12,7 +12,23 @@ import casadi as ca
 
 
 class Contact(ABC):
-    """A part of the robot that can touch the ground."""
+    """A part of the robot that can touch the ground.
+
+    Attributes
+    ----------
+    body : str
+        Name of the rigid body with this contact.  Closed contacts of one body slip together; by default the contact
+        is alone.
+    armed : SX, optional
+        The contact closes only while this expression of coordinates and rates is positive: a straight leg swings
+        through the ground.  By default it always closes.
+    falls : bool
+        Whether the robot has fallen as soon as this contact touches the ground.
+    """
+
+    body: str = ""
+    armed: ca.SX | None = None
+    falls: bool = False
 
     @property
     @abstractmethod
@@ -48,6 +64,8 @@ class PointContact(Contact):
     ----------
     position : SX, shape (2, 1)
         Position in the slope-fixed frame [m].
+    body, armed, falls
+        See :class:`Contact`; robots with one foot on the ground at a time do not use them.
 
     Examples
     --------
@@ -57,6 +75,9 @@ class PointContact(Contact):
     """
 
     position: ca.SX
+    body: str = ""
+    armed: ca.SX | None = None
+    falls: bool = False
 
     @property
     def slide(self) -> ca.SX:
@@ -91,6 +112,8 @@ class ArcContact(Contact):
         Radius [m].
     angle : SX
         Clockwise angle of the body the arc belongs to [rad].
+    body, armed, falls
+        See :class:`Contact`; robots with one foot on the ground at a time do not use them.
 
     Examples
     --------
@@ -105,6 +128,9 @@ class ArcContact(Contact):
     centre: ca.SX
     radius: ca.SX
     angle: ca.SX
+    body: str = ""
+    armed: ca.SX | None = None
+    falls: bool = False
 
     @staticmethod
     def on(foot: ca.SX, radius: ca.SX, angle: ca.SX) -> "ArcContact":

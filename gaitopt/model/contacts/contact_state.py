@@ -37,7 +37,7 @@ class ContactState:
         InputError
             If a mode is not a physical one.
         """
-        physical = {mode.value: mode for mode in PHYSICAL}
+        physical = {mode.value: mode for mode in (*PHYSICAL, Mode.CLOSED, Mode.LATCHED)}
         table = {}
         for name, mode in modes.items():
             spelling = mode.value if isinstance(mode, Mode) else mode

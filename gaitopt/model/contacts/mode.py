@@ -1,10 +1,10 @@
-"""The contact modes of a foot under Coulomb friction."""
+"""The contact modes of a foot under Coulomb friction and of a joint stop."""
 
 from enum import Enum
 
 
 class Mode(Enum):
-    """Contact mode of a foot; the value is its spelling in contact sequences and files.
+    """Contact mode of a foot or a joint stop; the value is its spelling in contact sequences and files.
 
     ========  =====================================================  ===================
     spelling  foot velocity                                          contact force
@@ -12,7 +12,9 @@ class Mode(Enum):
     stick     v_t = v_n = 0                                          abs(f_t) <= mu f_n
     slip+     v_n = 0, v_t > 0 (forward, downhill)                   f_t = -mu f_n
     slip-     v_n = 0, v_t < 0 (backward, uphill)                    f_t = +mu f_n
-    free      above the ground                                       f = 0
+    free      above the ground; a stop: away from its limit          f = 0
+    closed    a stop at its limit, v_n = 0                           f_n >= 0
+    latched   a stop at its limit, v_n = 0, until it is released     f_n of either sign
     any       not a mode: an open place of a contact sequence
     ========  =====================================================  ===================
 
@@ -33,6 +35,8 @@ class Mode(Enum):
     SLIP_FORWARD = "slip+"
     SLIP_BACKWARD = "slip-"
     FREE = "free"
+    CLOSED = "closed"
+    LATCHED = "latched"
     ANY = "any"
 
     def __init__(self, spelling: str) -> None:

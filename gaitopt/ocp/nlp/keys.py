@@ -32,6 +32,9 @@ class Unknown(StrEnum):
     INTEGRAL = "integral"
     PEAK = "peak"
     RELAXATION = "relaxation"
+    COORDINATES = "coordinates"
+    COORDINATE_RATES = "coordinate rates"
+    PROJECTION = "projection"
 
 
 class Group(StrEnum):
@@ -48,6 +51,8 @@ class Group(StrEnum):
     GUARD_BELOW = "touchdown guard below zero"
     INTEGRAL = "integral"
     PEAKS = "peaks"
+    EVENT = "event"
+    STEP = "step"
 
 
 TableKey = Unknown | Group | tuple[Unknown | Group, int]
@@ -132,6 +137,27 @@ class Kind(Enum):
     CONTACT_NORMAL = "normal force"
     CONTACT_FRICTION = "{of} friction"
     SLIP_SPEED = "slip speed"
+    CONTACT_FORCE = "force of {of}"
+    CONTACT_POSITION = "position of {of}"
+    CONTACT_RATE = "rate of {of}"
+    POSITION_PROJECTION = "position projection of {of}"
+    RATE_PROJECTION = "rate projection of {of}"
+    GAP = "gap of {of}"
+    CONE_FORWARD = "forward friction cone of {of}"
+    CONE_BACKWARD = "backward friction cone of {of}"
+    IMPACT_CONE_FORWARD = "forward impact cone of {of}"
+    IMPACT_CONE_BACKWARD = "backward impact cone of {of}"
+    LIFT_OFF_FORWARD = "forward friction cone of {of} at lift-off"
+    LIFT_OFF_BACKWARD = "backward friction cone of {of} at lift-off"
+    SLIP_SPEED_OF = "slip speed of {of}"
+    ONSET = "slip onset of {of} on the cone"
+    REST = "rest of {of}"
+    CLOSING = "touchdown of {of}"
+    APPROACH = "approach speed of {of}"
+    ARMED = "armed {of}"
+    SEPARATION_OF = "separation of {of}"
+    PERIODICITY = "periodicity of {of}"
+    HEIGHT = "height of {of}"
     PAIR = "{of}"
     RELAXATION = "{of}"
     SLACK = "{of}"
@@ -214,6 +240,8 @@ class Place:
         Counted from the start of the phase.
     between : bool
         Whether the place is the interval after the node.
+    contacts : str
+        Modes of the closed contacts of the phase, for a robot with several contacts.
 
     Examples
     --------
@@ -226,13 +254,15 @@ class Place:
     mode: Mode | None = None
     node: int | None = None
     between: bool = False
+    contacts: str = ""
 
     @property
     def label(self) -> str:
         """Text printed by the diagnosis."""
-        if self.phase is None or self.mode is None:
+        state = self.contacts if self.mode is None else self.mode.value
+        if self.phase is None or not state:
             return self.part.value
-        text = f"phase {self.phase + 1} ({self.mode.value})"
+        text = f"phase {self.phase + 1} ({state})"
         if self.node is None:
             return text
         return f"{text}, between nodes {self.node} and {self.node + 1}" if self.between else f"{text}, node {self.node}"

@@ -1,6 +1,7 @@
 """Diagnosis of a solution: violated constraints by phase, node and name, inaccuracy of the plan, and warnings."""
 
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from gaitopt.motion.gait import Violation
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Key, Place, Unknown
+from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, early_touchdown, lack_of_height
 from gaitopt.ocp.solution.trajectory import BetweenNodes
@@ -24,8 +26,20 @@ LEAST_RESERVE = 1e-9
 """Least distance from another contact mode inside a phase at which the simulator remains in the mode."""
 
 
+class NamedLayouts(Protocol):
+    """A transcription of a problem: the layouts of its unknowns and of its constraint rows."""
+
+    @property
+    def variables(self) -> Layout:
+        """Layout of the decision vector."""
+
+    @property
+    def constraints(self) -> Layout:
+        """Layout of the constraint rows."""
+
+
 def violations(
-    transcription: Transcription, bounds: Bounds, x: Array, g: Array, *, above: float = 1e-6, most: int = 10
+    transcription: NamedLayouts, bounds: Bounds, x: Array, g: Array, *, above: float = 1e-6, most: int = 10
 ) -> tuple[Violation, ...]:
     """Return the worst violations of constraints and bounds, largest first, one for each name in each phase.
 

@@ -112,6 +112,14 @@ def integrals(count: int) -> tuple[Array, Array]:
     return once, twice
 
 
+@functools.cache
+def end_slopes(count: int) -> Array:
+    """Return the derivatives of the Lagrange polynomials at the end of the interval, shape (count,)."""
+    at = lobatto_points(count)
+    bases = [Polynomial.fromroots(np.delete(at, j)) / np.prod(at[j] - np.delete(at, j)) for j in range(count)]
+    return np.array([basis.deriv()(1.0) for basis in bases])
+
+
 @frozen(kw_only=True)
 class Collocation(Method):
     """Transcription by Lobatto collocation in second-order form with inverse dynamics.

@@ -3,6 +3,7 @@
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -154,17 +155,36 @@ def is_slide(key: TableKey) -> bool:
     return key is Unknown.SLIDE or (isinstance(key, tuple) and key[0] is Unknown.SLIDE)
 
 
+class BlockTables(Protocol):
+    """Tables and data of an NLP under construction, from which a block takes its local variables."""
+
+    @property
+    def variables(self) -> Layout:
+        """The decision vector."""
+
+    @property
+    def data(self) -> ca.SX:
+        """Data, which begin with the parameters of the robot."""
+
+    @property
+    def placed(self) -> bool:
+        """Whether the fractions of the phases at which their nodes are placed are data."""
+
+    def names(self) -> list[str]:
+        """Return the names of the robot's parameters."""
+
+
 class BlockVariables:
     """The local variables of a block under construction: symbols and the indices of their instances.
 
     Parameters
     ----------
-    builder : NlpBuilder
+    builder : NlpBuilder or another object with the same tables and data
     count : int
         Number of instances of the block.
     """
 
-    def __init__(self, builder: NlpBuilder, count: int) -> None:
+    def __init__(self, builder: BlockTables, count: int) -> None:
         self.builder, self.count = builder, count
         self._symbols: list[ca.SX] = []
         self._columns: list[Index] = []
@@ -228,7 +248,7 @@ class BlockVariables:
 
     def parameters(self) -> ca.SX:
         """Return the parameters of the robot; a free slope is a local variable."""
-        p = self.builder.data[: len(self.builder.robot.parameters)]
+        p = self.builder.data[: len(self.builder.names())]
         if Unknown.SLOPE in self.builder.variables:
             p[self.builder.names().index("slope")] = self.add("slope", self.builder.variables[Unknown.SLOPE])
         return p

@@ -1,0 +1,116 @@
+"""Command that solves one impact: impact."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gaitopt.cli.options import Json, Quiet, ScriptFile, Setting, State, Verbose
+from gaitopt.cli.output import out, print_json
+from gaitopt.cli.settings import read_numbers
+from gaitopt.errors import InputError, suggest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from gaitopt.model.contacts.multicontact_impact import ImpactOutcome
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.motion.motion import Array
+
+Standing = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--on",
+        metavar="CONTACT",
+        help="Motionless contact on the ground, which determines the coordinates and rates that are not named "
+        "(repeatable).",
+        show_default="that of the script, or the first foot",
+    ),
+]
+
+
+def impact(
+    source: ScriptFile,
+    setting: Setting = None,
+    state: State = None,
+    on: Standing = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Solve the impact of a robot in a state, with all contacts that are closed or closing.
+
+    Coordinates and rates that are not named are those of the script, if it has a start.
+
+    Exit status 0 if exactly one outcome is consistent, 1 if several are or none is.
+
+    Example: gaitopt impact problems/kneed_walker.py --state a=-0.1 --state b=0.3 --state flexion_b_rate=-4
+    """
+    from gaitopt.cli.script import call_script
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.simulation.planar_simulation.planar_impact import solve_planar_impact
+
+    problem = call_script(source, setting or [])
+    robot = getattr(problem, "robot", None)
+    if not isinstance(robot, PlanarRobot):
+        raise InputError(
+            f"The impact of {source} is not available: its robot must be made by assemble_planar, got {robot!r}."
+        )
+    parameters = dict(getattr(problem, "values", None) or problem.parameters)
+    q, v = _read_state(problem, read_numbers(state, "--state"), parameters, on)
+    outcome = solve_planar_impact(robot, q, v, parameters)
+    if json:
+        print_json(_facts(outcome))
+    else:
+        _print_outcome(robot, outcome)
+    raise typer.Exit(0 if len(outcome.candidates) == 1 else 1)
+
+
+def _read_state(
+    problem: Any, values: "Mapping[str, float]", parameters: "Mapping[str, float]", on: "Sequence[str] | None"
+) -> "tuple[Array, Array]":
+    """Return the state with the named coordinates and rates; contacts at rest determine those that remain."""
+    from gaitopt.simulation.planar_simulation.placement import place_planar
+
+    robot = problem.robot
+    unknown = [name for name in values if name not in robot.state_names]
+    if unknown:
+        raise InputError(f"Robot {robot.name!r} has no state {unknown[0]!r}. {suggest(unknown[0], robot.state_names)}")
+    coordinates, rates = (dict(getattr(problem, name, {})) for name in ("coordinates", "rates"))
+    coordinates |= {name: values[name] for name in robot.coordinates if name in values}
+    rates |= {name: values[f"{name}_rate"] for name in robot.coordinates if f"{name}_rate" in values}
+    complete = len(values) == len(robot.state_names)
+    feet = [contact.name for contact in robot.contacts if contact.kind != "stop" and not contact.falls]
+    standing = on or ([] if complete else getattr(problem, "on", feet[:1]))
+    return place_planar(robot, coordinates, rates, parameters, on=standing)
+
+
+def _facts(outcome: "ImpactOutcome") -> dict[str, Any]:
+    """Return the outcome as plain data; of several outcomes, all."""
+    candidates = [
+        {
+            "outcome": {name: mode.value for name, mode in candidate.modes.items()},
+            "impulse": {name: list(impulse) for name, impulse in candidate.impulse.items()},
+            "energy_lost": candidate.energy_lost,
+            "velocity_after": candidate.velocity_plus.tolist(),
+        }
+        for candidate in outcome.candidates
+    ]
+    if len(candidates) == 1:
+        return {"status": outcome.status.value, **candidates[0]}
+    return {"status": outcome.status.value, "candidates": candidates}
+
+
+def _print_outcome(robot: "PlanarRobot", outcome: "ImpactOutcome") -> None:
+    """Print the outcome as tables."""
+    from rich import box
+    from rich.table import Table
+
+    out.print(f"{outcome.status.value} outcome")
+    for candidate in outcome.candidates:
+        table = Table("contact", "mode", "tangential [N s]", "normal [N s]", box=box.SIMPLE)
+        for name, (tangential, normal) in candidate.impulse.items():
+            table.add_row(name, candidate.modes[name].value, f"{tangential:.9g}", f"{normal:.9g}")
+        out.print(table)
+        rates = zip(robot.coordinates, candidate.velocity_plus, strict=True)
+        out.print(f"energy lost {candidate.energy_lost:.9g} J")
+        out.print("velocity after  " + "  ".join(f"{name} {rate:.9g}" for name, rate in rates), soft_wrap=True)

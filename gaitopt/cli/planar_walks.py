@@ -1,0 +1,75 @@
+"""Periodic gaits of robots with several contacts: search and output."""
+
+import itertools
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.table import Table
+
+from gaitopt.cli.output import out, print_json, verdict_text
+from gaitopt.cli.walk_output import format_multiplier
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
+ENGINE = "scipy"
+"""The engine that simulates robots with several contacts."""
+
+
+def search_planar(problem: "PlanarWalkProblem", starts: int, *, steps: int, engine: str) -> tuple["PlanarCycle", ...]:
+    """Return the periodic gaits of a robot with several contacts, stable ones first.
+
+    Raises
+    ------
+    InputError
+        If the period has several steps, or the engine does not simulate such robots.
+    """
+    if steps > 1:
+        raise InputError(f"--steps must be 1 for a robot with several contacts, got {steps}.")
+    if engine not in ("auto", ENGINE):
+        raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
+    cycles = itertools.islice(problem.search(starts), starts)
+    return tuple(sorted(cycles, key=lambda cycle: cycle.radius))
+
+
+def report_planar_cycles(cycles: tuple["PlanarCycle", ...], *, json: bool) -> None:
+    """Print periodic gaits of a robot with several contacts, as JSON or as a table."""
+    from gaitopt.stability.planar_gaits.planar_cycle_summary import summarise_planar_cycle
+
+    if json:
+        print_json({"engine": ENGINE, "gaits": [summarise_planar_cycle(cycle) for cycle in cycles]})
+    else:
+        print_planar_cycles(cycles)
+
+
+def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
+    """Print periodic gaits of a robot with several contacts as a table."""
+    if not cycles:
+        out.print("no periodic gait found; try more --starts or another slope or friction")
+        return
+    table = Table(
+        box=box.SIMPLE,
+        pad_edge=False,
+        show_lines=True,
+        title="periodic gaits",
+        caption=f"State right after the event '{cycles[0].section}' and the exchange of the legs. Friction needed: "
+        "lowest friction without slipping.",
+        title_justify="left",
+        caption_justify="left",
+    )
+    table.add_column("sequence")
+    for column in ("state", "period [s]", "multipliers", "stable", "friction needed"):
+        table.add_column(column, no_wrap=True)
+    for cycle in cycles:
+        critical = cycle.critical_friction
+        table.add_row(
+            cycle.sequence,
+            "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
+            f"{cycle.period:.7g}",
+            "\n".join(format_multiplier(value) for value in cycle.multipliers),
+            verdict_text("yes" if cycle.stable else "no", cycle.stable),
+            "-" if critical is None else f"{critical.friction:.6g}",
+        )
+    out.print(table)

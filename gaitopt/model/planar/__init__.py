@@ -1,0 +1,1 @@
+"""Planar robots with any number of contacts: point and round feet, joint stops, flight."""

@@ -1,0 +1,76 @@
+"""Equations of a plastic impact with given outcome, and the derivatives of contact velocities.
+
+The unknowns are w = (v+, L_n of the contacts with an impulse, L_t of the sticking bodies).  They satisfy
+
+    M (v+ - v) - sum of W_n^T L_n + W_t^T L_t = 0     with L_t = -s mu L_n of a contact that slips in direction s
+    W_n v+ = 0, and W_t v+ = 0 of a sticking body
+"""
+
+import functools
+
+import casadi as ca
+
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.phase_system import contact_forces, group_sticking, select_rows
+from gaitopt.model.planar.planar_robot import PlanarRobot
+
+
+@functools.lru_cache(maxsize=256)
+def impact_slope(robot: PlanarRobot, outcome: ContactState) -> ca.Function:
+    """Return (q, v, p) -> velocity after the impact (n_q), its derivatives by q and by v, shape (n_q, n_q) each.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    outcome : ContactState
+        Mode of each contact in the impact.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
+    >>> hopper = vertical_hopper()
+    >>> slope = impact_slope(hopper, ContactState.of({"sole": "closed", "full length": "free"}))
+    >>> slope([0.5, 0], [-2, -2], hopper.vector(hopper.resolve({})))[0]
+    DM([-2, 0])
+    """
+    modes = [mode for _, mode in outcome.modes]
+    closed = tuple(i for i, mode in enumerate(modes) if mode is not Mode.FREE)
+    sticking, n = group_sticking(robot, modes), robot.n_q
+    q, v = ca.SX.sym("q", n), ca.SX.sym("v", n)
+    p = ca.SX.sym("p", len(robot.parameters) + len(robot.switches))
+    w = ca.SX.sym("w", n + len(closed) + len(sticking))
+    normal, tangent, _, _ = robot.rows(q, v, p)
+    impulse = contact_forces(robot, modes, closed, sticking, w, p)
+    rows = ca.vertcat(select_rows(normal, closed), select_rows(tangent, [members[0] for members in sticking]))
+    change = robot.dynamics(q, v, p)[0] @ (w[:n] - v)
+    residual = ca.vertcat(change - tangent.T @ impulse[0, :].T - normal.T @ impulse[1, :].T, rows @ w[:n])
+    matrix = ca.jacobian(residual, w)
+    parts = [q, v, w, p]
+    slopes = ca.Function("slopes", parts, [matrix, ca.jacobian(residual, q), ca.jacobian(residual, v)])
+    system = ca.Function("system", [q, v, p], [matrix, -ca.substitute(residual, w, ca.SX.zeros(w.shape))])
+    mq, mv, mp = ca.MX.sym("q", n), ca.MX.sym("v", n), ca.MX.sym("p", p.numel())
+    solution = ca.solve(*system(mq, mv, mp))
+    factor, by_q, by_v = slopes(mq, mv, solution, mp)
+    derivative = -ca.solve(factor, ca.horzcat(by_q, by_v))
+    outputs = [solution[:n], derivative[:n, :n], derivative[:n, n:]]
+    return ca.Function("impact_slope", [mq, mv, mp], [ca.densify(output) for output in outputs])
+
+
+@functools.lru_cache(maxsize=64)
+def contact_slopes(robot: PlanarRobot) -> ca.Function:
+    """Return (q, v, p) -> derivatives by (q, v) of gaps, their rates and the slip speeds, shape (n_c, 2 n_q) each.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
+    >>> hopper = vertical_hopper()
+    >>> contact_slopes(hopper)([1, 0.5], [0, 0], hopper.vector(hopper.resolve({})))[1][0, :]
+    DM([[0, 0, 0, 1]])
+    """
+    q, v = ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q)
+    p = ca.SX.sym("p", len(robot.parameters) + len(robot.switches))
+    normal, tangent, _, _ = robot.rows(q, v, p)
+    y, quantities = ca.vertcat(q, v), (robot.gaps(q, p)[0], normal @ v, tangent @ v)
+    outputs = [ca.densify(ca.jacobian(quantity, y)) for quantity in quantities]
+    return ca.Function("contact_slopes", [q, v, p], outputs)

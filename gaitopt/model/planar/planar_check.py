@@ -1,0 +1,221 @@
+"""Checks of a planar robot in random states: mass, energy, contact derivatives, travel and leg exchange."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.model.planar.mirror import Mirror
+from gaitopt.model.planar.planar_robot import PlanarRobot
+
+Vector = NDArray[np.float64]
+
+STEP = 1e-5
+"""Step of central differences [m or rad]."""
+
+EXACT, DIFFERENCED = 1e-9, 1e-6
+"""Largest relative errors of a correct robot: of identities, and of derivatives against differences."""
+
+
+@dataclass(frozen=True)
+class PlanarCheck:
+    """Largest relative errors of a planar robot in random states.
+
+    Attributes
+    ----------
+    least_eigenvalue : float
+        Smallest eigenvalue of the mass matrix over the largest in size; must be positive.
+    energy : float
+        Kinetic energy minus v^T M v / 2, and the change of energy without contacts minus the work of torques and
+        dampers.
+    contacts : float
+        Derivatives of gaps and slide coordinates minus central differences.
+    travel : float
+        Change of mass matrix, forces and gaps, and of slide coordinates minus the distance, when the robot is moved
+        along the ground.
+    mirror : float
+        Change of mass matrix, forces, gaps, slide coordinates and actuation by the exchange of the legs.
+    faults : tuple of str
+        Faults with their remedies, one sentence each; empty for a correct robot.
+
+    Examples
+    --------
+    >>> PlanarCheck(0.01, 1e-9, 1e-10, 0.0, 0.0).passed
+    True
+    """
+
+    least_eigenvalue: float
+    energy: float
+    contacts: float
+    travel: float
+    mirror: float
+    faults: tuple[str, ...] = field(default=())
+
+    @property
+    def passed(self) -> bool:
+        """Whether the robot has no fault."""
+        return not self.faults
+
+
+def check_planar(
+    robot: PlanarRobot, parameters: Mapping[str, float] | None = None, *, states: int = 10, seed: int = 0
+) -> PlanarCheck:
+    """Check a planar robot in random states.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    parameters : mapping of str to float, optional
+        By default the defaults, on a slope of 0.1 rad.
+    states : int
+        Number of random states.
+    seed : int
+
+    Returns
+    -------
+    PlanarCheck
+
+    Raises
+    ------
+    InputError
+        If a parameter is invalid.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.kneed_walker import kneed_walker
+    >>> check_planar(kneed_walker()).passed
+    True
+    """
+    rng = np.random.default_rng(seed)
+    p = robot.vector(robot.resolve({"slope": 0.1, "friction": 0.5, **(parameters or {})}))
+    rows = []
+    for _ in range(states):
+        q, v, u = rng.uniform(0.2, 0.8, robot.n_q), rng.normal(size=robot.n_q), rng.normal(size=robot.n_u)
+        mass = _evaluate(robot.dynamics, q, v, p)[0]
+        eigenvalues = np.linalg.eigvalsh((mass + mass.T) / 2)
+        least = float(eigenvalues[0] / np.max(np.abs(eigenvalues)))
+        rows.append(
+            (
+                -least,
+                _energy_error(robot, q, v, u, p) if least > 1e-14 else np.nan,
+                _contact_error(robot, q, v, p),
+                _travel_error(robot, q, v, p),
+                _mirror_error(robot, robot.mirror, q, v, p),
+            )
+        )
+    worst = np.max(np.array(rows), axis=0).tolist()
+    faults = (*_faults(robot, worst), *_release_faults(robot))
+    least, energy, contacts, travel, mirror = worst
+    return PlanarCheck(-least, energy, contacts, travel, mirror, faults)
+
+
+def _evaluate(function: ca.Function, *inputs: Vector) -> list[Vector]:
+    return [np.array(part, dtype=float) for part in function.call(list(inputs))]
+
+
+def _faults(robot: PlanarRobot, worst: list[float]) -> tuple[str, ...]:
+    """Return the sentences of the errors that are too large."""
+    least, energy, contacts, travel, mirror = worst
+    name, faults = f"Robot {robot.name!r}:", []
+    if not -least > 1e-14:
+        return (f"{name} the mass matrix is singular; every coordinate needs a mass or an inertia.",)
+    if not energy < DIFFERENCED:
+        faults.append(f"{name} the energy changes by more than the work of its forces, by {energy:.3g} of it.")
+    if not contacts < DIFFERENCED:
+        faults.append(f"{name} the derivatives of gaps or slide coordinates are off by {contacts:.3g}.")
+    if not travel < EXACT:
+        faults.append(
+            f"{name} the motion depends on the place along the ground by {travel:.3g}; choose the coordinate `travel` "
+            "that moves the whole robot forward, or None."
+        )
+    if not mirror < EXACT:
+        faults.append(
+            f"{name} the mirror changes mass matrix, forces, gaps or actuation by {mirror:.3g}; name every coordinate, "
+            "contact and actuator whose place or sign is exchanged."
+        )
+    return tuple(faults)
+
+
+def _release_faults(robot: PlanarRobot) -> tuple[str, ...]:
+    """Return the faults of latched stops whose exchanged stop is not released by the exchanged contact."""
+    if robot.mirror is None:
+        return ()
+    names = robot.contact_names
+    image = {name: names[place] for name, place in zip(names, robot.mirror.contacts, strict=True)}
+    releases = {contact.name: contact.released_by for contact in robot.contacts}
+    faults = []
+    for name, release in releases.items():
+        expected = None if release is None else (image[release[0]], release[1])
+        if releases[image[name]] != expected:
+            faults.append(
+                f"Robot {robot.name!r}: the mirror exchanges stops {name!r} and {image[name]!r}, which are not "
+                "released by exchanged contacts."
+            )
+    return tuple(faults)
+
+
+def _energy_error(robot: PlanarRobot, q: Vector, v: Vector, u: Vector, p: Vector) -> float:
+    """Return the error of the kinetic energy and of the balance of energy without contacts."""
+    mass, bias, actuation = _evaluate(robot.dynamics, q, v, p)
+    a = np.linalg.solve(mass, actuation @ u - bias.ravel())
+    # Small compared with the time scales of the motion, which are short for a light leg.
+    step = STEP / (np.max(np.abs(v)) + np.sqrt(np.max(np.abs(a))) + 1)
+    sides = [(q + s * v + s**2 / 2 * a, v + s * a) for s in (step, -step)]
+    energies = [float(sum(part.item() for part in _evaluate(robot.energy, *side, p))) for side in sides]
+    power = float(u @ _evaluate(robot.joint_rates, q, v, p)[0].ravel())
+    power -= _evaluate(robot.force_powers, q, v, p)[1].item()
+    kinetic = _evaluate(robot.energy, q, v, p)[0].item()
+    scale = abs(power) + abs(energies[0]) + 1
+    change = (energies[0] - energies[1]) / (2 * step)
+    return max(abs(change - power), abs(kinetic - v @ mass @ v / 2)) / scale
+
+
+def _contact_error(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> float:
+    """Return the error of the derivatives of gaps and slide coordinates."""
+    normal, tangent, *biases = _evaluate(robot.rows, q, v, p)
+    errors = [0.0]
+    ahead, behind = (_evaluate(robot.rows, q + s * v, v, p) for s in (STEP, -STEP))
+    for k, rows in enumerate((normal, tangent)):
+        changed = (ahead[k] - behind[k]) @ v / (2 * STEP)
+        errors.append(float(np.max(np.abs(changed - biases[k].ravel())) / (np.max(np.abs(biases[k])) + 1)))
+        for j, unit in enumerate(np.eye(robot.n_q)):
+            places = [_evaluate(robot.gaps, q + s * unit, p)[k].ravel() for s in (STEP, -STEP)]
+            difference = (places[0] - places[1]) / (2 * STEP)
+            errors.append(float(np.max(np.abs(difference - rows[:, j])) / (np.max(np.abs(rows)) + 1)))
+    return max(errors)
+
+
+def _travel_error(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> float:
+    """Return the change of everything but the slide coordinates when the robot is moved along the ground."""
+    if robot.travel is None:
+        return 0.0
+    moved = q + np.eye(robot.n_q)[robot.coordinates.index(robot.travel)]
+    here, there = (
+        [*_evaluate(robot.dynamics, place, v, p), *_evaluate(robot.rows, place, v, p)] for place in (q, moved)
+    )
+    gaps = [_evaluate(robot.gaps, place, p) for place in (q, moved)]
+    slides = np.array([float(contact.slides) for contact in robot.contacts])
+    here += [gaps[0][0], gaps[0][1].ravel() + slides]
+    there += [gaps[1][0], gaps[1][1].ravel()]
+    return _difference(here, there)
+
+
+def _mirror_error(robot: PlanarRobot, mirror: Mirror | None, q: Vector, v: Vector, p: Vector) -> float:
+    """Return the change of the equations by the exchange of the legs."""
+    if mirror is None:
+        return 0.0
+    place, coordinates = list(mirror.contacts), mirror.coordinates
+    mass, bias, actuation = _evaluate(robot.dynamics, q, v, p)
+    expected = [coordinates @ mass @ coordinates.T, coordinates @ bias, coordinates @ actuation @ mirror.actuators.T]
+    expected += [part[place] for part in _evaluate(robot.gaps, q, p)]
+    mirrored = coordinates @ q, coordinates @ v
+    actual = _evaluate(robot.dynamics, *mirrored, p) + _evaluate(robot.gaps, mirrored[0], p)
+    return _difference(expected, actual)
+
+
+def _difference(expected: list[Vector], actual: list[Vector]) -> float:
+    """Return the largest relative difference between arrays."""
+    pairs = [(one, other) for one, other in zip(expected, actual, strict=True) if one.size]
+    return max(float(np.max(np.abs(one - other)) / (np.max(np.abs(one)) + 1e-3)) for one, other in pairs)

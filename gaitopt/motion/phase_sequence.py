@@ -1,0 +1,275 @@
+"""Contact sequences of robots with several contacts: the closed contacts of each phase, and the events between phases.
+
+    sequence = phase event {phase event}
+    phase    = "flight" | contact mode {"," contact mode}          contacts that are not named are free
+    event    = ">" | "|" ["[" contact mode {"," contact mode} "]"]
+
+``>`` is an event without impulse: lift-off, slip onset, rest, reversal, release of a stop, soft touchdown.  ``|`` is an
+impact: a touchdown, or a joint that reaches its stop.  The brackets state its outcome at every contact that receives an
+impulse; without them it is that of the phase that follows.  The last event leads to the first phase again, after the
+exchange of the legs.  Everything that changes between two phases changes at the same event.
+
+``"foot stick > flight |"`` is a hop; ``"foot A slip+, foot B stick > foot B stick |"`` a walk in which the trailing
+foot is dragged forward after touchdown.  The sequences of walkers with one foot on the ground, such as
+``"slip+ stick | slip+"``, are read as well.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gaitopt.errors import SequenceError, suggest
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.planar_robot import ContactEntry, PlanarRobot
+from gaitopt.motion.contact_sequence import ContactSequence
+
+Modes = tuple[tuple[str, Mode], ...]
+"""Closed contacts and their modes."""
+
+FLIGHT = "flight"
+_FEET = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)}
+_STOPS = {mode.value: mode for mode in (Mode.CLOSED, Mode.LATCHED)}
+_EXAMPLE = 'Write phases and events, for example "foot stick > flight |".'
+
+
+@dataclass(frozen=True)
+class PhaseEvent:
+    """The event at the end of a phase.
+
+    Attributes
+    ----------
+    impact : bool
+    outcome : tuple of (str, Mode), or None
+        Contacts that receive an impulse, and their modes in the impact; None stands for those of the next phase.
+    """
+
+    impact: bool
+    outcome: Modes | None = None
+
+    def __str__(self) -> str:
+        return ("|" if self.impact else ">") + (f" [{_text_of(self.outcome)}]" if self.outcome is not None else "")
+
+
+@dataclass(frozen=True)
+class PhaseSequence:
+    """The phases of one period of a robot with any contacts, and the events between them.
+
+    Attributes
+    ----------
+    phases : tuple of tuples of (str, Mode)
+        Closed contacts of each phase and their modes.
+    events : tuple of PhaseEvent
+        Event at the end of each phase.
+
+    Examples
+    --------
+    >>> sequence = PhaseSequence.parse("foot A slip+, foot B stick > foot B stick |")
+    >>> len(sequence.phases), str(sequence)
+    (2, 'foot A slip+, foot B stick > foot B stick |')
+    """
+
+    phases: tuple[Modes, ...]
+    events: tuple[PhaseEvent, ...]
+
+    @classmethod
+    def parse(cls, text: "str | PhaseSequence", robot: PlanarRobot | None = None) -> "PhaseSequence":
+        """Read a sequence from text.
+
+        Parameters
+        ----------
+        text : str
+        robot : PlanarRobot, optional
+            Robot whose contacts the sequence is checked against; needed for the sequences of walkers in single support.
+
+        Raises
+        ------
+        SequenceError
+            If the text is invalid, or the robot cannot have the sequence; the message states why.
+
+        Examples
+        --------
+        >>> from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+        >>> str(PhaseSequence.parse("stick | slip+", compass_with_two_feet()))
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.SequenceError: The sequence 'foot A stick | [foot B slip+]' is not possible: after an \
+impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
+        """
+        if isinstance(text, PhaseSequence):
+            sequence = text
+        elif not isinstance(text, str):
+            raise SequenceError(f"A contact sequence must be text, got {text!r}. {_EXAMPLE}")
+        elif robot is not None and _is_single_support(text):
+            sequence = _from_single_support(ContactSequence.parse(text), robot)
+        else:
+            sequence = _parse(text)
+        return sequence if robot is None else sequence.check(robot)
+
+    def check(self, robot: PlanarRobot) -> "PhaseSequence":
+        """Return the sequence itself if the robot can have it; raise SequenceError otherwise."""
+        for modes in (*self.phases, *(event.outcome for event in self.events if event.outcome is not None)):
+            for name, mode in modes:
+                _check_contact(str(self), robot, name, mode)
+        for number in range(len(self.phases)):
+            _check_event(self, robot, number)
+        return self
+
+    def states(self, robot: PlanarRobot) -> tuple[ContactState, ...]:
+        """Return the contact state of each phase, in the order of the robot's contacts."""
+        return tuple(_state(robot, modes) for modes in self.phases)
+
+    def state_after(self, robot: PlanarRobot, number: int) -> ContactState:
+        """Return the contact state after the event of a phase, in the names of that phase."""
+        if number + 1 < len(self.phases):
+            return _state(robot, self.phases[number + 1])
+        first = [mode for _, mode in _state(robot, self.phases[0]).modes]
+        places = range(len(first)) if robot.mirror is None else robot.mirror.contacts
+        return ContactState(tuple(zip(robot.contact_names, (first[place] for place in places), strict=True)))
+
+    def outcome(self, robot: PlanarRobot, number: int) -> ContactState:
+        """Return the modes of all contacts in the impact of a phase; a contact without impulse is free.
+
+        A latched stop that an opening contact releases takes part in the impact.
+        """
+        event, before = self.events[number], _state(robot, self.phases[number])
+        if event.outcome is not None:
+            return _state(robot, event.outcome)
+        modes = dict(self.state_after(robot, number).modes)
+        for contact in robot.contacts:
+            latched = before.mode(contact.name) is Mode.LATCHED and modes[contact.name] is Mode.FREE
+            if latched and contact.released_by is not None and contact.released_by[1]:
+                modes[contact.name] = Mode.LATCHED
+        return ContactState(tuple(modes.items()))
+
+    def describe_event(self, robot: PlanarRobot, number: int) -> tuple[str, ...]:
+        """Return everything that changes at the event of a phase.
+
+        Examples
+        --------
+        >>> from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+        >>> robot = compass_with_two_feet()
+        >>> sequence = PhaseSequence.parse("foot A slip+, foot B stick > foot B stick |", robot)
+        >>> [" & ".join(sequence.describe_event(robot, number)) for number in range(2)]
+        ['foot A opens', 'foot A closes & foot B slip+']
+        """
+        before, after = _state(robot, self.phases[number]), self.state_after(robot, number)
+        outcome = self.outcome(robot, number) if self.events[number].impact else after
+        closing = [name for name, mode in before.modes if mode is Mode.FREE and outcome.mode(name) is not Mode.FREE]
+        changes = [f"{name} closes" for name in closing]
+        for name, old in before.modes:
+            new = after.mode(name)
+            if new is Mode.FREE and (old is not Mode.FREE or name in closing):
+                changes.append(f"{name} {'released' if old is Mode.LATCHED else 'opens'}")
+            elif old is not Mode.FREE and old is not new:
+                changes.append(f"{name} {new.value}")
+        return tuple(changes)
+
+    def __str__(self) -> str:
+        return " ".join(f"{_text_of(modes)} {event}" for modes, event in zip(self.phases, self.events, strict=True))
+
+
+def _state(robot: PlanarRobot, modes: Modes) -> ContactState:
+    table = dict(modes)
+    return ContactState(tuple((name, table.get(name, Mode.FREE)) for name in robot.contact_names))
+
+
+def _text_of(modes: Modes) -> str:
+    return ", ".join(f"{name} {mode.value}" for name, mode in modes) or FLIGHT
+
+
+def _parse(text: str) -> PhaseSequence:
+    """Return the sequence of a text without a check against a robot."""
+    parts = re.split(r"(>|\|)\s*(\[[^\]]*\])?", text)
+    if len(parts) < 4 or parts[-1].strip():
+        raise SequenceError(f"The sequence {text!r} must end with an event, '>' or '|'. {_EXAMPLE}")
+    phases, events = [], []
+    for phase, separator, outcome in zip(parts[:-1:3], parts[1::3], parts[2::3], strict=True):
+        phases.append(_read_modes(phase, text))
+        if outcome is not None and separator == ">":
+            raise SequenceError(f"The sequence {text!r} states an outcome {outcome} after '>'; only impacts have one.")
+        events.append(PhaseEvent(separator == "|", None if outcome is None else _read_modes(outcome[1:-1], text)))
+    return PhaseSequence(tuple(phases), tuple(events))
+
+
+def _read_modes(part: str, text: str) -> Modes:
+    if part.strip() == FLIGHT:
+        return ()
+    modes: dict[str, Mode] = {}
+    for entry in part.split(","):
+        name, _, spelling = entry.strip().rpartition(" ")
+        known = {**_FEET, **_STOPS}
+        if spelling not in known or not name:
+            raise SequenceError(
+                f"The sequence {text!r} contains {entry.strip()!r}, which is not a contact and its mode. "
+                f"{suggest(spelling, known)} {_EXAMPLE}"
+            )
+        if name.strip() in modes:
+            raise SequenceError(f"The sequence {text!r} names contact {name.strip()!r} twice in one phase.")
+        modes[name.strip()] = known[spelling]
+    return tuple(modes.items())
+
+
+def _is_single_support(text: str) -> bool:
+    """Return whether a text consists of modes of one foot only."""
+    parts = [part.split() for part in text.split("|")]
+    return len(parts) == 2 and all(part and {*part} <= {*_FEET, Mode.ANY.value} for part in parts)
+
+
+def _from_single_support(sequence: ContactSequence, robot: PlanarRobot) -> PhaseSequence:
+    """Return the sequence of a walker whose feet exchange, from that of its stance foot."""
+    pairs = [] if robot.mirror is None else list(enumerate(robot.mirror.contacts))
+    feet = [(i, j) for i, j in pairs if i < j and robot.contacts[i].slides]
+    if len(feet) != 1:
+        raise SequenceError(
+            f"The sequence {str(sequence)!r} does not name contacts, but robot {robot.name!r} has no single pair of "
+            f"feet that the mirror exchanges. {_EXAMPLE}"
+        )
+    sequence.require_closed("A robot with any contacts")
+    stance, landing = (robot.contact_names[place] for place in feet[0])
+    phases = tuple(((stance, mode),) for mode in sequence.phases)
+    continues = sequence.impact is sequence.phases[0]
+    last = PhaseEvent(True, None if continues else ((landing, sequence.impact),))
+    return PhaseSequence(phases, (*[PhaseEvent(False)] * (len(phases) - 1), last))
+
+
+def _check_contact(text: str, robot: PlanarRobot, name: str, mode: Mode) -> None:
+    """Raise SequenceError unless a contact exists and can have a mode."""
+    if name not in robot.contact_names:
+        raise SequenceError(f"The sequence {text!r} names {name!r}. {suggest(name, robot.contact_names)}")
+    contact = robot.contacts[robot.contact_index(name)]
+    accepted = _accepted_modes(contact)
+    if mode.value not in accepted:
+        raise SequenceError(
+            f"The sequence {text!r} has contact {name!r} in mode {mode.value!r}; accepted: {', '.join(accepted)}."
+        )
+
+
+def _accepted_modes(contact: ContactEntry) -> Sequence[str]:
+    if contact.kind == "stop":
+        return tuple(_STOPS) if contact.latched else (Mode.CLOSED.value,)
+    return tuple(_FEET) if contact.slides else (Mode.CLOSED.value, Mode.STICK.value)
+
+
+def _check_event(sequence: PhaseSequence, robot: PlanarRobot, number: int) -> None:
+    """Raise SequenceError unless the event of a phase can lead to the next phase."""
+    event, text = sequence.events[number], str(sequence)
+    before, after = sequence.states(robot)[number], sequence.state_after(robot, number)
+    if not event.impact:
+        if before == after and len(sequence.phases) > 1:
+            raise SequenceError(f"The sequence {text!r} is not possible: nothing changes after phase {number + 1}.")
+        return
+    outcome = sequence.outcome(robot, number)
+    if not any(old is Mode.FREE and outcome.mode(name) is not Mode.FREE for name, old in before.modes):
+        raise SequenceError(
+            f"The sequence {text!r} is not possible: no contact closes in the impact after phase {number + 1}. "
+            "Write '>' for an event without impact."
+        )
+    for name, mode in outcome.modes:
+        following = after.mode(name)
+        wrong = mode.slips and following is not Mode.FREE and following is not mode
+        if wrong or (mode is Mode.FREE and following is not Mode.FREE):
+            raise SequenceError(
+                f"The sequence {text!r} is not possible: after an impact that ends in {mode.value!r}, contact {name!r} "
+                f"does not change to mode {following.value!r}."
+            )

@@ -1,0 +1,130 @@
+"""Summary of the gait of a planar robot as plain data, with forces and impulses by contact."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
+from gaitopt.motion.summary import ledger_facts, plain
+
+
+def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
+    """Return the facts of a gait as plain data for JSON, with the keys of :func:`gaitopt.motion.summarise`.
+
+    Parameters
+    ----------
+    gait : PlanarGait
+
+    Returns
+    -------
+    dict
+        SI units; forces, impulses, slides and margins by contact.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+    >>> from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem, solve_planar
+    >>> gait = solve_planar(PlanarProblem(
+    ...     robot=compass_with_two_feet(), sequence="foot A stick |", friction=1.0, speed=0.633, step_length=0.4713,
+    ...     objective="torque_squared", limits=PlanarLimits(torque={"ankle B": 0}),
+    ...     transcription=Collocation(intervals=10)))
+    >>> summarise_planar(gait)["impact"]["outcome"]
+    {'foot A': 'free', 'foot B': 'stick', 'hip point': 'free'}
+    """
+    motion = gait.motion
+    solver = dataclasses.asdict(gait.solver)
+    violations, warnings, conflicts = (solver.pop(name) for name in ("violations", "warnings", "conflicts"))
+    impacts = [event for event in motion.events if event.is_impact]
+    data = {
+        "status": gait.status.key,
+        "hint": gait.status.hint,
+        "robot": gait.robot.name,
+        "sequence": str(gait.sequence),
+        "objective": gait.solver.objective,
+        "cost_of_transport": gait.cost_of_transport,
+        "speed": gait.speed,
+        "step_length": gait.step_length,
+        "period": gait.period,
+        "phases": [_phase_facts(motion, segment) for segment in motion.segments],
+        "events": [_event_facts(motion, event) for event in motion.events],
+        "friction_margin": friction_margin(gait),
+        "foot_slide": _slides(gait),
+        "impact": _event_facts(motion, impacts[-1]) if impacts else None,
+        "energy": ledger_facts(gait.energy),
+        "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
+        "proposal": None,
+        "certificate": None,
+        "solver": solver,
+        "violations": violations,
+        "conflicts": conflicts,
+        "warnings": list(warnings),
+        "problem": gait.problem,
+        "versions": gait.versions,
+    }
+    summary: dict[str, Any] = plain(data)
+    return summary
+
+
+def friction_margin(gait: PlanarGait) -> float:
+    """Return the smallest 1 - abs(f_t) / (mu f_n) of the sticking contacts; nan without any.
+
+    Samples without force, at lift-off, are left out; a body with several contacts counts as one.
+
+    Examples
+    --------
+    >>> friction_margin.__name__
+    'friction_margin'
+    """
+    values, robot = gait.motion.parameters, gait.robot
+    limit = values["friction"] * values["static_friction_ratio"]
+    margins = []
+    for segment in gait.motion.segments:
+        bodies: dict[str, list[int]] = {}
+        for i, (_, mode) in enumerate(segment.state.modes):
+            if mode is Mode.STICK:
+                bodies.setdefault(robot.contacts[i].body, []).append(i)
+        for members in bodies.values():
+            tangential, normal = segment.force[members].sum(axis=0)
+            loaded = normal > 0
+            margins.append(1 - np.abs(tangential[loaded]) / (limit * normal[loaded]))
+    return float(np.concatenate(margins).min()) if margins else float("nan")
+
+
+def _phase_facts(motion: PlanarMotion, segment: PlanarSegment) -> dict[str, Any]:
+    closed = [i for i, (_, mode) in enumerate(segment.state.modes) if mode is not Mode.FREE]
+    return {
+        "mode": ", ".join(f"{motion.contacts[i]} {segment.state.modes[i][1].value}" for i in closed) or "flight",
+        "modes": {name: mode.value for name, mode in segment.state.modes},
+        "duration": segment.time[-1] - segment.time[0],
+        "largest_normal_force": {motion.contacts[i]: segment.force[i, 1].max() for i in closed},
+        "largest_tangential_force": {motion.contacts[i]: np.abs(segment.force[i, 0]).max() for i in closed},
+    }
+
+
+def _event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
+    received = np.flatnonzero(event.impulse.any(axis=1))
+    outcome = event.outcome or event.after
+    return {
+        "time": event.time,
+        "names": list(event.names),
+        "outcome": {name: mode.value for name, mode in outcome.modes},
+        "impulse": {motion.contacts[i]: event.impulse[i].tolist() for i in received},
+        "energy_lost": event.energy_lost,
+        "velocity_after": dict(zip(motion.coordinates, event.v_plus.tolist(), strict=True)),
+    }
+
+
+def _slides(gait: PlanarGait) -> dict[str, float]:
+    """Return the distance by which each contact that slips slides, forward positive [m]."""
+    motion, robot = gait.motion, gait.robot
+    p = robot.vector(motion.parameters)
+    slides: dict[str, float] = {}
+    for segment in motion.segments:
+        ends = [np.array(robot.gaps(segment.q[:, k], p)[1]).ravel() for k in (0, -1)]
+        for i, (name, mode) in enumerate(segment.state.modes):
+            if mode.slips:
+                slides[name] = slides.get(name, 0.0) + float(ends[1][i] - ends[0][i])
+    return slides

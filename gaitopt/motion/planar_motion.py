@@ -1,0 +1,194 @@
+"""Motion of a planar robot with any contacts: segments between events, with the force of each contact."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.motion.energy import Ledger
+from gaitopt.motion.motion import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlanarSegment:
+    """A smooth part of a motion in one contact state, sampled at K instants.
+
+    Attributes
+    ----------
+    state : ContactState
+    time : (K,) array [s]
+    q, v : (n_q, K) arrays
+        Coordinates [m or rad] and their rates.
+    torque : (n_u, K) array [N m or N]
+    force : (n_c, 2, K) array [N]
+        Force (f_t, f_n) of each contact; of a joint stop, the generalized force f_n, which may be a torque.
+    work : (n_u, K) array [J]
+        Work of each actuator since the start of the segment.
+    friction_work : (n_c, K) array [J]
+        Energy dissipated by the sliding of each contact since the start of the segment.
+    damping_work : (K,) array [J]
+    kinetic, potential, elastic : (K,) arrays [J]
+        The potential energy includes the elastic energy.
+    points : (2, n_points, K) array [m]
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> motion = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> flight = motion.segments[0]
+    >>> flight.state.mode("foot").value, flight.force.shape == (2, 2, flight.time.size)
+    ('free', True)
+    """
+
+    state: ContactState
+    time: Array
+    q: Array
+    v: Array
+    torque: Array
+    force: Array
+    work: Array
+    friction_work: Array
+    damping_work: Array
+    kinetic: Array
+    potential: Array
+    elastic: Array
+    points: Array
+
+    def __repr__(self) -> str:
+        return f"PlanarSegment({self.state}; {self.time[0]:.6g} to {self.time[-1]:.6g} s)"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlanarEvent:
+    """Everything that changes at one instant: impacts, contact modes, latches and switched springs.
+
+    Attributes
+    ----------
+    time : float [s]
+    names : tuple of str
+        For example ``("foot B closes", "foot A opens")``; also ``X stick``, ``X slip+``, ``X slip-``, ``X released``
+        and ``X extends``.
+    before, after : ContactState
+    q, v_minus, v_plus : (n_q,) arrays
+    impulse : (n_c, 2) array [N s]
+        (L_t, L_n) of each contact; zero without an impact.
+    outcome : ContactState or None
+        Mode of each contact in the impact, free if it has no impulse; None without an impact.
+    energy_lost : float [J]
+        Kinetic energy lost in the impact.
+    switch_work : float [J]
+        Elastic energy added by switched springs.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> motion = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> motion.events[0].names, motion.events[0].outcome.mode("foot").value
+    (('foot closes',), 'stick')
+    """
+
+    time: float
+    names: tuple[str, ...]
+    before: ContactState
+    after: ContactState
+    q: Array
+    v_minus: Array
+    v_plus: Array
+    impulse: Array
+    outcome: ContactState | None = None
+    energy_lost: float = 0.0
+    switch_work: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"PlanarEvent({self.time:.6g} s, {' & '.join(self.names)})"
+
+    @property
+    def is_impact(self) -> bool:
+        """Whether a contact closes with an impulse."""
+        return self.outcome is not None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlanarMotion:
+    """Segments of a planar robot's motion and the events that end them.
+
+    Attributes
+    ----------
+    coordinates, contacts, actuators, points : tuple of str
+    links : tuple of pairs of int
+    parameters : dict of str to float
+    total_mass : float [kg]
+    segments : tuple of PlanarSegment
+    events : tuple of PlanarEvent
+        Event k ends segment k; one fewer than the segments if the last segment ends without an event.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
+    >>> from gaitopt.simulation import simulate_planar
+    >>> motion = simulate_planar(vertical_hopper(), [0.7, 0.2], [0, 0], {}, duration=0.5).motion
+    >>> [event.names for event in motion.events][:2]
+    [('sole closes', 'full length opens'), ('sole extends',)]
+    """
+
+    coordinates: tuple[str, ...]
+    contacts: tuple[str, ...]
+    actuators: tuple[str, ...]
+    points: tuple[str, ...]
+    links: tuple[tuple[int, int], ...]
+    parameters: dict[str, float]
+    total_mass: float
+    segments: tuple[PlanarSegment, ...]
+    events: tuple[PlanarEvent, ...]
+
+    def __repr__(self) -> str:
+        return f"PlanarMotion({len(self.segments)} segments, {self.period:.6g} s, '{self.sequence}')"
+
+    @property
+    def period(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return float(self.segments[-1].time[-1] - self.segments[0].time[0]) if self.segments else 0.0
+
+    @property
+    def sequence(self) -> str:
+        """Modes of the closed contacts of each segment, separated by ``>``, or by ``|`` where an impact occurs."""
+        parts = []
+        for place, segment in enumerate(self.segments):
+            closed = [f"{name} {mode.value}" for name, mode in segment.state.modes if name in segment.state.closed]
+            parts.append(", ".join(closed) or "flight")
+            if place < len(self.events):
+                parts.append("|" if self.events[place].is_impact else ">")
+        return " ".join(parts).removesuffix(" >")
+
+    def force(self, contact: str) -> tuple[Array, Array]:
+        """Return the times [s], shape (K,), and the force (f_t, f_n) of a contact [N], shape (2, K)."""
+        if contact not in self.contacts:
+            raise InputError(f"The motion has no contact {contact!r}. {suggest(contact, self.contacts)}")
+        place = self.contacts.index(contact)
+        time = np.concatenate([segment.time for segment in self.segments])
+        return time, np.concatenate([segment.force[place] for segment in self.segments], axis=-1)
+
+    def channel(self, name: str) -> Array:
+        """Return an array of the segments, such as ``"q"``, joined along time."""
+        return np.concatenate([getattr(segment, name) for segment in self.segments], axis=-1)
+
+    def ledger(self) -> Ledger:
+        """Return sources and losses of the energy [J]; the work of switched springs counts as that of an actuator."""
+        if not self.segments:
+            return Ledger(0.0, 0.0, 0.0, 0.0, 0.0)
+        lost = [event.energy_lost for event in self.events]
+        last = lost[-1] if len(self.events) == len(self.segments) else 0.0
+        switched = sum(event.switch_work for event in self.events)
+        gravity = [segment.potential - segment.elastic for segment in self.segments]
+        return Ledger(
+            actuator=float(sum(segment.work[:, -1].sum() for segment in self.segments) + switched),
+            gravity=-float(sum(values[-1] - values[0] for values in gravity)),
+            impact_loss=float(sum(lost)),
+            friction_loss=float(sum(segment.friction_work[:, -1].sum() for segment in self.segments)),
+            kinetic_change=float(self.segments[-1].kinetic[-1] - last - self.segments[0].kinetic[0]),
+            damping_loss=float(sum(segment.damping_work[-1] for segment in self.segments)),
+            elastic_change=float(sum(segment.elastic[-1] - segment.elastic[0] for segment in self.segments) + switched),
+        )

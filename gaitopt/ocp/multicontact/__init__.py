@@ -1,0 +1,1 @@
+"""Optimal gaits of planar robots with any contacts: every phase in the same coordinates, every event a set of rows."""

@@ -1,0 +1,78 @@
+"""Contacts that would close before the planned touchdown: a foot that swings through the ground while it is armed."""
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_bounds import conditional_contacts
+from gaitopt.ocp.multicontact.planar_plan import sample_phase
+from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.nlp.keys import Group, Kind, Unknown
+
+BISECTIONS = 40
+"""Number of bisections that locate the zero of a gap."""
+
+BELOW = 1e-9
+"""Depth [m] from which a contact is below the ground."""
+
+
+def find_early_touchdowns(
+    transcription: PlanarTranscription, values: dict[str, float], x: Array, clearance: float
+) -> dict[int, float]:
+    """Return the rows of the gaps that are negative after a contact has touched down too early, and their bounds.
+
+    A contact touches down if its gap falls through zero while its arming condition is positive.  The bounds are the
+    clearance, and decrease to zero in the last quarter of the phase.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    values : dict
+        Every parameter by name.
+    x : (n_variables,) array
+        Decision vector.
+    clearance : float [m]
+    """
+    robot = transcription.structure.robot
+    rows: dict[int, float] = {}
+    p = robot.vector(values)
+    for phase in transcription.phases:
+        part, (q, v, _, _) = sample_phase(transcription, phase, x)
+        duration = x[transcription.variables[Unknown.DURATION][0, phase.number]]
+        curve = CubicHermiteSpline(duration * part, q, v, axis=1)
+        gaps = np.array(robot.gaps.map(part.size)(q, p)[0])
+        for i in conditional_contacts(robot):
+            gap = gaps[i, :-1]
+            if phase.state[i] is not Mode.FREE:
+                continue
+            falling = np.flatnonzero((gap[:-1] > -BELOW) & (gap[1:] < -BELOW)).tolist()
+            first = next((k for k in falling if _is_armed(robot, p, i, curve, curve.x[k : k + 2])), gap.size)
+            for k in range(first + 1, gap.size):
+                least = clearance * min(1, 4 * (1 - part[k]))
+                if gap[k] < least:
+                    rows[_row_of(transcription, phase, i, k)] = least
+    return rows
+
+
+def _is_armed(robot: PlanarRobot, p: Array, contact: int, curve: CubicHermiteSpline, span: Array) -> bool:
+    """Return whether a contact is armed where its gap falls through zero in a time span."""
+    begin, end = span
+    for _ in range(BISECTIONS):
+        middle = (begin + end) / 2
+        above = float(robot.gaps(curve(middle), p)[0][contact]) > 0
+        begin, end = (middle, end) if above else (begin, middle)
+    return float(robot.arming(curve(begin), curve(begin, 1), p)[contact]) > 0
+
+
+def _row_of(transcription: PlanarTranscription, phase: GridPhase, contact: int, sample: int) -> int:
+    """Return the row of the gap of a contact at a sample of a phase."""
+    robot, table = transcription.structure.robot, (Group.INTERVAL, phase.number)
+    interval, inner = divmod(sample, transcription.structure.scheme.points - 1)
+    layout, name = transcription.constraints, robot.contact_names[contact]
+    place = next(
+        i for i, key in enumerate(layout.rows[table]) if key.kind is Kind.GAP and key.of == name and key.inner == inner
+    )
+    return int(layout[table][place, interval])

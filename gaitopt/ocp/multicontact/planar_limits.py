@@ -1,0 +1,69 @@
+"""Limits of the gait of a planar robot."""
+
+import math
+from collections.abc import Mapping
+
+from attrs import field, frozen
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.ocp.statement.limits import Limits
+from gaitopt.parameters import Parameter, as_float, number_within, positive
+
+
+@frozen(kw_only=True)
+class PlanarLimits:
+    """Bounds on the gait of a planar robot.
+
+    Attributes
+    ----------
+    torque : float or mapping of actuator to float [N m or N]
+        Largest absolute torque or force; 0 makes an actuator idle.
+    coordinate : mapping of coordinate to (lower, upper) [m or rad]
+        Those not named are unbounded.
+    rate : float [m/s or rad/s]
+        Largest absolute rate of all coordinates.
+    shortest_phase, longest_step : float [s]
+    height : mapping of point to float [m]
+        Least height of points of the robot, such as a knee.
+    clearance : float [m or rad]
+        Least gap of open contacts, decreasing to zero within a quarter of the phase towards lift-off and touchdown.
+        Contacts that swing through the ground, with a condition under which they close, have none.  With zero, a foot
+        may follow the ground, and the replay then has further touchdowns.
+
+    Examples
+    --------
+    >>> PlanarLimits(torque={"hip": 6}, coordinate={"s": (0.35, 0.65)}).torques(("leg", "hip"))
+    [inf, 6.0]
+    """
+
+    torque: float | Mapping[str, float] = math.inf
+    coordinate: Mapping[str, tuple[float, float]] = field(factory=dict)
+    rate: float = field(default=math.inf, converter=as_float, validator=positive(infinite=True))
+    shortest_phase: float = field(default=5e-3, converter=as_float, validator=positive("s", infinite=True))
+    longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))
+    height: Mapping[str, float] = field(factory=dict)
+    clearance: float = field(default=1e-3, converter=as_float, validator=number_within("m", lower=0.0))
+
+    def torques(self, actuators: tuple[str, ...]) -> list[float]:
+        """Return the limit of each actuator, in order; raise InputError for an invalid limit or name."""
+        return Limits(torque=self.torque).torques(actuators)
+
+    def coordinates(self, names: tuple[str, ...]) -> list[tuple[float, float]]:
+        """Return the bounds of each coordinate, in order; raise InputError for invalid bounds or an unknown name."""
+        for name, bounds in self.coordinate.items():
+            if name not in names:
+                raise InputError(f"PlanarLimits.coordinate: there is no coordinate {name!r}. {suggest(name, names)}")
+            if not isinstance(bounds, tuple | list) or len(bounds) != 2 or not bounds[0] < bounds[1]:
+                raise InputError(
+                    f"PlanarLimits.coordinate of {name} must be a pair (lower, upper) with lower < upper, "
+                    f"got {bounds!r}."
+                )
+        unbounded = (-math.inf, math.inf)
+        return [(float(low), float(high)) for low, high in (self.coordinate.get(name, unbounded) for name in names)]
+
+    def heights(self, points: tuple[str, ...]) -> dict[str, float]:
+        """Return the least heights by point; raise InputError for an unknown point or an invalid height."""
+        for name in self.height:
+            if name not in points:
+                raise InputError(f"PlanarLimits.height: there is no point {name!r}. {suggest(name, points)}")
+        return {name: Parameter(f"height of {name}", 0.0, "m", "").check(value) for name, value in self.height.items()}

@@ -1,0 +1,134 @@
+"""The motion of a planar robot at one instant of a phase as expressions, and the constraints that hold there."""
+
+import math
+from dataclasses import dataclass, replace
+
+import casadi as ca
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
+from gaitopt.ocp.nlp.keys import Key, Kind, Row, equation
+
+Condition = tuple[Row, ca.SX]
+"""A constraint row and its value."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarPoint:
+    """The motion at one instant.
+
+    Attributes
+    ----------
+    q, v, u, z : SX
+        Coordinates, rates, torques; accelerations and forces.
+    p : SX
+        Parameters and switches.
+    """
+
+    q: ca.SX
+    v: ca.SX
+    u: ca.SX
+    z: ca.SX
+    p: ca.SX
+
+    @property
+    def acceleration(self) -> ca.SX:
+        """Accelerations, shape (n_q, 1)."""
+        return self.z[: self.q.numel()]
+
+    def move(self, q: ca.SX, v: ca.SX, u: ca.SX, z: ca.SX) -> "PlanarPoint":
+        """Return another point with the same parameters."""
+        return replace(self, q=q, v=v, u=u, z=z)
+
+
+def motion_residual(phase: GridPhase, point: PlanarPoint) -> ca.SX:
+    """Return the residual of the equations of motion and of the accelerations of the contacts, shape (n_z, 1)."""
+    matrix, right = phase.system.system(point.q, point.v, point.u, point.p)
+    return matrix @ point.z - right
+
+
+def point_outputs(phase: GridPhase, point: PlanarPoint) -> tuple[ca.SX, ca.SX]:
+    """Return the power of each actuator, and the forces (f_t, f_n) of the contacts, shape (2, n_c)."""
+    _, work_rates, forces = phase.system.outputs(point.q, point.v, point.u, point.z, point.p)
+    return work_rates[: point.u.numel()], forces
+
+
+def path_conditions(builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint) -> list[Condition]:
+    """Return the friction cones of sticking bodies, slip speeds, gaps of open contacts, and heights of points."""
+    return [
+        *cone_conditions(builder, phase, point),
+        *slip_conditions(builder, phase, point),
+        *gap_conditions(builder, phase, point),
+        *height_conditions(builder, point),
+    ]
+
+
+def cone_conditions(
+    builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint, ended: frozenset[int] = frozenset()
+) -> list[Condition]:
+    """Return the friction cones of the sticking bodies, except those whose first contact is in `ended`."""
+    if builder.structure.infinite:
+        return []
+    robot, conditions = builder.robot, []
+    _, forces = point_outputs(phase, point)
+    static = point.p[robot.index("friction")] * point.p[robot.index("static_friction_ratio")]
+    for members in phase.system.sticking:
+        if members[0] in ended:
+            continue
+        name, tangential = robot.contact_names[members[0]], forces[0, members[0]]
+        limit = (1 - builder.margin("cone")) * static * ca.sum2(forces[1, list(members)])
+        conditions.append((Row(Key(Kind.CONE_FORWARD, name), 0.0, math.inf), limit + tangential))
+        conditions.append((Row(Key(Kind.CONE_BACKWARD, name), 0.0, math.inf), limit - tangential))
+    return conditions
+
+
+def slip_conditions(
+    builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint, ended: frozenset[int] = frozenset()
+) -> list[Condition]:
+    """Return the slip speeds of the sliding bodies in their directions, except of contacts in `ended`."""
+    robot, tangent = builder.robot, builder.robot.rows(point.q, point.v, point.p)[1]
+    speeds = tangent @ point.v
+    return [
+        (Row(Key(Kind.SLIP_SPEED_OF, robot.contact_names[i]), 0.0, math.inf), phase.state[i].sign * speeds[i])
+        for i in first_of_bodies(builder, phase.state)
+        if phase.state[i].slips and i not in ended
+    ]
+
+
+def gap_conditions(
+    builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint, ended: frozenset[int] = frozenset()
+) -> list[Condition]:
+    """Return the gaps of the open contacts, except of contacts in `ended`."""
+    robot = builder.robot
+    gap = robot.gaps(point.q, point.p)[0]
+    return [
+        (Row(Key(Kind.GAP, contact.name), 0.0, math.inf), gap[i])
+        for i, contact in enumerate(robot.contacts)
+        if phase.state[i] is Mode.FREE and not contact.falls and i not in ended
+    ]
+
+
+def height_conditions(builder: PlanarBuilder, point: PlanarPoint) -> list[Condition]:
+    """Return the heights of the points with a clearance."""
+    robot, positions = builder.robot, builder.robot.figure(point.q, point.p)
+    return [
+        (Row(Key(Kind.HEIGHT, name), 0.0, math.inf), positions[1, robot.points.index(name)])
+        for name in builder.structure.points
+    ]
+
+
+def first_of_bodies(builder: PlanarBuilder, modes: tuple[Mode, ...]) -> list[int]:
+    """Return the first closed contact with a slide coordinate of each body."""
+    first: dict[str, int] = {}
+    for i, (contact, mode) in enumerate(zip(builder.robot.contacts, modes, strict=True)):
+        if mode is not Mode.FREE and contact.slides:
+            first.setdefault(contact.body, i)
+    return list(first.values())
+
+
+def dynamics_rows(builder: PlanarBuilder, phase: GridPhase, keys: list[Key]) -> list[Row]:
+    """Return the rows of the residual, from the keys of z."""
+    n = builder.robot.n_q
+    motion = [equation(Kind.EQUATION_OF_MOTION, key.of) for key in keys[:n]]
+    return motion + [equation(Kind.ACCELERATION, key.of) for key in keys[n:]]

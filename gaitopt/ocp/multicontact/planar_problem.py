@@ -1,0 +1,191 @@
+"""PlanarProblem: the definition of an optimal gait of a planar robot with any contacts."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.planar_guess import PlanarGuess, PoseGuess
+from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
+from gaitopt.ocp.provenance import plain_fields
+from gaitopt.ocp.statement.criteria import CostOfTransport
+from gaitopt.ocp.statement.limits import Margins, Range, Target
+from gaitopt.ocp.statement.objective import Objective, overrides
+from gaitopt.ocp.statement.objective_names import objective_named
+from gaitopt.ocp.transcription.collocation import Collocation
+from gaitopt.ocp.transcription.method import DEFAULT_INTERVALS, check_count
+from gaitopt.parameters import check_type
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlanarProblem:
+    """An optimal-control problem for one period of a planar robot with any contacts.
+
+    Attributes
+    ----------
+    robot : PlanarRobot
+    sequence : PhaseSequence or str
+        Contact phases and events, see :mod:`gaitopt.motion.phase_sequence`.
+    parameters : mapping of str to float
+        Robot parameters; missing ones have their default values.
+    friction : float
+        Coulomb coefficient; ``inf`` for feet that never slip.
+    slope : float [rad]
+    speed, step_length : float, (float, float) or None
+        Requested value, bounds, or None for a free value [m/s, m].
+    objective : Objective or str
+        Its integrand takes a :class:`gaitopt.ocp.multicontact.planar_objective.PlanarInstant`.
+    limits : PlanarLimits
+    margins : Margins
+        `touchdown_rate` is the least approach speed of a closing contact [m/s or rad/s].
+    guess : PlanarGuess
+    transcription : Collocation
+        `intervals` is the number of intervals of each phase; a single number counts for every phase.
+    name : str
+
+    Raises
+    ------
+    InputError
+        If any argument is invalid; the message names it and gives the reason.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> problem = PlanarProblem(
+    ...     robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.5, step_length=0.6,
+    ...     objective="torque_squared",
+    ... )
+    >>> problem.counts
+    (40, 40)
+    """
+
+    robot: PlanarRobot
+    sequence: PhaseSequence
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    friction: float = math.inf
+    slope: float = 0.0
+    speed: Target = None
+    step_length: Target = None
+    objective: Objective = field(default_factory=CostOfTransport)
+    limits: PlanarLimits = field(default_factory=PlanarLimits)
+    margins: Margins = field(default_factory=Margins)
+    guess: PlanarGuess = field(default_factory=PoseGuess)
+    transcription: Collocation = field(default_factory=Collocation)
+    name: str = "gait"
+
+    def __post_init__(self) -> None:
+        check_type("robot", self.robot, PlanarRobot, "a PlanarRobot such as monopod()")
+        for name, kind in (("limits", PlanarLimits), ("margins", Margins), ("guess", PlanarGuess)):
+            check_type(name, getattr(self, name), kind, f"a {kind.__name__}")
+        check_type("transcription", self.transcription, Collocation, "a Collocation(...)")
+        set_ = object.__setattr__
+        set_(self, "sequence", PhaseSequence.parse(self.sequence, self.robot))
+        set_(self, "objective", objective_named(self.objective))
+        values = self.robot.resolve({**self.parameters, "slope": self.slope, "friction": self.friction})
+        set_(self, "slope", values.pop("slope"))
+        set_(self, "friction", values.pop("friction"))
+        set_(self, "parameters", values)
+        self._check_robot()
+        self._check_sequence()
+        self._check_targets()
+
+    def replace(self, **changes: Any) -> "PlanarProblem":
+        """Return the problem with some fields changed; all fields are checked again."""
+        return replace(self, **changes)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter of robot and ground by name (SI units)."""
+        return {**self.parameters, "slope": self.slope, "friction": self.friction}
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Intervals of each phase."""
+        intervals, phases = self.transcription.intervals or DEFAULT_INTERVALS, len(self.sequence.phases)
+        return tuple(intervals) if isinstance(intervals, tuple | list) else (intervals,) * phases
+
+    @property
+    def speed_range(self) -> Range:
+        """Bounds of the average speed [m/s]."""
+        return Range.of(self.speed, "speed", "m/s")
+
+    @property
+    def step_length_range(self) -> Range:
+        """Bounds of the travel in a period [m]."""
+        return Range.of(self.step_length, "step_length", "m")
+
+    def describe(self) -> dict[str, Any]:
+        """Return the fully resolved problem as plain data (SI units)."""
+        robot, limits = self.robot, self.limits
+        return {
+            "name": self.name,
+            "robot": robot.name,
+            "sequence": str(self.sequence),
+            "events": [" & ".join(self.sequence.describe_event(robot, i)) for i in range(len(self.sequence.phases))],
+            "objective": self.objective.name,
+            "objective_unit": self.objective.unit,
+            **self.values,
+            "speed": self.speed,
+            "step_length": self.step_length,
+            "torque_limit": dict(zip(robot.actuators, limits.torques(robot.actuators), strict=True)),
+            "coordinate_limit": {name: list(pair) for name, pair in limits.coordinate.items()},
+            "height_limit": limits.heights(robot.points),
+            "rate_limit": limits.rate,
+            "shortest_phase": limits.shortest_phase,
+            "longest_step": limits.longest_step,
+            "margins": plain_fields(self.margins),
+            "guess": self.guess.describe(),
+            "transcription": self.transcription.name,
+            "intervals": list(self.counts),
+        }
+
+    def _check_robot(self) -> None:
+        robot = self.robot
+        if robot.n_u == 0:
+            raise InputError(f"Robot {robot.name!r} has no actuators; an optimal gait requires at least one.")
+        if robot.switches:
+            raise InputError(
+                f"Robot {robot.name!r} has switched springs, which an optimal gait cannot contain; replace them by "
+                "actuators."
+            )
+        if not any(self.limits.torques(robot.actuators)):
+            raise InputError("PlanarLimits.torque is 0 for every actuator; at least one must be greater than 0.")
+        self.limits.coordinates(robot.coordinates)
+        self.limits.heights(robot.points)
+
+    def _check_sequence(self) -> None:
+        if any(overrides(term, "peak") or overrides(term, "boundary") for _, term in self.objective.terms()):
+            raise InputError(
+                f"The objective {self.objective.name!r} has a peak or a boundary term; a planar robot with any "
+                "contacts accepts objectives with an integrand only."
+            )
+        modes = [mode for phase in self.sequence.phases for _, mode in phase]
+        if self.friction == 0 or (math.isinf(self.friction) and any(mode.slips for mode in modes)):
+            raise InputError(
+                f"The sequence '{self.sequence}' needs a finite friction coefficient greater than 0, "
+                f"got {self.friction:g}."
+            )
+        if len(self.counts) != len(self.sequence.phases):
+            raise InputError(
+                f"intervals has {len(self.counts)} entries, but the sequence '{self.sequence}' has "
+                f"{len(self.sequence.phases)} phases."
+            )
+        for count in self.counts:
+            check_count("intervals", count, 2, 2000)
+
+    def _check_targets(self) -> None:
+        targets = (self.speed, self.step_length)
+        if self.robot.travel is None and targets != (None, None):
+            raise InputError(f"Robot {self.robot.name!r} does not travel; speed and step_length must be None.")
+        if self.robot.travel is None and self.objective.per_weight_and_travel:
+            raise InputError(f"Robot {self.robot.name!r} does not travel; {self.objective.name!r} needs a travel.")
+        speed, step = self.speed_range, self.step_length_range
+        shortest = self.limits.shortest_phase * len(self.sequence.phases)
+        if speed.lower > 0 and step.upper / speed.lower < shortest:
+            raise InputError(
+                f"speed {speed.lower:g} m/s and step_length {step.upper:g} m leave {step.upper / speed.lower:.3g} s, "
+                f"less than the {shortest:g} s that {len(self.sequence.phases)} phases need."
+            )

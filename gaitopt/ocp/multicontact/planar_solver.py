@@ -1,0 +1,248 @@
+"""solve_planar: the optimal gait of a planar robot with any contacts."""
+
+import functools
+import math
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from attrs import evolve
+
+from gaitopt.interrupts import defer_interrupt
+from gaitopt.lazy import Deferred
+from gaitopt.motion.gait import SolverReport
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.versions import versions
+from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
+from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
+from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
+from gaitopt.ocp.multicontact.planar_plan import error_between_nodes, reconstruct_planar_motion
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
+from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
+from gaitopt.ocp.solution.diagnosis import violations
+from gaitopt.ocp.transcription.method import check_count
+from gaitopt.progress import Observer, silent
+from gaitopt.reductions import rank_of
+from gaitopt.status import Status
+
+MOST_DOUBLED = 2
+"""Largest number of times the intervals are doubled, once no more points are added."""
+MOST_REPAIRS = 3
+"""Largest number of further solves of a grid whose contacts close too early."""
+SPREAD_OF_DURATIONS = 0.7
+"""Standard deviation of the logarithm of a phase's duration in a further start."""
+
+BARRIER_NEARBY = 1e-4
+"""Barrier parameter of a solve that starts near its solution."""
+
+
+def solve_planar(
+    problem: PlanarProblem, *, starts: int = 1, solver: NlpSolver | None = None, observer: Observer = silent
+) -> PlanarGait:
+    """Find an optimal gait of a planar robot with any contacts.
+
+    The first start is the guess of the problem; the others have random durations of the phases.  If the durations are
+    stated by the guess or random, the problem is solved with these durations first.  Points are added to the intervals,
+    and then intervals, until the plan is accurate between its nodes.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+    starts : int
+        Number of starts; the gait of lowest objective is returned.
+    solver : Ipopt or Newton, optional
+        :class:`gaitopt.Ipopt` by default.
+    observer : Observer
+        Receives an :class:`gaitopt.progress.Iteration` per iteration.
+
+    Returns
+    -------
+    PlanarGait
+        A numerical failure raises no exception: check ``gait.status``, then replay it by
+        :func:`gaitopt.simulation.verify_planar`.
+
+    Raises
+    ------
+    InputError
+        If `starts` is not a whole number of at least 1.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+    >>> from gaitopt.ocp import Collocation, PlanarLimits
+    >>> gait = solve_planar(PlanarProblem(
+    ...     robot=compass_with_two_feet(), sequence="foot A stick |", friction=1.0, speed=0.633, step_length=0.4713,
+    ...     objective="torque_squared", limits=PlanarLimits(torque={"ankle B": 0}),
+    ...     transcription=Collocation(intervals=10)))
+    >>> gait.status.key, round(gait.solver.objective, 3)
+    ('solved', 2.145)
+    """
+    check_count("starts", starts, 1, 1000)
+    gaits = [_solve_start(problem, number, solver or Ipopt(), observer) for number in range(starts)]
+    solved = [gait for gait in gaits if gait.status.ok]
+    if solved:
+        return min(solved, key=lambda gait: gait.solver.objective)
+    return min(gaits, key=lambda gait: rank_of(gait.solver.constraint_violation))
+
+
+@dataclass(frozen=True, eq=False)
+class GridResult:
+    """The solution of a problem on one grid.
+
+    Attributes
+    ----------
+    problem : PlanarProblem
+    transcription : PlanarTranscription
+    bounds : Bounds
+    outcome : NlpResult
+    """
+
+    problem: PlanarProblem
+    transcription: PlanarTranscription
+    bounds: Bounds
+    outcome: NlpResult
+
+    @functools.cached_property
+    def error(self) -> float:
+        """Error between nodes; inf without a solution."""
+        if not self.outcome.status.ok:
+            return float("inf")
+        return error_between_nodes(self.transcription, self.problem.values, self.outcome.x)
+
+
+class _Start:
+    """Solves from one start: counts of iterations and times."""
+
+    def __init__(self, solver: NlpSolver, observer: Observer) -> None:
+        self.solver, self.observer = solver, observer
+        self.iterations, self.build_seconds, self.started = 0, 0.0, time.perf_counter()
+        self.raised: dict[PlanarTranscription, dict[int, float]] = {}
+
+    def solve(
+        self,
+        problem: PlanarProblem,
+        x: Array | None = None,
+        durations: Array | None = None,
+        *,
+        is_near: bool = False,
+    ) -> GridResult:
+        """Return the solution on the grid of a problem, with fixed durations if they are given.
+
+        If the start is near the solution, the solver begins with a small barrier parameter, so that it stays there.
+        """
+        started = time.perf_counter()
+        with defer_interrupt():
+            transcription = transcribe_planar(planar_structure(problem))
+        self.build_seconds += time.perf_counter() - started
+        bounds = planar_bounds(transcription, problem)
+        if durations is not None:
+            places = transcription.variables[Unknown.DURATION][0]
+            bounds.x_lower[places] = bounds.x_upper[places] = durations
+        if x is None:
+            x = planar_start(transcription, problem, durations)
+        multipliers = (np.zeros(x.size), np.zeros(transcription.constraints.size)) if is_near else None
+        raised = self.raised.get(transcription, {})
+        bounds.g_lower[list(raised)] = list(raised.values())
+        outcome = self.solver.minimise(
+            transcription.nlp, x, planar_data(problem), bounds, self.observer, multipliers, BARRIER_NEARBY
+        )
+        self.iterations += outcome.iterations
+        if outcome.status.ok and not np.all(np.isfinite([*outcome.x, outcome.objective])):
+            outcome = replace(outcome, status=Status.INVALID_NUMBER)
+        return GridResult(problem, transcription, bounds, outcome)
+
+    def exclude_early_touchdowns(self, result: GridResult) -> GridResult:
+        """Return a solution whose contacts do not close before their touchdown, or the last solution before."""
+        problem, transcription = result.problem, result.transcription
+        for _ in range(MOST_REPAIRS):
+            x, clearance = result.outcome.x, problem.limits.clearance
+            rows = find_early_touchdowns(transcription, problem.values, x, clearance)
+            if not rows or not result.outcome.status.ok:
+                break
+            self.raised.setdefault(transcription, {}).update(rows)
+            repaired = self.solve(problem, x, is_near=True)
+            if not repaired.outcome.status.ok:
+                break
+            result = repaired
+        return result
+
+    def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
+        """Return the solution of a problem, which is solved with fixed durations first."""
+        near = self.solve(problem, durations=durations)
+        is_near = near.outcome.status.ok
+        return self.solve(problem, near.outcome.x if is_near else None, is_near=is_near)
+
+
+def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observer: Observer) -> PlanarGait:
+    """Return the gait found from one start, counted from 0."""
+    start, durations = _Start(solver, observer), _durations(problem, number)
+    result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
+    return _report(_refine(start, start.exclude_early_touchdowns(result)), start)
+
+
+def _durations(problem: PlanarProblem, number: int) -> Array | None:
+    """Return the durations with which a start is solved first, or None if they are free from the beginning."""
+    setting, guess = setting_of(problem), problem.guess
+    if number == 0 and not guess.states_durations:
+        return None
+    durations = guess.durations(setting)
+    if number:
+        generator = np.random.default_rng(number)
+        changed = durations * np.exp(generator.normal(0, SPREAD_OF_DURATIONS, durations.size))
+        durations = changed * durations.sum() / changed.sum()
+    targets = (problem.speed_range, problem.step_length_range)
+    if all(target.lower == target.upper for target in targets):
+        durations = durations * setting.period / durations.sum()
+    return np.maximum(durations, problem.limits.shortest_phase)
+
+
+def _refine(start: _Start, result: GridResult) -> GridResult:
+    """Return the solution with more points or intervals, until it is accurate between its nodes."""
+    tolerance, doubled = result.problem.transcription.tolerance, 0
+    while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
+        problem, method = result.problem, result.problem.transcription.refine()
+        if method is None and doubled < MOST_DOUBLED:
+            counts, doubled = tuple(2 * count for count in problem.counts), doubled + 1
+            method = evolve(problem.transcription, intervals=counts)
+        if method is None:
+            outcome = replace(result.outcome, status=Status.PLAN_INACCURATE)
+            return replace(result, outcome=outcome)
+        previous = _report(result, start)
+        finer = start.solve(problem.replace(transcription=method, guess=FromPlanarGait(previous)), is_near=True)
+        finer = start.exclude_early_touchdowns(finer)
+        if not finer.outcome.status.ok:
+            return result
+        result = finer
+    return result
+
+
+def _report(result: GridResult, start: _Start) -> PlanarGait:
+    """Return the gait of a solution."""
+    problem, transcription, outcome = result.problem, result.transcription, result.outcome
+    unmet = violations(transcription, result.bounds, outcome.x, outcome.g)
+    values = problem.values
+    return PlanarGait(
+        robot=problem.robot,
+        sequence=problem.sequence,
+        status=outcome.status,
+        motion=Deferred(lambda: reconstruct_planar_motion(transcription, values, outcome.x)),
+        problem=problem.describe(),
+        solver=SolverReport(
+            iterations=start.iterations,
+            objective=outcome.objective,
+            constraint_violation=unmet[0].size if unmet else 0.0,
+            error_between_nodes=Deferred(lambda: result.error),
+            build_seconds=start.build_seconds,
+            solve_seconds=time.perf_counter() - start.started - start.build_seconds,
+            message=outcome.message,
+            violations=() if outcome.status.ok else unmet,
+        ),
+        versions=versions(),
+        solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),
+    )

@@ -1,0 +1,116 @@
+"""Initial point of the NLP of a planar robot, from a guess or from an earlier solution."""
+
+import numpy as np
+
+from gaitopt.motion.motion import Array
+from gaitopt.motion.nlp_solution import Solution, Table
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
+from gaitopt.ocp.multicontact.planar_bounds import planar_data, weight_of
+from gaitopt.ocp.multicontact.planar_guess import TYPICAL_SPEED, PlanarSample, PlanarSetting
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.nlp.keys import Key, Unknown, table_name
+
+TYPICAL_STEP = 0.4
+"""Step length [m] of the guess if it is free."""
+
+
+def setting_of(problem: PlanarProblem) -> PlanarSetting:
+    """Return the data of a problem for its guess."""
+    step, speed = (
+        TYPICAL_STEP
+        if problem.step_length is None
+        else _middle(problem.step_length_range.lower, problem.step_length_range.upper),
+        TYPICAL_SPEED if problem.speed is None else _middle(problem.speed_range.lower, problem.speed_range.upper),
+    )
+    return PlanarSetting(
+        robot=problem.robot,
+        values=problem.values,
+        sequence=problem.sequence,
+        bounds=np.array(problem.limits.coordinates(problem.robot.coordinates)),
+        step_length=step,
+        period=step / speed,
+    )
+
+
+def _middle(lower: float, upper: float) -> float:
+    return (lower + upper) / 2 if np.isfinite(upper) else lower
+
+
+def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, durations: Array | None = None) -> Array:
+    """Return the initial point from the guess of a problem.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    problem : PlanarProblem
+    durations : (n_phases,) array, optional
+        Durations of the phases [s], over which the guess is stretched.
+    """
+    layout, setting, builder = transcription.variables, setting_of(problem), transcription.builder
+    x, guessed = np.zeros(layout.size), problem.guess.durations(setting)
+    durations = guessed if durations is None else durations
+    starts = np.cumsum(guessed) - guessed
+    for phase in transcription.phases:
+        i = phase.number
+        for inner, fraction in enumerate(transcription.structure.scheme.fractions[:-1]):
+            count = phase.count + (inner == 0)
+            time = starts[i] + guessed[i] * np.minimum((np.arange(count) + fraction) / phase.count, 1)
+            sample = problem.guess.sample(setting, time, i)
+            if inner == 0:
+                x[builder.coordinates(phase)] = sample.q
+                x[builder.velocities(phase)] = sample.v * guessed[i] / durations[i]
+                if sample.torque is not None:
+                    x[builder.torques(phase)] = sample.torque
+            _set_accelerations(transcription, phase, problem, sample, (inner, x))
+    if problem.robot.travel is not None:
+        row = layout[Unknown.COORDINATES][problem.robot.coordinates.index(problem.robot.travel)]
+        x[row] -= x[row[0]]
+    x[layout[Unknown.DURATION][0]] = durations
+    return x
+
+
+def _set_accelerations(
+    transcription: PlanarTranscription,
+    phase: GridPhase,
+    problem: PlanarProblem,
+    sample: PlanarSample,
+    target: tuple[int, Array],
+) -> None:
+    """Set accelerations and forces of the nodes, or of an inner point: of the motion, or the weight on the feet."""
+    layout, robot, closed, (inner, x) = transcription.variables, problem.robot, phase.system.closed, target
+    nodes, between = (layout[table, phase.number] for table in (Unknown.ACCELERATION, Unknown.INNER_ACCELERATION))
+    size = nodes.shape[0]
+    place = nodes if inner == 0 else between[(inner - 1) * size : inner * size]
+    p = planar_data(problem)[: len(robot.parameters)]
+    if sample.torque is not None:
+        for k in range(place.shape[1]):
+            matrix, right = (
+                np.array(part) for part in phase.system.system(sample.q[:, k], sample.v[:, k], sample.torque[:, k], p)
+            )
+            x[place[:, k]] = np.linalg.lstsq(matrix, right.ravel(), rcond=1e-12)[0]
+        return
+    feet = [k for k, i in enumerate(closed) if robot.contacts[i].kind != "stop"]
+    for k in feet:
+        x[place[robot.n_q + k]] = weight_of(problem) / len(feet)
+
+
+def tabulate_solution(
+    transcription: PlanarTranscription, x: Array, multipliers: tuple[Array, Array], g: Array
+) -> Solution:
+    """Return a point of an NLP as named tables."""
+    return Solution(
+        intervals=transcription.structure.counts,
+        unknowns={
+            table_name(name): _table(transcription.variables.rows[name], x[index], multipliers[0][index])
+            for name, index in transcription.variables.tables.items()
+        },
+        constraints={
+            table_name(name): _table(transcription.constraints.rows[name], g[index], multipliers[1][index])
+            for name, index in transcription.constraints.tables.items()
+        },
+    )
+
+
+def _table(rows: tuple[Key, ...], values: Array, multipliers: Array) -> Table:
+    return Table(tuple(key.label for key in rows), values, multipliers, tuple(key.identifier for key in rows))

@@ -1,0 +1,225 @@
+"""Resolution of the events of a planar robot: impact, released stops, switched springs, and the modes that follow."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.mode_selection import Determinacy
+from gaitopt.model.contacts.multicontact_impact import ImpactOutcome
+from gaitopt.model.planar.phase_system import GuardKind
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.simulation.planar_simulation.contact_resolution import ContactResolution
+from gaitopt.simulation.planar_simulation.guard_watch import JAMS, ZERO
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.status import Stop
+
+REST_NORMAL = 1e-5
+"""Normal speed [m/s] below which a contact does not separate in an impact: it would rise by less than 1e-11 m."""
+
+MAX_ROUNDS = 5
+"""Largest number of times the modes of one instant are chosen again because a stop is released."""
+
+UNDETERMINED = {Determinacy.AMBIGUOUS: Stop.AMBIGUOUS, Determinacy.INCONSISTENT: Stop.INCONSISTENT}
+"""Reasons of a stop if modes or impact are not unique."""
+
+APPROACH = 1e-6
+"""Acceleration [m/s^2] towards the ground of a contact without force that is due to rounding."""
+
+
+class EventResolution:
+    """Continues the motion of a planar robot after an event.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    values : mapping of str to float
+        All parameters by name.
+    torque_at : callable
+        (t, q, v) -> u.
+    """
+
+    def __init__(
+        self, robot: PlanarRobot, values: Mapping[str, float], torque_at: Callable[[float, Array, Array], Array]
+    ) -> None:
+        self.robot, self._values, self._torque = robot, dict(values), torque_at
+        self._resolutions: dict[tuple[bool, ...], ContactResolution] = {}
+
+    def contacts(self, extended: tuple[bool, ...]) -> ContactResolution:
+        """Return modes and impacts for some extended springs."""
+        if extended not in self._resolutions:
+            self._resolutions[extended] = ContactResolution(self.robot, self.robot.vector(self._values, extended))
+        return self._resolutions[extended]
+
+    def choose(
+        self, state: PlanarState, closed: list[int], latched: frozenset[int], ended: Mapping[str, Mode]
+    ) -> PlanarState | Stop:
+        """Return a state with the modes of its closed contacts, or the reason why they are not determined."""
+        u = self._torque(state.time, state.q, state.v)
+        choice = self.contacts(state.extended).modes(state.q, state.v, u, closed, latched, ended)
+        if choice.status is not Determinacy.UNIQUE:
+            return UNDETERMINED[choice.status]
+        return replace(state, contacts=self._state_of(choice.chosen))
+
+    def resolve(self, arc: PlanarArc) -> tuple[PlanarState, PlanarEvent] | Stop:
+        """Return the state after the event that ended an arc, and the event, or the reason of a stop."""
+        robot, before, kind, n = self.robot, arc.start, arc.ended_by, self.robot.n_q
+        if kind is None:
+            raise ValueError("an arc that ended at the time limit has no event")
+        if kind == JAMS:
+            return name_jam(before)
+        q, v = arc.states[:n, -1].copy(), arc.states[n : 2 * n, -1].copy()
+        state = replace(before, time=float(arc.time[-1]), q=q, v=v)
+        closing = self._closing(state, kind)
+        if any(robot.contacts[i].falls for i in closing):
+            return Stop.FELL
+        extended = tuple(on or kind == ("extends", k) for k, on in enumerate(before.extended))
+        latched = before.latched | {i for i in closing if robot.contacts[i].latched}
+        latched -= _stops_freed_by(robot, set(closing), opening=False)
+        touching, outcome = sorted({*before.closed, *closing}), None
+        if closing:
+            outcome = self.contacts(before.extended).impact(q, v, touching, latched)
+            if outcome.status is not Determinacy.UNIQUE:
+                return UNDETERMINED[outcome.status]
+            v_plus, touching = self._close_slow(state, outcome, touching)
+            state = replace(state, v=v_plus)
+        was_closed = {*before.closed, *closing}
+        if kind.name == "opens" and not closing and self._leaves(state, kind.number, latched):
+            touching.remove(kind.number)
+        after = self._settle(
+            replace(state, extended=extended), touching, latched, self._find_ending_modes(kind, before), was_closed
+        )
+        if isinstance(after, Stop):
+            return after
+        if not closing and after.contacts == before.contacts and after.extended == before.extended:
+            return Stop.INCONSISTENT  # the present modes end, and no others satisfy the friction law
+        return after, self._event(before, after, v, closing, outcome)
+
+    def _leaves(self, state: PlanarState, contact: int, latched: frozenset[int]) -> bool:
+        """Return whether a contact without force leaves: without it, its gap has no acceleration towards the ground.
+
+        The choice among all modes is not determined by rounded forces if the friction cone has shrunk to a point.
+        """
+        resolution, others = self.contacts(state.extended), [i for i in state.closed if i != contact]
+        u = self._torque(state.time, state.q, state.v)
+        choice = resolution.modes(state.q, state.v, u, others, latched - {contact}, {})
+        if choice.status is not Determinacy.UNIQUE:
+            return False
+        parts = resolution.kinematics(state.q, state.v)
+        return bool(parts.normal[contact] @ choice.acceleration + parts.normal_bias[contact] >= -APPROACH)
+
+    def _closing(self, state: PlanarState, kind: GuardKind) -> list[int]:
+        """Return the contacts that close."""
+        free = [i for i, mode in enumerate(state.modes) if mode is Mode.FREE]
+        closing = self.contacts(state.extended).closing(state.q, state.v, free, ZERO)
+        return closing if kind.name != "closes" or kind.number in closing else [*closing, kind.number]
+
+    def _close_slow(self, state: PlanarState, outcome: ImpactOutcome, touching: list[int]) -> tuple[Array, list[int]]:
+        """Return velocity and closed contacts after an impact.
+
+        Contacts that would separate more slowly than `REST_NORMAL` remain closed: infinitely many impacts in a finite
+        time, as of a rocking block, end in this way.
+        """
+        contacts, names = self.contacts(state.extended), self.robot.contact_names
+        v, free = outcome.velocity_plus, {i for i in touching if outcome.modes[names[i]] is Mode.FREE}
+        speeds = contacts.kinematics(state.q, v).normal_speed
+        slow = {i for i in free if speeds[i] < REST_NORMAL}
+        closed = [i for i in touching if i not in free or i in slow]
+        sticking = [i for i in touching if outcome.modes[names[i]] is Mode.STICK]
+        return (contacts.stop_motion(state.q, v, closed, sticking) if slow else v), closed
+
+    def _settle(
+        self,
+        state: PlanarState,
+        touching: list[int],
+        latched: frozenset[int],
+        ended: Mapping[str, Mode],
+        was_closed: set[int],
+    ) -> PlanarState | Stop:
+        """Choose the modes until no opening contact releases a stop or a spring any more."""
+        robot = self.robot
+        for _ in range(MAX_ROUNDS):
+            opened = was_closed - set(touching)
+            latched = frozenset(latched - _stops_freed_by(robot, opened, opening=True))
+            off = {robot.contact_names[i] for i in opened}
+            extended = tuple(on and name not in off for on, name in zip(state.extended, robot.switches, strict=True))
+            chosen = self.choose(replace(state, extended=extended), touching, latched, ended)
+            if isinstance(chosen, Stop) or chosen.closed == touching:
+                return chosen
+            touching = chosen.closed
+        return Stop.TOO_MANY_EVENTS
+
+    def _find_ending_modes(self, kind: GuardKind, before: PlanarState) -> dict[str, Mode]:
+        """Return the modes that end at a smooth event, by the names of the contacts."""
+        if kind.name not in ("opens", "rests", "slips+", "slips-"):
+            return {}
+        contacts, members = self.robot.contacts, [kind.number]
+        if kind.name != "opens":
+            body = contacts[kind.number].body
+            members = [i for i in before.closed if contacts[i].slides and contacts[i].body == body]
+        return {contacts[i].name: Mode.CLOSED if kind.name == "opens" else before.modes[i] for i in members}
+
+    def _event(
+        self,
+        before: PlanarState,
+        after: PlanarState,
+        v_minus: Array,
+        closing: list[int],
+        outcome: ImpactOutcome | None,
+    ) -> PlanarEvent:
+        """Return the record of an event."""
+        names = self.robot.contact_names
+        impulse = {} if outcome is None else outcome.impulse
+        return PlanarEvent(
+            time=after.time,
+            names=self._names(before, after, closing),
+            before=before.contacts,
+            after=after.contacts,
+            q=after.q,
+            v_minus=v_minus,
+            v_plus=after.v,
+            impulse=np.array([impulse.get(name, (0.0, 0.0)) for name in names]),
+            outcome=None if outcome is None else self._state_of(outcome.modes),
+            energy_lost=0.0 if outcome is None else self._kinetic(after, v_minus) - self._kinetic(after, after.v),
+            switch_work=self._elastic(after, after.extended) - self._elastic(after, before.extended),
+        )
+
+    def _names(self, before: PlanarState, after: PlanarState, closing: list[int]) -> tuple[str, ...]:
+        """Return the names of everything that changes."""
+        names = [f"{self.robot.contact_names[i]} closes" for i in closing]
+        changes = zip(self.robot.contact_names, before.modes, after.modes, strict=True)
+        for i, (name, old, new) in enumerate(changes):
+            if new is Mode.FREE and (old is not Mode.FREE or i in closing):
+                names.append(f"{name} opens")
+            elif old is Mode.LATCHED and new is not Mode.LATCHED:
+                names.append(f"{name} released")
+            elif old is not Mode.FREE and new is not old:
+                names.append(f"{name} {new.value}")
+        switches = zip(self.robot.switches, before.extended, after.extended, strict=True)
+        return (*names, *(f"{name} extends" for name, old, new in switches if new and not old))
+
+    def _kinetic(self, state: PlanarState, v: Array) -> float:
+        return float(self.robot.energy(state.q, v, self.robot.vector(self._values))[0])
+
+    def _state_of(self, modes: Mapping[str, Mode]) -> ContactState:
+        """Return the contact state with some modes; other contacts are free."""
+        return ContactState(tuple((name, modes.get(name, Mode.FREE)) for name in self.robot.contact_names))
+
+    def _elastic(self, state: PlanarState, extended: tuple[bool, ...]) -> float:
+        p = self.robot.vector(self._values, extended)
+        return float(self.robot.force_powers(state.q, state.v, p)[0])
+
+
+def name_jam(state: PlanarState) -> Stop:
+    """Return the name of a state in which the forces of sliding contacts are not determined."""
+    return Stop.PAINLEVE if len(state.closed) == 1 else Stop.JAM
+
+
+def _stops_freed_by(robot: PlanarRobot, contacts: set[int], *, opening: bool) -> set[int]:
+    """Return the stops that the opening or the closing of some contacts releases."""
+    events = {(robot.contact_names[i], opening) for i in contacts}
+    return {i for i, contact in enumerate(robot.contacts) if contact.released_by in events}

@@ -1,0 +1,168 @@
+"""The hybrid automaton of a planar robot: smooth phases in one contact state, and the events between them."""
+
+from collections.abc import Callable, Iterator, Mapping
+
+import casadi as ca
+import numpy as np
+from scipy.integrate import DOP853
+
+from gaitopt.errors import InputError
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.torque_function import check_torque, passive_torque
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.event_location import spans_of
+from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
+from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
+from gaitopt.simulation.planar_simulation.planar_phase import ABSOLUTE, RELATIVE, PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.status import Stop
+
+DRIFT = 1e-11
+"""Violation of the constraints, relative to the state, at which a state is projected and the integration restarted."""
+
+SHORT_STEP, MAX_SHORT_STEPS = 1e-10, 30
+"""Step of the integrator [s] that is short, and the number of short ones in a row after which the forces count as
+unbounded: they grow beyond all limits at the end of well-posed sliding."""
+
+SPANS = 4
+"""Parts of a step of the integrator at whose ends the guards are evaluated."""
+
+
+class PlanarAutomaton:
+    """A planar robot with given parameters under a torque.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    values : mapping of str to float
+        All parameters by name.
+    torque : Function, optional
+        (t, q, v) -> u; by default zero.
+
+    Raises
+    ------
+    InputError
+        If the torque has other inputs or outputs.
+    """
+
+    def __init__(self, robot: PlanarRobot, values: Mapping[str, float], torque: ca.Function | None = None) -> None:
+        self.robot, self.values = robot, dict(values)
+        self.torque = torque or passive_torque(robot)
+        check_torque(robot, self.torque)
+        self._phases: dict[tuple[ContactState, tuple[bool, ...]], PlanarPhase] = {}
+        call = FastCall(self.torque)
+        self.events = EventResolution(robot, values, lambda t, q, v: call(t, q, v)[0])
+        self.weight = float(robot.mass(robot.vector(values))) * values["gravity"]
+
+    def p(self, extended: tuple[bool, ...]) -> Array:
+        """Return the vector of parameters and switches."""
+        return self.robot.vector(self.values, extended)
+
+    def phase(self, state: PlanarState) -> PlanarPhase:
+        """Return the equations of the contact state of a state."""
+        key = state.contacts, state.extended
+        if key not in self._phases:
+            self._phases[key] = PlanarPhase(self.robot, state.contacts, self.p(state.extended), self.torque)
+        return self._phases[key]
+
+    def begin(self, q: Array, v: Array, *, latched: tuple[str, ...] | None = None) -> PlanarState | Stop:
+        """Return the state at the beginning of a motion, with its contact modes, or the reason why it has none.
+
+        Contacts without gap and normal speed are closed, gaps below 1e-9 become zero, and no spring is extended.  By
+        default a stop that can be latched is latched if it is closed and the contact that releases it is closed (if
+        released by its opening) or open (if released by its closing).
+
+        Raises
+        ------
+        InputError
+            If a contact starts below the ground or beyond its limit.
+        """
+        robot, extended = self.robot, (False,) * len(self.robot.switches)
+        contacts = self.events.contacts(extended)
+        q, v = np.array(q, dtype=float), np.array(v, dtype=float)
+        _check_gaps(robot, contacts.kinematics(q, v).gap)
+        q = contacts.close_gaps(q, v, ZERO)
+        parts = contacts.kinematics(q, v)
+        closed = np.flatnonzero((np.abs(parts.gap) <= ZERO) & (np.abs(parts.normal_speed) <= ZERO)).tolist()
+        if any(robot.contacts[i].falls for i in closed):
+            return Stop.FELL
+        if latched is None:
+            fixed = frozenset(i for i in closed if robot.contacts[i].latched and _is_kept(robot, i, closed))
+        else:
+            fixed = frozenset(robot.contact_index(name) for name in latched)
+        free = ContactState(tuple((name, Mode.FREE) for name in robot.contact_names))
+        state = PlanarState(0.0, q, v, free, extended)
+        return self.events.choose(state, sorted({*closed, *fixed}), fixed, {})
+
+    def well_posedness(self, state: PlanarState) -> Callable[[Array], bool] | None:
+        """Return the test of whether the forces of a contact state are determined; None if no contact slips."""
+        if not any(mode.slips for mode in state.modes):
+            return None
+        contacts, modes, n = self.events.contacts(state.extended), dict(state.contacts.modes), self.robot.n_q
+        return lambda y: contacts.is_well_posed(y[:n], y[n : 2 * n], state.closed, modes)
+
+    def flow(self, state: PlanarState, until: float) -> PlanarArc:
+        """Integrate a contact state until a guard falls through zero or the time limit."""
+        phase = self.phase(state)
+        anchors = phase.anchors(state.y)
+        y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
+        watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
+        times, states, short = [state.time], [y], 0
+        while times[-1] < until:
+            integrator = DOP853(phase.rates, times[-1], states[-1], until, rtol=RELATIVE, atol=ABSOLUTE)
+            for event in _follow(integrator, watch, times, states):
+                if event is not None:
+                    states[-1] = phase.project(states[-1], anchors)
+                    return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
+                short = short + 1 if integrator.step_size < SHORT_STEP else 0
+                size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))
+                if short > MAX_SHORT_STEPS or phase.drift(states[-1], anchors) > DRIFT * size:
+                    break
+            states[-1] = phase.project(states[-1], anchors)
+            if integrator.status == "failed" or short > MAX_SHORT_STEPS:
+                return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
+        return PlanarArc(state, np.array(times), np.array(states).T, None)
+
+
+def _follow(
+    integrator: DOP853, watch: GuardWatch, times: list[float], states: list[Array]
+) -> Iterator[LocatedGuard | None]:
+    """Integrate step by step; yield the first event, or None after a step without an event."""
+    while integrator.status == "running":
+        integrator.step()
+        if integrator.status == "failed":
+            return
+        dense, event = integrator.dense_output(), None
+        for span in spans_of(dense, SPANS):
+            event = watch.first(dense, span)
+            at = span[1] if event is None else event.time
+            if at > times[-1]:
+                times.append(at)
+                states.append(dense(at))
+            if event is not None:
+                if at > dense.t_old:
+                    refined, y = watch.refine(dense.t_old, integrator.y_old, event)
+                    if np.all(np.isfinite(y)) and refined > times[max(len(times) - 2, 0)]:
+                        times[-1], states[-1] = refined, y
+                break
+        yield event
+
+
+def _check_gaps(robot: PlanarRobot, gaps: Array) -> None:
+    """Raise InputError if a contact starts below the ground or beyond its limit; one that has to be armed may."""
+    for contact, gap in zip(robot.contacts, gaps.tolist(), strict=True):
+        if gap < -ZERO and not contact.conditional:
+            place = "below the ground" if contact.kind != "stop" else "beyond its limit"
+            raise InputError(f"Contact {contact.name!r} starts {place}: its gap must be at least 0, got {gap:.3g}.")
+
+
+def _is_kept(robot: PlanarRobot, stop: int, closed: list[int]) -> bool:
+    """Return whether a closed stop is latched at the beginning of a motion."""
+    release = robot.contacts[stop].released_by
+    if release is None:
+        return True
+    name, opening = release
+    return (robot.contact_index(name) in closed) is opening

@@ -1,0 +1,189 @@
+"""Numerical equations of a planar robot in one contact state: flow, guards, forces and constraints."""
+
+import casadi as ca
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.linalg.lapack import dgesv
+
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.fast_call import FastCall
+from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.torque_function import torque_slope
+from gaitopt.motion.motion import Array
+
+RELATIVE, ABSOLUTE = 1e-13, 1e-15
+"""Tolerances of the integration."""
+
+PROJECTIONS = 4
+"""Largest number of Newton iterations with which positions return to their constraints."""
+
+
+class PlanarPhase:
+    """A planar robot under a torque, in one contact state.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    state : ContactState
+    p : (n_p,) array
+        Parameters and switches.
+    torque : Function
+        (t, q, v) -> u.
+    """
+
+    def __init__(self, robot: PlanarRobot, state: ContactState, p: Array, torque: ca.Function) -> None:
+        infinite = bool(np.isinf(p[robot.index("friction")]))
+        self.robot, self.state, self.p = robot, state, p
+        self.equations: PhaseSystem = make_phase_system(robot, state, infinite)
+        self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
+        self.n_works = robot.n_u + len(robot.contacts) + 1
+        self._torque = FastCall(torque)
+        slope = torque_slope(torque)
+        self._torque_slope = None if slope is None else FastCall(slope)
+        self._system_slope = FastCall(self.equations.system_slope, p)
+        self._guard_slope = FastCall(self.equations.guard_slope, p)
+        self._system = FastCall(self.equations.system, p)
+        self._outputs = FastCall(self.equations.outputs, p)
+        self._constraints = FastCall(self.equations.constraints, p)
+        self._mass = FastCall(robot.dynamics, p)
+        self._samples = [FastCall(function, p) for function in (robot.energy, robot.force_powers, robot.figure)]
+
+    def torque(self, t: float, y: Array) -> Array:
+        """Return the torque, shape (n_u,)."""
+        return self._torque(t, y[: self.n_q], y[self.n_q : 2 * self.n_q])[0]
+
+    def solve(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Return the torque u (n_u,) and the unknowns z (n_z,): accelerations and forces."""
+        n = self.n_q
+        u = self.torque(t, y)
+        matrix, right = self._system(y[:n], y[n : 2 * n], u)
+        return u, solve_linear(matrix.reshape(self.n_z, self.n_z).T, right)
+
+    def rates(self, t: float, y: Array) -> Array:
+        """Return the rates of y = (q, v, works), shape (2 n_q + n_works,)."""
+        n = self.n_q
+        u, z = self.solve(t, y)
+        powers = self._outputs(y[:n], y[n : 2 * n], u, z)[1]
+        return np.concatenate([y[n : 2 * n], z[:n], powers])
+
+    def guards(self, t: float, y: Array) -> Array:
+        """Return the guards, shape (n_g,)."""
+        u, z = self.solve(t, y)
+        return self._outputs(y[: self.n_q], y[self.n_q : 2 * self.n_q], u, z)[0].copy()
+
+    def forces(self, t: float, y: Array) -> Array:
+        """Return the force (f_t, f_n) of each contact, shape (n_c, 2) [N].
+
+        The contacts of one sticking body share the tangential force in proportion to their normal forces.
+        """
+        u, z = self.solve(t, y)
+        forces = self._outputs(y[: self.n_q], y[self.n_q : 2 * self.n_q], u, z)[2].reshape(-1, 2).copy()
+        for members in self.equations.sticking:
+            normal, tangential = forces[list(members), 1], forces[members[0], 0]
+            total = normal.sum()
+            if len(members) > 1 and total > 0:
+                forces[list(members), 0] = tangential * normal / total
+        return forces
+
+    def integrate(self, begin: float, y: Array, end: float) -> Array:
+        """Return (q, v) or (q, v, works) at a later time of the same phase, without event detection."""
+        if end <= begin:
+            return y.copy()
+        size = y.size
+        integrator = DOP853(lambda t, y: self.rates(t, y)[:size], begin, y, end, rtol=RELATIVE, atol=ABSOLUTE)
+        while integrator.status == "running":
+            integrator.step()
+        return integrator.y if integrator.status == "finished" else np.full(size, np.nan)
+
+    def slope(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of (v, a) by the state (q, v), shape (2 n_q, 2 n_q), and by time, shape (2 n_q,)."""
+        n = self.n_q
+        by_state, by_time, _, _ = self._derivatives(t, y)
+        return np.vstack([np.eye(n, 2 * n, n), by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
+
+    def guard_slope(self, t: float, y: Array, guard: int) -> tuple[Array, float]:
+        """Return the derivatives of a guard by the state (q, v), shape (2 n_q,), and by time."""
+        n_g = len(self.equations.guards)
+        by_state, by_time, torque, inputs = self._derivatives(t, y)
+        slopes = self._guard_slope(*inputs)
+        by_y, by_u, by_z = (part.reshape(-1, n_g)[:, guard] for part in slopes)
+        return by_y + torque[0].T @ by_u + by_state.T @ by_z, float(torque[1] @ by_u + by_time @ by_z)
+
+    def _derivatives(
+        self, t: float, y: Array
+    ) -> tuple[Array, Array, tuple[Array, Array], tuple[Array, Array, Array, Array]]:
+        """Return the derivatives of z by the state and by time, those of the torque, and (q, v, u, z)."""
+        n = self.n_q
+        u, z = self.solve(t, y)
+        inputs = y[:n], y[n : 2 * n], u.copy(), z
+        by_y, by_u = (part.reshape(-1, self.n_z).T for part in self._system_slope(*inputs))
+        matrix = self._system(*inputs[:3])[0].reshape(self.n_z, self.n_z).T
+        torque = self._torque_derivatives(t, y)
+        right = np.column_stack([by_y + by_u @ torque[0], by_u @ torque[1]])
+        solution = -solve_linear(matrix, right)
+        return solution[:, :-1], solution[:, -1], torque, inputs
+
+    def _torque_derivatives(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of the torque by the state, shape (n_u, 2 n_q), and by time, shape (n_u,)."""
+        n, n_u = self.n_q, self.robot.n_u
+        if self._torque_slope is None:
+            return np.zeros((n_u, 2 * n)), np.zeros(n_u)
+        by_t, by_q, by_v = self._torque_slope(t, y[:n], y[n : 2 * n])
+        return np.vstack([by_q.reshape(n, n_u), by_v.reshape(n, n_u)]).T, by_t.copy()
+
+    def sample(self, y: Array) -> tuple[tuple[float, float, float], Array]:
+        """Return kinetic, potential and elastic energy [J], and the points of figures, shape (2, n_points) [m]."""
+        q, v = y[: self.n_q], y[self.n_q : 2 * self.n_q]
+        energy, powers, figure = self._samples
+        kinetic, potential = (part.item() for part in energy(q, v))
+        return (kinetic, potential, powers(q, v)[0].item()), figure(q)[0].reshape(-1, 2).T.copy()
+
+    def constraints(self, y: Array) -> tuple[Array, Array]:
+        """Return gaps and slide coordinates of the constraints, shape (m,), and their Jacobian, shape (m, n_q)."""
+        n = self.n_q
+        positions, rows = self._constraints(y[:n], y[n : 2 * n])
+        return positions.copy(), rows.reshape(n, -1).T.copy()
+
+    def anchors(self, y: Array) -> Array:
+        """Return the values at which the constraints hold from a state on: gaps 0, slide coordinates as they are."""
+        positions, _ = self.constraints(y)
+        positions[: len(self.equations.closed)] = 0.0
+        return positions
+
+    def drift(self, y: Array, anchors: Array) -> float:
+        """Return the largest violation of the constraints on positions and velocities."""
+        positions, rows = self.constraints(y)
+        speeds = rows @ y[self.n_q : 2 * self.n_q]
+        return float(np.max(np.abs([*(positions - anchors), *speeds]), initial=0.0))
+
+    def project(self, y: Array, anchors: Array) -> Array:
+        """Return the nearest state, in the metric of the mass matrix, that satisfies the constraints."""
+        n, y = self.n_q, y.copy()
+        if not anchors.size:
+            return y
+        for _ in range(PROJECTIONS):
+            positions, rows = self.constraints(y)
+            if np.max(np.abs(positions - anchors)) < 1e-15:
+                break
+            y[:n] -= self._correction(y, rows, positions - anchors)
+        _, rows = self.constraints(y)
+        y[n : 2 * n] -= self._correction(y, rows, rows @ y[n : 2 * n])
+        return y
+
+    def _correction(self, y: Array, rows: Array, violation: Array) -> Array:
+        n = self.n_q
+        mass_matrix = self._mass(y[:n], y[n : 2 * n])[0].reshape(n, n)
+        spread = np.linalg.solve(mass_matrix, rows.T)
+        correction: Array = spread @ solve_linear(rows @ spread, violation)
+        return correction
+
+
+def solve_linear(matrix: Array, right: Array) -> Array:
+    """Return the solution of a linear system; that of least norm if its rows are dependent."""
+    if not right.size:
+        return np.zeros(right.shape)
+    solution, info = dgesv(matrix, right)[2:]  # numpy.linalg.solve takes five times as long for such small systems
+    if info == 0:
+        return solution.reshape(right.shape)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0], dtype=float)

@@ -1,0 +1,218 @@
+"""simulate_planar: event-driven simulation of a planar robot with any contacts."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
+from gaitopt.simulation.planar_simulation.event_resolution import name_jam
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.status import Stop
+
+MAX_EVENTS = 10_000
+"""Largest number of events of one simulation."""
+
+HAPPENINGS = ("closes", "opens", "stick", "slip+", "slip-", "released", "extends")
+"""Second part of the name of an event."""
+
+INSTANT, MAX_SIMULTANEOUS = 1e-12, 20
+"""Time [s] within which events are simultaneous, and their largest number."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarRollout:
+    """A simulated motion of a planar robot.
+
+    Attributes
+    ----------
+    motion : PlanarMotion
+    stop : Stop
+        Reason for which the simulation ended.
+    start, end : PlanarState
+        The states at the beginning, with the modes found there, and after the last event.
+    arcs : tuple of PlanarArc
+        The integrated phases.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> rollout = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, duration=0.1)
+    >>> rollout.stop.key, rollout.motion.segments, rollout.end.q.round(4).tolist()
+    ('duration_done', (PlanarSegment(foot free, hip point free; 0 to 0.1 s),), [0.0, 0.6509, 0.0, 0.0, 0.6])
+    """
+
+    motion: PlanarMotion
+    stop: Stop
+    start: PlanarState | None
+    end: PlanarState | None
+    arcs: tuple[PlanarArc, ...]
+
+
+def simulate_planar(
+    robot: PlanarRobot,
+    q: Array,
+    v: Array,
+    parameters: Mapping[str, float],
+    *,
+    duration: float = 10.0,
+    until: str | None = None,
+    torque: ca.Function | None = None,
+    latched: tuple[str, ...] | None = None,
+) -> PlanarRollout:
+    """Simulate a planar robot; every contact is free, sticks or slips by itself.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    q, v : (n_q,) arrays
+        State at the beginning [m, rad; m/s, rad/s].  Contacts without gap and normal speed are closed.
+    parameters : mapping of str to float
+        Robot and ground parameters by name; those not named keep their defaults.
+    duration : float [s]
+        Time after which the simulation ends.
+    until : str, optional
+        Event at which the simulation ends, such as ``"foot B closes"``.
+    torque : Function, optional
+        (t, q, v) -> u of all actuators; zero by default.
+    latched : tuple of str, optional
+        Stops that are latched at the beginning; see :meth:`PlanarAutomaton.begin` for the default.
+
+    Returns
+    -------
+    PlanarRollout
+
+    Raises
+    ------
+    InputError
+        If the state has the wrong shape, is not finite, or a parameter, the event or the torque is invalid.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
+    >>> rollout = simulate_planar(vertical_hopper(), [0.7, 0.2], [0, 0], {}, until="sole opens")
+    >>> rollout.stop.key, rollout.motion.sequence
+    ('event_reached', 'full length latched | sole closed > sole closed |')
+    """
+    check_event(robot, until)
+    automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
+    q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
+    state = automaton.begin(q, v, latched=latched)
+    return follow(automaton, state, duration=duration, until=until)
+
+
+def check_event(robot: PlanarRobot, name: str | None) -> None:
+    """Raise InputError unless an event is ``"CONTACT HAPPENS"`` with a contact of the robot, or None.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> check_event(monopod(), "foot closes")
+    """
+    if name is None:
+        return
+    contact, _, happens = name.rpartition(" ")
+    if happens not in HAPPENINGS or contact not in robot.contact_names:
+        raise InputError(
+            f"An event must be one of {', '.join(robot.contact_names)} followed by one of {', '.join(HAPPENINGS)}, "
+            f"got {name!r}."
+        )
+
+
+def follow(
+    automaton: PlanarAutomaton, state: PlanarState | Stop, *, duration: float, until: str | None = None
+) -> PlanarRollout:
+    """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`."""
+    arcs: list[PlanarArc] = []
+    events: list[PlanarEvent] = []
+    start = None if isinstance(state, Stop) else state
+    end, stop = start, state if isinstance(state, Stop) else Stop.TOO_MANY_EVENTS
+    while end is not None and len(events) < MAX_EVENTS and not _chatters(events):
+        arc = automaton.flow(end, duration if start is None else start.time + duration)
+        arcs.append(arc)
+        if arc.ended_by is None:
+            n = automaton.robot.n_q
+            last = arc.states[:, -1]
+            end = replace(end, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
+            stop = _failure(arc) if arc.failed else Stop.DURATION_DONE
+            break
+        resolved = automaton.events.resolve(arc)
+        if isinstance(resolved, Stop):
+            stop = resolved
+            break
+        end, event = resolved
+        events.append(event)
+        if until in event.names:
+            stop = Stop.EVENT_REACHED
+            break
+    return PlanarRollout(make_planar_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
+
+
+def _failure(arc: PlanarArc) -> Stop:
+    """Return the reason why the integration of a phase failed."""
+    return name_jam(arc.start) if any(mode.slips for mode in arc.start.modes) else Stop.SINGULAR
+
+
+def _chatters(events: list[PlanarEvent]) -> bool:
+    """Return whether too many of the last events are simultaneous."""
+    recent = events[-MAX_SIMULTANEOUS:]
+    return len(recent) == MAX_SIMULTANEOUS and recent[-1].time - recent[0].time < INSTANT
+
+
+def make_planar_motion(
+    automaton: PlanarAutomaton, arcs: Sequence[PlanarArc], events: Sequence[PlanarEvent]
+) -> PlanarMotion:
+    """Return the motion of some arcs and events."""
+    robot = automaton.robot
+    return PlanarMotion(
+        coordinates=robot.coordinates,
+        contacts=robot.contact_names,
+        actuators=robot.actuators,
+        points=robot.points,
+        links=robot.links,
+        parameters=dict(automaton.values),
+        total_mass=float(robot.mass(automaton.p((False,) * len(robot.switches)))),
+        segments=tuple(make_planar_segment(automaton, arc) for arc in arcs),
+        events=tuple(events),
+    )
+
+
+def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
+    """Return the samples of an arc."""
+    phase, n, n_u = automaton.phase(arc.start), automaton.robot.n_q, automaton.robot.n_u
+    q, v, works = arc.states[:n], arc.states[n : 2 * n], arc.states[2 * n :]
+    samples = list(zip(arc.time, arc.states.T, strict=True))
+    energies, points = zip(*(phase.sample(y) for _, y in samples), strict=True)
+    kinetic, potential, elastic = np.array(energies).T
+    return PlanarSegment(
+        state=arc.start.contacts,
+        time=arc.time,
+        q=q,
+        v=v,
+        torque=np.array([phase.torque(t, y).copy() for t, y in samples]).reshape(arc.time.size, n_u).T,
+        force=np.stack([phase.forces(t, y) for t, y in samples], axis=-1),
+        work=works[:n_u],
+        friction_work=works[n_u:-1],
+        damping_work=works[-1],
+        kinetic=kinetic,
+        potential=potential,
+        elastic=elastic,
+        points=np.stack(points, axis=-1),
+    )
+
+
+def _check_state(robot: PlanarRobot, name: str, value: Array) -> Array:
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} needs numbers ({', '.join(robot.coordinates)}), got {value!r}.") from None
+    if array.shape != (robot.n_q,) or not np.all(np.isfinite(array)):
+        raise InputError(
+            f"{name} needs {robot.n_q} finite entries ({', '.join(robot.coordinates)}), got {array.tolist()}."
+        )
+    return array

@@ -1,0 +1,1 @@
+"""Periodic gaits of planar robots with any contacts, modulo leg exchange and travel, and their multipliers."""

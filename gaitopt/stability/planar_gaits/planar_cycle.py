@@ -1,0 +1,245 @@
+"""Periodic gaits of planar robots by Newton's method with exact derivatives."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.energy import Ledger
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, check_event, follow
+from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+from gaitopt.stability.critical_friction import CriticalFriction
+from gaitopt.stability.planar_gaits.planar_friction import planar_critical_friction
+from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivative
+from gaitopt.stability.planar_gaits.planar_section import PlanarSection, exchange_legs
+from gaitopt.status import Stop
+
+TOLERANCE = 1e-10
+"""Largest change of the state over the period that is accepted."""
+
+MAX_ITERATIONS, SMALLEST_STEP = 30, 1 / 16
+"""Largest number of Newton iterations, and smallest damping."""
+
+LONGEST, PERIODS = 20.0, 3.0
+"""Longest motion from the given state to the section [s]; later ones take at most this number of its periods."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlanarCycle:
+    """A periodic gait of a planar robot, modulo leg exchange and travel, and its stability.
+
+    Attributes
+    ----------
+    robot : str
+    parameters : dict of str to float
+    section : str
+        Event right after which the state is periodic.
+    state : dict of str to float
+        State on the section after the leg exchange, by the names of coordinates and rates.
+    period : float [s]
+    travel : float
+        Forward travel over the period [m].
+    derivative : (n_z, n_z) array
+        Derivative of the return map in an orthonormal basis of the section.
+    multipliers : (n_z,) complex array
+        Its eigenvalues, largest modulus first.
+    critical_friction : CriticalFriction or None
+        None if a contact slips or none sticks.
+    residual : float
+        Largest change of the state over the period.
+    motion : PlanarMotion
+        The period.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
+    >>> hop = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], {"gravity": 9.81}, section="sole closes")
+    >>> hop.stable, hop.sequence
+    (True, 'sole closed > sole closed | full length latched |')
+    """
+
+    robot: str
+    parameters: dict[str, float]
+    section: str
+    state: dict[str, float]
+    period: float
+    travel: float
+    derivative: Array
+    multipliers: NDArray[np.complex128]
+    critical_friction: CriticalFriction | None
+    residual: float
+    motion: PlanarMotion
+
+    def __repr__(self) -> str:
+        verdict = "stable" if self.stable else "unstable"
+        return f"PlanarCycle({self.robot!r}, {verdict}, spectral radius {self.radius:.6g}, period {self.period:.6g} s)"
+
+    @property
+    def sequence(self) -> str:
+        """Contact modes of the period; see :attr:`PlanarMotion.sequence`."""
+        return self.motion.sequence
+
+    @property
+    def radius(self) -> float:
+        """Spectral radius: the largest modulus of a multiplier."""
+        return float(np.max(np.abs(self.multipliers), initial=0.0))
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie inside the unit circle."""
+        return self.radius < 1
+
+    @property
+    def energy(self) -> Ledger:
+        """Energy ledger of the period [J]."""
+        return self.motion.ledger()
+
+
+def find_planar_cycle(
+    robot: PlanarRobot,
+    q: Array,
+    v: Array,
+    parameters: Mapping[str, float],
+    *,
+    section: str,
+    torque: ca.Function | None = None,
+) -> PlanarCycle | None:
+    """Return the periodic gait to which Newton's method converges from a state, or None.
+
+    The period is the motion from right after an event to right after the same event, with exchanged legs if the robot
+    has a mirror; the coordinate of travel is not repeated.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    q, v : (n_q,) arrays
+        State from which the first period is simulated; it need not be on the section.
+    parameters : mapping of str to float
+    section : str
+        Event that ends a period by an impact, such as ``"foot B closes"``.
+    torque : Function, optional
+        (t, q, v) -> u, with the time since the section; zero by default.
+
+    Raises
+    ------
+    InputError
+        If the event is invalid, or the motion from the state does not reach it.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.vertical_hopper import vertical_hopper
+    >>> hop = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], {"gravity": 9.81}, section="sole closes")
+    >>> hop
+    PlanarCycle('vertical_hopper', stable, spectral radius 0.781076, period 0.553925 s)
+    """
+    check_event(robot, section)
+    automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
+    state = automaton.begin(np.array(q, dtype=float), np.array(v, dtype=float))
+    first = follow(automaton, state, duration=LONGEST, until=section)
+    if first.stop is not Stop.EVENT_REACHED or first.end is None:
+        raise InputError(f"The motion from this state does not reach the event {section!r}: {first.stop.hint}")
+    trial = _choose_first(automaton, first, np.concatenate([q, v]), section)
+    for _ in range(MAX_ITERATIONS):
+        if trial is None:
+            return None
+        map_section, derivative, change = _linearise(automaton, trial)
+        residual = float(np.max(np.abs(change)))
+        improved = None
+        if residual > TOLERANCE / 1e4:
+            improved = _improve(automaton, trial, (map_section, derivative, change), section)
+        if improved is None:
+            return _cycle(automaton, trial, section, derivative, residual) if residual <= TOLERANCE else None
+        trial = improved
+    return None
+
+
+def _choose_first(automaton: PlanarAutomaton, first: PlanarRollout, y: Array, section: str) -> PlanarRollout | None:
+    """Return the period with the smaller change: from the section near a state y, or from the end of its motion."""
+    if first.end is None:
+        return None
+    following, n = exchange_legs(first.end, automaton.robot.mirror), automaton.robot.n_q
+    near = PlanarSection(automaton, first.arcs[-1], first.motion.events[-1], automaton.robot.mirror).correct(y)
+    starts = replace(following, q=near[:n], v=near[n:]), following
+    trials = [trial for start in starts if (trial := _simulate(automaton, start, section, LONGEST)) is not None]
+    return min(trials, key=lambda trial: float(np.max(np.abs(_find_change(automaton, trial)))), default=None)
+
+
+def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout | None:
+    """Return one period from a state with the contacts of another one near it, or None if it does not end."""
+    chosen = automaton.events.choose(state, state.closed, state.latched, {})
+    rollout = follow(automaton, chosen, duration=longest, until=section)
+    return rollout if rollout.stop is Stop.EVENT_REACHED else None
+
+
+def _linearise(automaton: PlanarAutomaton, rollout: PlanarRollout) -> tuple[PlanarSection, Array, Array]:
+    """Return the section of a period, the derivative of the return map on it, and the change of the state."""
+    if rollout.start is None or rollout.end is None:
+        raise ValueError("a period has a start and an end")
+    section = PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)
+    basis = section.tangent(rollout.start.y)
+    matrix = section.matrix() @ planar_derivative(automaton, rollout)
+    change = section.project(section.exchange(rollout.end).y - rollout.start.y)
+    return section, basis.T @ np.column_stack([section.project(column) for column in (matrix @ basis).T]), change
+
+
+def _improve(
+    automaton: PlanarAutomaton, rollout: PlanarRollout, linear: tuple[PlanarSection, Array, Array], section: str
+) -> PlanarRollout | None:
+    """Return the period after a damped Newton step that reduces the change of the state, or None."""
+    map_section, derivative, change = linear
+    start = rollout.start
+    if start is None or not np.all(np.isfinite(derivative)):
+        return None
+    basis = map_section.tangent(start.y)
+    try:
+        direction = basis @ np.linalg.solve(np.eye(derivative.shape[0]) - derivative, basis.T @ change)
+    except np.linalg.LinAlgError:
+        return None
+    step, n, size = 1.0, automaton.robot.n_q, np.max(np.abs(change))
+    while step >= SMALLEST_STEP:
+        y = map_section.correct(start.y + step * direction)
+        trial = _simulate(automaton, replace(start, q=y[:n], v=y[n:]), section, PERIODS * rollout.motion.period)
+        if trial is not None and np.max(np.abs(_find_change(automaton, trial))) < (1 - step / 4) * size:
+            return trial
+        if size <= TOLERANCE:
+            return None
+        step /= 2
+    return None
+
+
+def _find_change(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Array:
+    """Return the change of the state over a period, travel excluded."""
+    if rollout.start is None or rollout.end is None:
+        raise ValueError("a period has a start and an end")
+    section = PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)
+    return section.project(section.exchange(rollout.end).y - rollout.start.y)
+
+
+def _cycle(
+    automaton: PlanarAutomaton, rollout: PlanarRollout, section: str, derivative: Array, residual: float
+) -> PlanarCycle:
+    robot, start, end = automaton.robot, rollout.start, rollout.end
+    if start is None or end is None:
+        raise ValueError("a period has a start and an end")
+    eigenvalues = np.linalg.eigvals(derivative).astype(complex)
+    along = None if robot.travel is None else robot.coordinates.index(robot.travel)
+    return PlanarCycle(
+        robot=robot.name,
+        parameters=dict(automaton.values),
+        section=section,
+        state=dict(zip(robot.state_names, start.y.tolist(), strict=True)),
+        period=rollout.motion.period,
+        travel=0.0 if along is None else float(end.q[along] - start.q[along]),
+        derivative=derivative,
+        multipliers=eigenvalues[np.argsort(-np.abs(eigenvalues))],
+        critical_friction=planar_critical_friction(automaton, rollout),
+        residual=residual,
+        motion=rollout.motion,
+    )

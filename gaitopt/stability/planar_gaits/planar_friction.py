@@ -1,0 +1,71 @@
+"""Critical friction of a planar robot's motion that does not slip."""
+
+import math
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc
+from gaitopt.stability.critical_friction import CriticalFriction
+
+
+def planar_critical_friction(automaton: PlanarAutomaton, rollout: PlanarRollout) -> CriticalFriction | None:
+    """Return the critical friction of a motion, or None if a contact slips or none sticks.
+
+    The ratio is that of a body: the tangential over the normal force of its sticking contacts together.  Its maximum is
+    found among the samples, and refined by integrating from the sample before it.
+
+    Parameters
+    ----------
+    automaton : PlanarAutomaton
+    rollout : PlanarRollout
+        A motion of this automaton.
+    """
+    modes = {mode for arc in rollout.arcs for mode in arc.start.modes}
+    if Mode.STICK not in modes or any(mode.slips for mode in modes):
+        return None
+    sticking = [arc for arc in rollout.arcs if Mode.STICK in arc.start.modes]
+    ratio, time, y = max((_find_peak(automaton, arc) for arc in sticking), key=lambda peak: peak[0])
+    impacts = [impact_ratios(event) for event in rollout.motion.events if event.is_impact]
+    impact = max((abs(value) for ratios in impacts for value in ratios.values()), default=0.0)
+    return CriticalFriction(ratio, time, y[: 2 * automaton.robot.n_q], impact)
+
+
+def impact_ratios(event: PlanarEvent) -> dict[str, float]:
+    """Return the impulse ratio L_t / L_n of each contact with a normal impulse."""
+    names = [name for name, _ in event.before.modes]
+    pairs = zip(names, event.impulse, strict=True)
+    return {name: float(impulse[0] / impulse[1]) for name, impulse in pairs if impulse[1] > 0}
+
+
+def _find_peak(automaton: PlanarAutomaton, arc: PlanarArc) -> tuple[float, float, Array]:
+    """Return the largest force ratio of an arc, its time [s] and the state there."""
+    phase = automaton.phase(arc.start)
+    ratios = [_ratio(phase, t, y) for t, y in zip(arc.time, arc.states.T, strict=True)]
+    k, last, n = int(np.argmax(ratios)), arc.time.size - 1, 2 * automaton.robot.n_q
+    before, after = max(k - 1, 0), min(k + 1, last)
+    best = ratios[k], float(arc.time[k]), arc.states[:, k]
+    if not math.isfinite(best[0]) or arc.time[after] <= arc.time[before]:
+        return best
+    start = arc.states[:n, before]
+
+    def state_at(t: float) -> Array:
+        return phase.integrate(float(arc.time[before]), start, t)
+
+    span = {"bounds": (arc.time[before], arc.time[after]), "method": "bounded", "options": {"xatol": 1e-12}}
+    t = float(minimize_scalar(lambda t: -_ratio(phase, t, state_at(t)), **span).x)
+    y = state_at(t)
+    return max(best, (_ratio(phase, t, y), t, y), key=lambda peak: peak[0])
+
+
+def _ratio(phase: PlanarPhase, t: float, y: Array) -> float:
+    """Return the largest ratio of tangential to normal force of a sticking body; infinite without normal force."""
+    forces = phase.forces(t, y)
+    totals = [forces[list(members)].sum(axis=0) for members in phase.equations.sticking]
+    return max(abs(tangential) / normal if normal > 0 else math.inf for tangential, normal in totals)

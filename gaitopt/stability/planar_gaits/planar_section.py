@@ -1,0 +1,119 @@
+"""The section of a planar robot's periodic gait: the states right after an event, modulo travel."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.fast_call import FastCall
+from gaitopt.model.planar.impact_system import contact_slopes
+from gaitopt.model.planar.mirror import Mirror
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+
+CORRECTIONS = 8
+"""Largest number of Newton iterations with which a state returns to the section."""
+
+
+class SectionRows(NamedTuple):
+    """Contacts whose gap, normal velocity and slip velocity are zero on the section.
+
+    Attributes
+    ----------
+    gaps, normal, tangential : tuple of int
+    """
+
+    gaps: tuple[int, ...]
+    normal: tuple[int, ...]
+    tangential: tuple[int, ...]
+
+
+class PlanarSection:
+    """The states right after an event, after the exchange of the legs.
+
+    Parameters
+    ----------
+    automaton : PlanarAutomaton
+    arc : PlanarArc
+        Phase before the event.
+    event : PlanarEvent
+    mirror : Mirror or None
+    """
+
+    def __init__(self, automaton: PlanarAutomaton, arc: PlanarArc, event: PlanarEvent, mirror: Mirror | None) -> None:
+        robot = automaton.robot
+        self.robot, self._mirror = robot, mirror
+        p = automaton.p(arc.start.extended)
+        self._slopes, self._gaps, self._rows = (
+            FastCall(function, p) for function in (contact_slopes(robot), robot.gaps, robot.rows)
+        )
+        touching = {i for i, name in enumerate(robot.contact_names) if f"{name} closes" in event.names}
+        outcome = event.outcome or event.after
+        modes = [mode for _, mode in outcome.modes]
+        place = range(len(modes)) if mirror is None else [mirror.contacts.index(i) for i in range(len(modes))]
+        self.rows = SectionRows(
+            tuple(sorted(place[i] for i in touching | set(arc.start.closed))),
+            tuple(sorted(place[i] for i, mode in enumerate(modes) if mode is not Mode.FREE)),
+            tuple(sorted(place[i] for i, mode in enumerate(modes) if mode is Mode.STICK)),
+        )
+        self.travel = None if robot.travel is None else robot.coordinates.index(robot.travel)
+
+    def exchange(self, state: PlanarState) -> PlanarState:
+        """Return a state after the event with exchanged legs, at time 0."""
+        return exchange_legs(state, self._mirror)
+
+    def matrix(self) -> Array:
+        """Return the matrix of the leg exchange on the state (q, v), shape (2 n_q, 2 n_q)."""
+        n = self.robot.n_q
+        coordinates = np.eye(n) if self._mirror is None else self._mirror.coordinates
+        return np.asarray(np.kron(np.eye(2), coordinates), dtype=float)
+
+    def tangent(self, y: Array) -> Array:
+        """Return an orthonormal basis of the deviations on the section, travel excluded, shape (2 n_q, n_z)."""
+        rows = self._constraint_rows(y)
+        if self.travel is not None:
+            rows = np.vstack([rows, np.eye(1, rows.shape[1], self.travel)])
+        _, sizes, basis = np.linalg.svd(rows)
+        rank = int(np.sum(sizes > 1e-9 * sizes[0])) if sizes.size else 0
+        return np.asarray(basis[rank:].T, dtype=float)
+
+    def project(self, deviation: Array) -> Array:
+        """Return a deviation without its travel."""
+        deviation = deviation.copy()
+        if self.travel is not None:
+            deviation[self.travel] = 0.0
+        return deviation
+
+    def correct(self, y: Array) -> Array:
+        """Return the nearest state on the section."""
+        n = self.robot.n_q
+        y = np.array(y, dtype=float)
+        for _ in range(CORRECTIONS):
+            gap = self._gaps(y[:n])[0][list(self.rows.gaps)].copy()
+            parts = self._rows(y[:n], y[n:])
+            normal, tangent = (part.reshape(n, -1).T @ y[n:] for part in parts[:2])
+            violation = np.concatenate([gap, normal[list(self.rows.normal)], tangent[list(self.rows.tangential)]])
+            if np.max(np.abs(violation), initial=0.0) < 1e-15:
+                break
+            correction: Array = np.linalg.lstsq(self._constraint_rows(y), violation, rcond=1e-12)[0].astype(float)
+            y -= correction
+        return y
+
+    def _constraint_rows(self, y: Array) -> Array:
+        """Return the derivatives of the quantities that are zero on the section, shape (m, 2 n_q)."""
+        n = self.robot.n_q
+        gaps, normal, tangential = (part.reshape(2 * n, -1).T for part in self._slopes(y[:n], y[n:]))
+        rows = self.rows
+        return np.vstack([gaps[list(rows.gaps)], normal[list(rows.normal)], tangential[list(rows.tangential)]])
+
+
+def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
+    """Return a state with exchanged legs, at time 0."""
+    if mirror is None:
+        return PlanarState(0.0, state.q, state.v, state.contacts, state.extended)
+    names = [name for name, _ in state.contacts.modes]
+    modes = tuple((name, state.modes[place]) for name, place in zip(names, mirror.contacts, strict=True))
+    q, v = mirror.coordinates @ state.q, mirror.coordinates @ state.v
+    return PlanarState(0.0, q, v, type(state.contacts)(modes), state.extended)

@@ -1,0 +1,170 @@
+"""Assembly and checks of planar robots with any contacts."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt import compass_biped
+from gaitopt.errors import InputError
+from gaitopt.model import (
+    ArcContact,
+    JointStop,
+    PointContact,
+    PointMass,
+    RigidLink,
+    SwitchedSpring,
+    assemble_planar,
+    check_planar,
+    compass_with_two_feet,
+    kneed_walker,
+    monopod,
+    round_foot_walker,
+    spoked_wheel,
+    vertical_hopper,
+)
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.planar.mirror import make_mirror
+from gaitopt.model.planar.phase_system import make_phase_system
+from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
+from gaitopt.parameters import Parameter
+
+GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0)
+CATALOGUE = (compass_with_two_feet, kneed_walker, monopod, round_foot_walker, spoked_wheel, vertical_hopper)
+
+
+def biped(c=None, *, mirror=None, contacts=None, **parts):
+    """Assemble a robot with two point feet in fixed places below its hip; arguments replace its parts."""
+    c = c or PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    feet = {name: hip + ca.vertcat(ca.sin(c.coordinate(name)), -ca.cos(c.coordinate(name))) for name in ("a", "b")}
+    bodies = parts.pop(
+        "bodies", [PointMass(1.0, hip), *(PointMass(0.5, hip + (foot - hip) / 2) for foot in feet.values())]
+    )
+    contacts = contacts or {f"foot {name}": PointContact(foot) for name, foot in feet.items()}
+    return assemble_planar("biped", c, bodies=bodies, contacts=contacts, mirror=mirror, **parts)
+
+
+@pytest.mark.parametrize("make", CATALOGUE)
+def test_the_catalogue_passes_its_check(make):
+    check = check_planar(make())
+    assert check.passed, check
+    assert check.least_eigenvalue > 1e-4
+    assert max(check.energy, check.contacts) < 1e-7
+    assert max(check.travel, check.mirror) < 1e-13
+
+
+def test_the_compass_has_the_energy_of_the_single_support_robot():
+    """The same robot in other coordinates: foot = hip - l (sin th1, cos th1), a = -th1, b = th2."""
+    th, rates, length = np.array([0.2, -0.3]), np.array([0.7, -1.1]), 1.6
+    robot, single = compass_with_two_feet(), compass_biped()
+    q = [length * np.sin(th[0]), length * np.cos(th[0]), -th[0], th[1]]
+    v = [length * np.cos(th[0]) * rates[0], -length * np.sin(th[0]) * rates[0], -rates[0], rates[1]]
+    energies = [
+        [float(part) for part in each.energy(*state, each.vector(each.resolve({"slope": 0.1})))]
+        for each, state in ((robot, (q, v)), (single, ([0, 0, *th], [0, 0, *rates])))
+    ]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-13)
+
+
+def test_a_mirror_exchanges_by_name_and_sign():
+    mirror = make_mirror(
+        {"left": "-right", "tilt": "-tilt", "foot l": "foot r"},
+        ["x", "left", "right", "tilt"],
+        ["foot l", "foot r"],
+        ["left", "right"],
+    )
+    assert (mirror.coordinates @ [1, 2, 3, 4]).tolist() == [1, -3, -2, -4]
+    assert mirror.actuators.tolist() == [[0, -1], [-1, 0]]
+    assert mirror.contacts == (1, 0)
+    assert np.array_equal(mirror.coordinates @ mirror.coordinates, np.eye(4))
+
+
+@pytest.mark.parametrize(
+    ("pairs", "message"),
+    [
+        ({"left": "knee"}, "exchanges 'left' with 'knee', which are not two coordinates"),
+        ({"left": "right", "right": "x"}, "exchanges 'right' with both 'left' and 'x'"),
+        ({"foot l": "-foot r"}, "reverses the sign of contact 'foot r'"),
+    ],
+)
+def test_wrong_mirrors_are_rejected(pairs, message):
+    with pytest.raises(InputError, match=message):
+        make_mirror(pairs, ["x", "left", "right"], ["foot l", "foot r"], [])
+
+
+def test_a_mirror_that_misses_a_contact_is_a_fault():
+    assert check_planar(biped(mirror={"a": "b", "foot a": "foot b"})).passed
+    assert "the mirror changes" in check_planar(biped(mirror={"a": "b"})).faults[0]
+    assert "the mirror changes" in check_planar(biped(mirror={"foot a": "foot b"})).faults[0]
+
+
+def test_stops_released_by_the_wrong_contact_are_a_fault():
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    feet = {
+        name: PointContact(ca.vertcat(c.coordinate("x"), c.coordinate("y") - ca.cos(c.coordinate(name))))
+        for name in "ab"
+    }
+    stops = {f"stop {name}": JointStop(1 - c.coordinate(name), latched=True, released_by="a opens") for name in "ab"}
+    robot = biped(c, contacts={**feet, **stops}, mirror={"a": "b", "stop a": "stop b"})
+    assert any("not released by exchanged contacts" in fault for fault in check_planar(robot).faults)
+
+
+def test_a_massless_link_is_a_fault():
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    assert check_planar(biped(c, bodies=[PointMass(1.0, hip)])).faults == (
+        "Robot 'biped': the mass matrix is singular; every coordinate needs a mass or an inertia.",
+    )
+
+
+def test_a_coordinate_of_travel_that_turns_the_robot_is_a_fault():
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY], travel="a")
+    assert "the motion depends on the place" in check_planar(biped(c)).faults[0]
+    assert PlanarCoordinates(("y",), [GRAVITY]).travel is None
+
+
+def test_errors_of_the_assembly_state_what_is_accepted():
+    stranger = ca.SX.sym("stranger")
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    with pytest.raises(InputError, match="gap of contact 'foot' depends on a symbol 'stranger' that does not belong"):
+        biped(c, contacts={"foot": PointContact(ca.vertcat(c.coordinate("x"), stranger))})
+    with pytest.raises(InputError, match="must be a PointContact, an ArcContact or a JointStop, got 3"):
+        biped(c, contacts={"foot": 3})
+    with pytest.raises(InputError, match="released_by of stop 'knee' must be 'CONTACT opens' or 'CONTACT closes'"):
+        biped(c, contacts={"knee": JointStop(c.coordinate("a"), latched=True, released_by="foot lands")})
+    with pytest.raises(InputError, match="Stop 'knee' refers to 'foot', which is not a contact"):
+        biped(c, contacts={"knee": JointStop(c.coordinate("a"), latched=True, released_by="foot opens")})
+    with pytest.raises(InputError, match="A switched spring refers to 'foot', which is not a contact"):
+        biped(c, forces=[SwitchedSpring(c.coordinate("y"), 1, 1, 0.1, contact="foot")])
+    with pytest.raises(InputError, match="There is no coordinate 'c'"):
+        c.coordinate("c")
+    with pytest.raises(InputError, match="Coordinates must have different names"):
+        PlanarCoordinates(("x", "x"), [GRAVITY])
+    with pytest.raises(InputError, match="must include 'gravity'"):
+        PlanarCoordinates(("x",), [])
+    with pytest.raises(InputError, match="coordinates must be PlanarCoordinates"):
+        assemble_planar("robot", None, bodies=[], contacts={})
+    with pytest.raises(InputError, match="has no contact 'toe'"):
+        monopod().contact_index("toe")
+
+
+def test_accelerations_and_forces_satisfy_the_equations_of_a_phase():
+    """A wheel that rolls down a slope without slip, and one that slips: closed forms."""
+    c = PlanarCoordinates(("x", "y", "angle"), [GRAVITY])
+    centre, angle, radius, inertia = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("angle"), 0.3, 0.05
+    wheel = assemble_planar(
+        "wheel", c, bodies=[RigidLink(2.0, centre, inertia, angle)], contacts={"rim": ArcContact(centre, radius, angle)}
+    )
+    slope, friction = 0.2, 0.1
+    p = wheel.vector(wheel.resolve({"slope": slope, "friction": friction}))
+    for mode, rates in (("stick", [0.6, 0, 2.0]), ("slip+", [1.0, 0, 2.0])):
+        system = make_phase_system(wheel, ContactState.of({"rim": mode}), False).system
+        matrix, right = (np.array(part) for part in system([0, radius, 0], rates, [], p))
+        z = np.linalg.solve(matrix, right).ravel()
+        along = 9.81 * np.sin(slope)
+        if mode == "stick":
+            assert z[0] == pytest.approx(along / (1 + inertia / (2 * radius**2)), rel=1e-13)
+        else:
+            assert z[0] == pytest.approx(along - friction * 9.81 * np.cos(slope), rel=1e-13)
+            assert z[2] == pytest.approx(friction * 2 * 9.81 * np.cos(slope) * radius / inertia, rel=1e-13)
+        assert z[3] == pytest.approx(2 * 9.81 * np.cos(slope), rel=1e-13)

@@ -1,0 +1,82 @@
+"""Optimal gaits of planar robots, replayed by the simulator from their first state and torques alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt import Collocation, Margins, verify
+from gaitopt.errors import InputError
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.ocp import PlanarLimits, solve_planar
+from gaitopt.simulation import Tolerances, replay_planar, verify_planar
+from gaitopt.status import Status
+from tests.ocp.multicontact_examples import drag, hop, roll_off, stride, walk
+
+COARSE = Collocation(intervals=10)
+SLIPPING = {
+    "friction": 0.14,
+    "margins": Margins(),
+    "limits": PlanarLimits(torque={"ankle A": 6, "hip": 6, "ankle B": 0}),
+}
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        walk(transcription=COARSE),
+        walk("slip+ stick | slip+", **SLIPPING, transcription=Collocation(intervals=(5, 20))),
+        walk("stick slip- | stick", **SLIPPING, transcription=Collocation(intervals=(20, 5))),
+        hop(clearance=1e-3),
+        hop("foot slip+ > foot stick > flight |", 0.3, 2e-3, (4, 8, 24)),
+        roll_off(),
+        drag(),
+        stride(transcription=Collocation(intervals=12)),
+    ],
+    ids=lambda problem: f"{problem.robot.name}: {problem.sequence}",
+)
+def test_an_optimal_gait_is_replayed(problem):
+    gait = verify_planar(solve_planar(problem))
+    assert gait.verification.reasons == ()
+    assert gait.status is Status.SOLVED
+    assert gait.verification.state_error < 1e-6
+    assert gait.verification.energy_residual < 1e-10
+
+
+def test_a_foot_that_follows_the_ground_fails_its_replay():
+    gait = verify(solve_planar(hop(clearance=0.0)))
+    assert gait.status is Status.NOT_VERIFIED
+    assert not gait.verification.passed
+    assert any("state after the last event" in reason for reason in gait.verification.reasons)
+
+
+def test_a_gait_with_other_torques_fails_its_replay():
+    gait = solve_planar(walk(transcription=COARSE))
+    segment = gait.motion.segments[0]
+    changed = replace(gait.motion, segments=(replace(segment, torque=1.001 * segment.torque),))
+    verified = verify_planar(gait.replace_fields(motion=changed))
+    assert verified.status is Status.NOT_VERIFIED
+    assert 1e-6 < verified.verification.state_error < 0.1
+
+
+def test_the_replay_has_the_motion_of_the_plan():
+    gait = solve_planar(drag())
+    rollout = replay_planar(gait)
+    assert rollout.motion.sequence == gait.motion.sequence
+    for plan, real in zip(gait.motion.segments, rollout.motion.segments, strict=True):
+        foot = [np.interp(plan.time, part.time, part.points[0, 1]) for part in (plan, real)]
+        assert np.abs(foot[0] - foot[1]).max() < 1e-3
+        assert real.work[:, -1] == pytest.approx(plan.work[:, -1], abs=1e-6)
+        assert real.friction_work[:, -1] == pytest.approx(plan.friction_work[:, -1], abs=1e-6)
+    assert rollout.motion.events[-1].energy_lost == pytest.approx(gait.motion.events[-1].energy_lost, abs=1e-5)
+    assert rollout.motion.events[-1].impulse == pytest.approx(gait.motion.events[-1].impulse, abs=1e-5)
+    # The trailing foot receives no impulse and does not leave: the forces after the impact keep it on the ground.
+    assert np.abs(rollout.motion.events[-1].impulse[1]).max() < 1e-6
+    assert rollout.end.contacts.mode("foot B") is Mode.SLIP_FORWARD
+
+
+def test_tolerances_and_types_are_checked():
+    gait = solve_planar(walk(transcription=COARSE))
+    assert not verify_planar(gait, tolerances=Tolerances(state=1e-14)).verification.passed
+    with pytest.raises(InputError, match="gait must be a PlanarGait"):
+        verify_planar(3)
