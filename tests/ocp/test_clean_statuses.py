@@ -100,8 +100,12 @@ def clock(monkeypatch):
 
 def test_the_time_limit_is_that_of_all_starts_and_grids(reference_problem, clock):
     gait, iterations = count_iterations(reference_problem(sequence=SLIP), starts=20, solver=Ipopt(time_limit=250))
-    assert gait.status is Status.SOLVED  # the best result before the limit
+    assert gait.status is Status.TIME_LIMIT
     assert iterations < 260
+    # The best result before the limit: all starts are solved on the coarsest grid first.
+    assert "the result is the solution before this refinement" in gait.solver.message
+    assert gait.problem["intervals"] == [5, 10]
+    assert gait.solver.constraint_violation <= 1e-6
     gait, iterations = count_iterations(reference_problem(sequence=SLIP), starts=20, solver=Ipopt(time_limit=20))
     assert gait.status is Status.TIME_LIMIT
     assert iterations < 25
