@@ -2,6 +2,7 @@
 
 import functools
 import math
+import weakref
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,8 +65,24 @@ def require_valid_step(robot: Robot) -> None:
     >>> from gaitopt import compass_biped
     >>> require_valid_step(compass_biped())
     """
-    if faults := _faults(robot):
+    if robot not in _EXEMPT and (faults := _faults(robot)):
         raise InputError(f"Robot {robot.name!r}: {' '.join(faults)}")
+
+
+def exempt_from_step_check(robot: Robot) -> Robot:
+    """Return a robot of the catalogue, whose step the tests of gaitopt check, exempt from the check before a solve.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> exempt_from_step_check(compass_biped()).name
+    'compass_biped'
+    """
+    _EXEMPT.add(robot)
+    return robot
+
+
+_EXEMPT: "weakref.WeakSet[Robot]" = weakref.WeakSet()
 
 
 def check_step(

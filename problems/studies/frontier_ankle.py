@@ -7,7 +7,8 @@ sticks throughout, and the limit of each motor is 30 N m. Costs are plotted on a
 
 import numpy as np
 from drawing import STYLE, format_sequence
-from frontier_setup import SEQUENCE_STYLE, STANDARD, standard_numbers, walker
+from frontier_setup import SEQUENCE_STYLE, standard_numbers, walker
+from published import OPTIMA
 
 from gaitopt import Execution, Ipopt, WarmStart, solve, sweep, verify
 from gaitopt.study import Reproduction
@@ -58,7 +59,7 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
             axes.minorticks_off()
             axes.legend(loc="upper right" if axes is left else "upper center")
     standard = {
-        sequence: solve(walker().replace(sequence=sequence)).require().cost_of_transport for sequence in STANDARD
+        sequence: solve(walker().replace(sequence=sequence)).require().cost_of_transport for sequence in OPTIMA
     }
     remarks = (*_remarks(weakened), *_remarks_alone(speed, alone))
     return Reproduction(figure, tuple(standard_numbers(standard)), remarks)

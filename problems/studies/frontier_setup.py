@@ -1,6 +1,6 @@
 """The compass biped with motors on level ground, and the line style of each contact sequence."""
 
-from published import check_optimum
+from published import OPTIMA, check_optimum
 
 from gaitopt import GaitProblem, Limits, compass_biped
 
@@ -15,13 +15,9 @@ SEQUENCE_STYLE = {
 }
 """Okabe and Ito's colours; dashes and markers distinguish the sequences in grey print."""
 
-STANDARD = {"stick | stick": 0.01627, "slip+ stick | slip+": 0.01586}
-"""Cost of transport at the values above, computed with another optimiser on a coarser grid."""
-
-
 def standard_numbers(costs):
     """Yield costs of transport by contact sequence, at the values above, with independent reference values (0.1 %)."""
-    for sequence, reference in STANDARD.items():
+    for sequence, reference in OPTIMA.items():
         if sequence in costs:
             yield check_optimum(f"{sequence}: cost of transport of the standard gait", costs[sequence], reference)
 

@@ -4,6 +4,7 @@ import ast
 import dataclasses
 import math
 import re
+import types
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,21 @@ from rich.text import Text
 
 import gaitopt
 from gaitopt import Collocation, assess_stability, load, rimless_wheel, solve
-from gaitopt.cli import feedback_output, listing, output, planar_solving, planar_walks, setup, study_output, walk_output
+from gaitopt.cli import (
+    feedback_output,
+    impact_command,
+    listing,
+    output,
+    planar_solving,
+    planar_walks,
+    setup,
+    study_output,
+    walk_output,
+)
 from gaitopt.cli.app import app
 from gaitopt.cli.script import call_script
 from gaitopt.control.law import passive
+from gaitopt.model import ClosedContact, solve_multicontact_impact
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.ocp import PlanarLimits, PlanarProblem
 from gaitopt.simulation import default_engine
@@ -128,6 +140,12 @@ def planar_cycles():
     planar_walks.print_planar_cycles(planar_walks.search_planar(problem, 1, steps=1, engine="auto"))
 
 
+def impact():
+    foot = ClosedContact("foot [rad]", np.array([0.0, 1.0]), tangent_row=np.array([1.0, 0.0]))
+    outcome = solve_multicontact_impact(np.eye(2), np.array([0.4, -1.0]), [foot], (0.1, 0.1))
+    impact_command._print_outcome(types.SimpleNamespace(coordinates=("x", "y")), outcome)
+
+
 TABLES = {
     "print_planar_gait": planar_gait,
     "print_planar_cycles": planar_cycles,
@@ -142,6 +160,7 @@ TABLES = {
     "print_comparison": lambda: study_output.print_comparison(compare({"[s]": gait()})),
     "print_tuning": tuning,
     "print_endurance": assess_robustness,
+    "_print_outcome": impact,
     "problems": lambda: listing.problems(Path("problems")),
     "print_installation": lambda: setup.print_installation(
         {

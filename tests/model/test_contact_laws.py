@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from gaitopt import Mode
 from gaitopt.model import ClosedContact, Determinacy, select_modes, solve_multicontact_impact
+from tests.model.random_contacts import ContactScene, random_contacts, require_law
 from tests.newton_euler.lemke import solve_contacts
-from tests.newton_euler.random_contacts import ContactScene, random_contacts, require_law
 
 seeds = st.integers(0, 10**6)
 every_scene = settings(max_examples=60, deadline=None)

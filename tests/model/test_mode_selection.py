@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from gaitopt import InputError, Mode
 from gaitopt.model import ClosedContact, Determinacy, select_modes, solve_multicontact_impact
-from tests.newton_euler.contact_models import HipCompass, box_corners, spelling
+from tests.model.contact_models import HipCompass, box_corners, spelling
 
 B, H, G = 0.1, 0.3, 9.81
 BOX = np.diag([1, 1, (B * B + H * H) / 3])

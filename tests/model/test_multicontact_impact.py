@@ -10,7 +10,7 @@ import pytest
 
 from gaitopt import InputError, Mode
 from gaitopt.model import ClosedContact, Determinacy, PlasticFrictional, solve_multicontact_impact
-from tests.newton_euler.contact_models import HipCompass, box_corners, spelling, wheel_contacts
+from tests.model.contact_models import HipCompass, box_corners, spelling, wheel_contacts
 
 COMPASS = HipCompass()
 

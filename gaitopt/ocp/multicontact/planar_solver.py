@@ -84,7 +84,10 @@ def solve_planar(
     ('solved', 2.145)
     """
     check_count("starts", starts, 1, 1000)
-    gaits = [_solve_start(problem, number, solver or Ipopt(), observer) for number in range(starts)]
+    solver = solver or Ipopt()
+    if isinstance(solver, Ipopt):
+        solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
+    gaits = [_solve_start(problem, number, solver, observer) for number in range(starts)]
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: gait.solver.objective)

@@ -19,7 +19,7 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
-from gaitopt.parameters import positive, whole_number
+from gaitopt.parameters import instance_of, positive, whole_number
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
@@ -71,6 +71,9 @@ class Ipopt:
         Limit of a whole solve: all starts, grids and searches for a feasible motion together.
     linear_solver : str
         ``"mumps"`` and the slower ``"spral"`` are part of CasADi; others must be installed.
+    permute : bool
+        Whether MUMPS permutes large entries to the diagonal: slower on fine grids, as unknowns are paired with
+        constraints, but necessary if constraints are nearly dependent.
 
     Raises
     ------
@@ -87,6 +90,7 @@ class Ipopt:
     max_iterations: int = field(default=500, validator=whole_number(0, MOST_ITERATIONS))
     time_limit: float = field(default=math.inf, validator=positive("s", infinite=True))
     linear_solver: str = field(default="mumps", validator=_check_linear_solver)
+    permute: bool = field(default=False, validator=instance_of(bool, example="True or False"))
     _deadline: float = field(default=math.inf, eq=False, repr=False, alias="_deadline")
     _patience: int = field(default=MOST_ITERATIONS, eq=False, repr=False, alias="_patience")
 
@@ -133,12 +137,9 @@ class Ipopt:
             raise failure
         message = str(stats["return_status"])
         if message == "Invalid_Option":  # Ipopt has not run: its result and counts are meaningless
-            answer = answer | {"x": x, "g": nlp.derivatives["jac_g"](x, data)[0]}
-            stats = {}
-        elif interrupted:
-            message = "User_Requested_Stop"
-        elif message == "User_Requested_Stop":
-            message = stop
+            answer, stats = answer | {"x": x, "g": nlp.derivatives["jac_g"](x, data)[0]}, {}
+        elif interrupted or message == "User_Requested_Stop":
+            message = "User_Requested_Stop" if interrupted else stop
         status = _STATUS.get(message, Status.FAILED)
         if status is Status.SOLVED:
             message = CONVERGED
@@ -166,8 +167,7 @@ class Ipopt:
             "ipopt.obj_scaling_factor": 1 / typical,
             "error_on_fail": False,
         }
-        if self.linear_solver == "mumps":
-            # A permutation to a large diagonal pairs unknowns with constraints, which causes fill on fine grids.
+        if self.linear_solver == "mumps" and not self.permute:
             options["ipopt.mumps_permuting_scaling"] = 0
         if barrier is not None:
             kinds = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")

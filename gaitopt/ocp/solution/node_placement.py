@@ -6,6 +6,7 @@ in the switching function, which is zero at the jump).  Intervals are divided so
 parts of an interval reduce its term by 1 / m^2, so m is proportional to the cubic root of the term.
 """
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -65,7 +66,7 @@ class TorqueRamps:
         weights = np.repeat(durations.sum() / durations, [at.size - 1 for at in self.nodes])
         return self.jumps() * self.lengths**2 * weights
 
-    @property
+    @functools.cached_property
     def variation(self) -> float:
         """Sum of the contributions of all ramps to the error of the objective, up to a factor [N m s^2]."""
         return float(self.errors().sum())

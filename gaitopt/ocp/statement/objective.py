@@ -214,13 +214,21 @@ def _check_declaration(objective: Objective) -> None:
             f"The objective {kind} defines no integrand, boundary or peak: define integrand(self, point) in its class."
         )
     for method in methods:
-        names = list(inspect.signature(getattr(objective, method)).parameters)
+        names = _list_arguments(type(objective), method)  # type: ignore[arg-type]
         if len(names) != 1:
             raise InputError(
                 f"The {method} of {kind} must take one argument, got ({', '.join(names)}): write "
                 f"{method}(self, {'step' if method == 'boundary' else 'point'}) and use point.torque, point.positive, "
                 "point.negative and other quantities of the instant."
             )
+
+
+@functools.lru_cache(maxsize=64)
+def _list_arguments(kind: type, method: str) -> list[str]:
+    """Return the names of the arguments of a method without the object itself."""
+    unbound = inspect.getattr_static(kind, method)
+    names = list(inspect.signature(getattr(kind, method)).parameters)
+    return names if isinstance(unbound, staticmethod | classmethod) else names[1:]
 
 
 def _check_terms(objective: Objective, robot: Robot) -> None:
