@@ -1,8 +1,7 @@
 """Compass biped that walks with a double support, in which the trailing foot is dragged forward.
 
 Solve it with ``gaitopt solve problems/compass_double_support.py``.  With both feet at rest the robot is rigid, so one
-of them slips.  At long steps and low friction this gait needs less torque than one that lifts its trailing foot at
-touchdown: set step_length to 0.8 and compare with ``--set sequence="stick | stick"``.
+of them slips.  The gait that lifts its trailing foot at touchdown is solved with ``--set sequence="stick | stick"``.
 """
 
 import numpy as np
