@@ -58,9 +58,7 @@ def study(limits=(6.0, 4.5, 3.0, 2.25, 1.5, 1.2, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 
             axes.set_yticks([0.01, 0.02, 0.05, 0.1, 0.2], ["0.01", "0.02", "0.05", "0.1", "0.2"])
             axes.minorticks_off()
             axes.legend(loc="upper right" if axes is left else "upper center")
-    standard = {
-        sequence: solve(walker().replace(sequence=sequence)).require().cost_of_transport for sequence in OPTIMA
-    }
+    standard = {sequence: solve(walker().replace(sequence=sequence)).require().cost_of_transport for sequence in OPTIMA}
     remarks = (*_remarks(weakened), *_remarks_alone(speed, alone))
     return Reproduction(figure, tuple(standard_numbers(standard)), remarks)
 

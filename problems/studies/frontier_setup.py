@@ -15,6 +15,7 @@ SEQUENCE_STYLE = {
 }
 """Okabe and Ito's colours; dashes and markers distinguish the sequences in grey print."""
 
+
 def standard_numbers(costs):
     """Yield costs of transport by contact sequence, at the values above, with independent reference values (0.1 %)."""
     for sequence, reference in OPTIMA.items():
