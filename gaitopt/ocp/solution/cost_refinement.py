@@ -22,7 +22,8 @@ NEGLIGIBLE = 1e-6
 
 def choose_default_grid(start: SingleStart, method: Method, solution: Solution) -> Method:
     """Return a method whose nodes are placed by the torques of a solution, if its grid is the default one."""
-    if method.intervals is not None or method.fractions is not None or not _refines(start):
+    default = method.intervals is None and method.fractions is None
+    if not default or not math.isfinite(method.largest_cost_error):
         return method
     if solution.fractions is not None:
         return method.replace_grid(solution.intervals, solution.fractions)
