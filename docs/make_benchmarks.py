@@ -47,9 +47,8 @@ requires other methods.
 
 
 SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;
-the best gait of each point is then solved to the tolerance, with one or two more steps, and replayed. Half of the
-time is spent on the continued gaits, a quarter on the points without a neighbour, and a quarter on the final solves
-and replays. If the multipliers predict that the reverse direction leads to the known gait, it is not solved.
+the best gait of each point is then solved to the tolerance, for which its nodes are usually placed once more, and
+replayed. If the multipliers predict that the reverse direction leads to the known gait, it is not solved.
 """
 
 REPEATED = """## Repeated solves of the cost of transport

@@ -134,12 +134,12 @@ def _solve_first(
     problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver
 ) -> tuple[list[Gait], list[Gait]]:
     """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
-    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
     limited, listed = limit_iterations(solver), list_starts(problem, starts)
     gaits = solve_from_starts(problem, listed, limit_refinement(solver), observer, limited)
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
+    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
     conclusion = conclude_failure(problem, first, guesses, solver, observer)
     if conclusion is not first:
         others = listed[1:] if conclusion.status.ok else []

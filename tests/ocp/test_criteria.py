@@ -1,6 +1,6 @@
 """Every objective: solved, replayed, compared with its definition in NumPy, and better at it than another optimum."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import casadi as ca
 import numpy as np
@@ -219,6 +219,19 @@ def test_a_custom_objective_sees_the_whole_step(reference_problem, sequence, met
     assert EndsMeet().evaluate(gait.motion) == pytest.approx(gait.solver.objective, rel=1e-4)
     # The replay lands within the tolerance of verification, and so does the objective.
     assert EndsMeet().evaluate(gait.motion) > 0
+
+
+@pytest.mark.parametrize("name", OBJECTIVES)
+def test_two_samples_at_one_instant_count_once(name, slip_gait):
+    """A replay samples the end of a torque and that of its phase, even if they coincide to rounding."""
+    motion, objective = slip_gait.motion, OBJECTIVES[name]()
+    first, count = motion.segments[0], motion.segments[0].time.size
+    arrays = {each.name: getattr(first, each.name) for each in fields(first)}
+    sampled = {key: array for key, array in arrays.items() if np.shape(array)[-1:] == (count,)}
+    twice = np.append(np.arange(count), count - 1)
+    first = replace(first, **{key: array[..., twice] for key, array in sampled.items()})
+    repeated = replace(motion, segments=(first, *motion.segments[1:]))
+    assert objective.evaluate(repeated) == pytest.approx(objective.evaluate(motion), rel=1e-12)
 
 
 def test_the_value_needs_a_completed_step(slip_gait):

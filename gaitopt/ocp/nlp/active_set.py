@@ -86,7 +86,8 @@ class Newton:
 
     def start_clock(self) -> "Newton":
         """Return the solver whose time limit, counted from now, is that of all NLPs it solves together."""
-        return evolve(self, fallback=self.fallback.start_clock())
+        fallback = self.fallback.start_clock()
+        return self if fallback is self.fallback else evolve(self, fallback=fallback)
 
     def minimise(
         self,

@@ -100,7 +100,8 @@ class Ipopt:
 
     def start_clock(self) -> "Ipopt":
         """Return the solver whose time limit, counted from now, is that of all NLPs it solves together."""
-        return self if math.isfinite(self._deadline) else evolve(self, _deadline=self.deadline())
+        started = math.isfinite(self._deadline) or math.isinf(self.time_limit)
+        return self if started else evolve(self, _deadline=self.deadline())
 
     def deadline(self) -> float:
         """Return the time at which a solve that begins now ends at the latest, on the clock of `time.perf_counter`."""

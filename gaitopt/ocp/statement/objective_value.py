@@ -1,5 +1,6 @@
 """Value of an objective on a motion, computed from its samples alone: an independent check of the NLP."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -34,7 +35,7 @@ def value_of_term(objective: "Objective", motion: Motion) -> float:
         return float("nan")
     duration = float(segments[-1].time[-1] - segments[0].time[0])
     total, peaks = 0.0, []
-    for number, segment in enumerate(segments):
+    for number, segment in enumerate(map(_keep_distinct_instants, segments)):
         samples = _samples(segment, segments[0].time[0], duration)
         total += _integral(objective, motion, segment, number, samples)
         peaks += _peaks(objective, motion, segment, number, samples)
@@ -58,6 +59,15 @@ def first_step(motion: Motion) -> tuple[list[Segment], Jump]:
     if not jumps:
         raise InputError("The objective has no value: the first step of the motion did not reach its touchdown.")
     return segments, jumps[0]
+
+
+def _keep_distinct_instants(segment: Segment) -> Segment:
+    """Return a segment without the first of two samples at one instant, where a torque ends and the phase too."""
+    keep = np.append(np.diff(segment.time) > 0, True)
+    if np.all(keep):
+        return segment
+    names = ("time", "q", "v", "torque", "force", "power")
+    return replace(segment, **{name: getattr(segment, name)[..., keep] for name in names})
 
 
 def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, Array]]:
