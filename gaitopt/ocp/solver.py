@@ -1,6 +1,6 @@
 """Solution of a gait problem from one or several starts."""
 
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
@@ -9,8 +9,6 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.mode_search.homotopy import Homotopy
 from gaitopt.ocp.mode_search.open_infeasibility import conclude_proposal, conclude_without_pairs
 from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
-from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-from gaitopt.ocp.multicontact.planar_solver import solve_planar
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -20,9 +18,13 @@ from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.transcription.method import check_count
+from gaitopt.parameters import check_type
 from gaitopt.progress import SolveObserver, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
+
+if TYPE_CHECKING:
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 RETRIES = 3
 """Number of further starts that are tried if none has converged."""
@@ -44,7 +46,7 @@ def solve(
 
 @overload
 def solve(
-    problem: PlanarProblem,
+    problem: "PlanarProblem",
     *,
     starts: int = 1,
     solver: NlpSolver | None = None,
@@ -54,7 +56,7 @@ def solve(
 
 
 def solve(
-    problem: GaitProblem | PlanarProblem,
+    problem: "GaitProblem | PlanarProblem",
     *,
     starts: int | None = None,
     solver: NlpSolver | None = None,
@@ -111,7 +113,11 @@ def solve(
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
-    if isinstance(problem, PlanarProblem):
+    if not isinstance(problem, GaitProblem):
+        from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+        from gaitopt.ocp.multicontact.planar_solver import solve_planar
+
+        check_type("problem", problem, PlanarProblem, "a GaitProblem(...) or a PlanarProblem(...)")
         return solve_planar(problem, starts=1 if starts is None else starts, solver=solver, observer=observer)
     check_count("starts", 1 if starts is None else starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)

@@ -3,16 +3,19 @@
 import functools
 import itertools
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import DenseOutput
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from gaitopt.model.contacts.event import EventKind, HybridEvent
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ModeEquations
+
+if TYPE_CHECKING:
+    from scipy.integrate import DenseOutput
 
 PROBE_FRACTION = 1e-4
 """Fraction of a span after which the sign of a guard that starts at zero is checked."""
@@ -48,7 +51,7 @@ class EventWatch:
         self._watched = [(i, event) for i, event in events if not law_only or event.kind is EventKind.LAW_SWITCH]
         self._previous = self._guards(clock, y[: equations.size])[0].copy()
 
-    def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[HybridEvent | None, float]:
+    def first(self, dense: "DenseOutput", span: tuple[float, float]) -> tuple[HybridEvent | None, float]:
         """Return the first event in the time span that follows the previous one, and its time.
 
         A guard that starts at zero (a slide from rest, a force exactly on the cone) is an event at the start only if it
@@ -88,7 +91,7 @@ class EventWatch:
         at, _, first = min(located, key=lambda entry: entry[:2])
         return first, at
 
-    def first_in_step(self, dense: DenseOutput, spans: int) -> tuple[HybridEvent | None, float]:
+    def first_in_step(self, dense: "DenseOutput", spans: int) -> tuple[HybridEvent | None, float]:
         """Return the first event in a whole step of the integrator, divided into spans, and its time."""
         if not self._watched:
             return None, dense.t
@@ -98,19 +101,19 @@ class EventWatch:
                 return event, at
         return None, dense.t
 
-    def _values(self, dense: DenseOutput, t: float) -> Array:
+    def _values(self, dense: "DenseOutput", t: float) -> Array:
         return self._guards(t, dense(t)[: self._size])[0]
 
-    def _value(self, dense: DenseOutput, i: int, t: float) -> float:
+    def _value(self, dense: "DenseOutput", i: int, t: float) -> float:
         return float(self._values(dense, t)[i])
 
-    def _rate(self, dense: DenseOutput, i: int, t: float) -> float:
+    def _rate(self, dense: "DenseOutput", i: int, t: float) -> float:
         """Return the rate of a guard along the motion."""
         rates = _guard_rates(self._equations)(t, dense(t)[: self._size], self._p, self._data)
         return float(np.asarray(rates).ravel()[i])
 
 
-def spans_of(dense: DenseOutput, count: int) -> list[tuple[float, float]]:
+def spans_of(dense: "DenseOutput", count: int) -> list[tuple[float, float]]:
     """Return the spans of equal length into which a step of the integrator is divided."""
     return list(itertools.pairwise(np.linspace(dense.t_old, dense.t, count + 1).tolist()))
 
@@ -145,7 +148,8 @@ def find_dip(
     bend, lean = 2 * (left - 2 * middle + right), right - left
     if bend <= abs(lean) or middle - lean**2 / (4 * bend) > 0.1 * max(left, right):
         return None
-    minimum = minimize_scalar(guard, bounds=span, method="bounded", options={"xatol": 1e-9 * (span[1] - span[0])})
+    options = {"xatol": 1e-9 * (span[1] - span[0])}
+    minimum = scipy.optimize.minimize_scalar(guard, bounds=span, method="bounded", options=options)
     return float(minimum.x) if minimum.fun < 0 else None
 
 
@@ -155,4 +159,4 @@ def find_root(guard: Callable[[float], float], span: tuple[float, float]) -> flo
         return span[0]
     if guard(span[1]) >= 0:
         return span[1]
-    return float(brentq(guard, *span, xtol=1e-15, rtol=1e-15))
+    return float(scipy.optimize.brentq(guard, *span, xtol=1e-15, rtol=1e-15))

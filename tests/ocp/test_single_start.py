@@ -107,6 +107,11 @@ def test_of_several_starts_the_cheapest_is_kept():
     assert solve(problem, starts=4).solver.objective == pytest.approx(min(costs), rel=1e-6)
 
 
+def test_an_object_that_is_not_a_problem_is_refused():
+    with pytest.raises(InputError, match=r"problem must be a GaitProblem\(...\) or a PlanarProblem\(...\), got 'x'"):
+        solve("x")
+
+
 @pytest.mark.parametrize("starts", [0, 1.5, "two", True])
 def test_a_number_of_starts_that_cannot_be(reference_problem, starts):
     with pytest.raises(InputError, match="starts must be"):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import DOP853
+import scipy
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.transition import PARADOX_MARGIN
@@ -279,10 +279,11 @@ def _build_runge_kutta_step(dynamics: PhaseDynamics) -> ca.Function:
     initial, before, after, data = (ca.MX.sym(name, size) for name, size in zip("xuvp", sizes, strict=True))
     step = ca.MX.sym("h")
     slopes = ca.MX(state.numel(), 0)
-    for row, c in zip(DOP853.A, DOP853.C, strict=True):
+    formula = scipy.integrate.DOP853  # SciPy imports its parts when they are used
+    for row, c in zip(formula.A, formula.C, strict=True):
         at = initial + step * (slopes @ ca.DM(row[: slopes.shape[1]]))
         slopes = ca.horzcat(slopes, rate(at, before + c * (after - before), data))
-    return ca.Function("step", [initial, before, after, step, data], [initial + step * (slopes @ ca.DM(DOP853.B))])
+    return ca.Function("step", [initial, before, after, step, data], [initial + step * (slopes @ ca.DM(formula.B))])
 
 
 def read_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:
