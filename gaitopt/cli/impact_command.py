@@ -1,5 +1,6 @@
 """Command that solves one impact: impact."""
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -75,6 +76,9 @@ def _read_state(
     unknown = [name for name in values if name not in robot.state_names]
     if unknown:
         raise InputError(f"Robot {robot.name!r} has no state {unknown[0]!r}. {suggest(unknown[0], robot.state_names)}")
+    infinite = [name for name, value in values.items() if not math.isfinite(value)]
+    if infinite:
+        raise InputError(f"--state {infinite[0]} must be a finite number, got {values[infinite[0]]:g}.")
     coordinates, rates = (dict(getattr(problem, name, {})) for name in ("coordinates", "rates"))
     coordinates |= {name: values[name] for name in robot.coordinates if name in values}
     rates |= {name: values[f"{name}_rate"] for name in robot.coordinates if f"{name}_rate" in values}

@@ -164,7 +164,7 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
     """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
     if isinstance(problem, PlanarProblem):
         raise InputError(
-            f"{script.path} has a robot with several contacts; only 'gaitopt solve {script.path}' accepts it."
+            f"{script.path} has a robot with several contacts; 'gaitopt solve' and 'gaitopt impact' accept it."
         )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
@@ -183,7 +183,9 @@ def walk_problem(script: Script) -> WalkProblem:
 def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path) -> WalkProblem:
     """Return a walking problem, or raise InputError if its robot has several contacts."""
     if isinstance(problem, PlanarWalkProblem):
-        raise InputError(f"{path} has a robot with several contacts; only 'gaitopt stability {path}' accepts it.")
+        raise InputError(
+            f"{path} has a robot with several contacts; 'gaitopt stability' and 'gaitopt impact' accept it."
+        )
     return problem
 
 

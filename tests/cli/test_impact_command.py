@@ -66,6 +66,7 @@ def test_one_impact_as_text(command, script):
         (["--state", "a=-0.5", "--state", "b=0.1"], "foot B"),
         ([*state(0.15, 0.1), "--on", "foot C"], "no contact 'foot C'"),
         (["--state", "a=x"], "NAME=NUMBER"),
+        (["--state", "a=nan"], "--state a must be a finite number, got nan"),
         (["--state", "y=5", "--state", "a=0.1"], "does not stand on foot A"),
     ],
 )

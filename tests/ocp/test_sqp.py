@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, GaitProblem, Ipopt, Limits, Status, WarmStart, compass_biped, solve
+from gaitopt import Collocation, GaitProblem, Ipopt, Limits, Newton, Status, WarmStart, compass_biped, solve
 from gaitopt.ocp.nlp import active_set, sqp
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.progress import silent
@@ -157,6 +157,14 @@ def test_without_convergence_the_interior_point_method_solves(gaits, runs, monke
     assert runs[0] is None
     assert warm.status is Status.SOLVED
     assert warm.solver.objective == pytest.approx(solve(problem(STICK, friction=0.15)).solver.objective, rel=1e-5)
+
+
+def test_the_time_limit_ends_the_steps(gaits, runs):
+    warm = solve(problem(STICK, friction=0.15, guess=WarmStart(gaits[STICK])), solver=Ipopt(time_limit=1e-9))
+    assert warm.status is Status.TIME_LIMIT
+    late = Newton(fallback=Ipopt(time_limit=1e-9))
+    assert solve(problem(STICK, friction=0.15, guess=WarmStart(gaits[STICK])), solver=late).status is Status.TIME_LIMIT
+    assert runs == [None]
 
 
 @pytest.mark.parametrize(("worse", "expected"), [(np.inf, [1, 2, 3]), (-np.inf, [1, 1 / 4, 1 / 16, 1 / 64])])

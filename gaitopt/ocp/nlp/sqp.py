@@ -14,6 +14,7 @@ four to six QPs suffice near a solution.  If the steps do not converge, there is
 import functools
 import math
 import threading
+import time
 from dataclasses import dataclass
 
 import casadi as ca
@@ -83,7 +84,8 @@ def minimise_from_solution(
     multipliers : (n_variables,), (n_constraints,) arrays
         Multipliers of the solution.
     options : Ipopt
-        Its tolerance, of the constraints and relative to the scale of the gradient, and its iteration limit apply.
+        Its tolerance, of the constraints and relative to the scale of the gradient, and its limits of iterations and
+        time apply.
     update_data : callable, optional
         See :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`.
     """
@@ -93,6 +95,7 @@ def minimise_from_solution(
     with defer_interrupt():
         steps, interrupt = _Steps(_compile(nlp, fixed), bounds, fixed, update_data), threading.Event()
         iterate = steps.evaluate(_PrimalDual(x, multipliers[0] / nlp.typical, multipliers[1] / nlp.typical), data)
+    deadline = options.deadline()
     weight, box, rejected, last = FIRST_PROXIMAL, FIRST_BOX, 0, min(MOST_STEPS, int(options.max_iterations))
     with stop_on_interrupt(interrupt.set):
         for number in range(last + 1):
@@ -101,7 +104,7 @@ def minimise_from_solution(
                 return _conclude(Status.INTERRUPTED, "User_Requested_Stop", iterate, number, nlp.typical)
             if max(iterate.violation, iterate.error / ACCURATE) <= options.tolerance:
                 return _conclude(Status.SOLVED, CONVERGED, iterate, number, nlp.typical)
-            if number == last or rejected > MOST_REJECTED:
+            if number == last or rejected > MOST_REJECTED or time.perf_counter() > deadline:
                 break
             following = steps.take(iterate, weight, box)
             if following is not None:
