@@ -1,6 +1,9 @@
 from typing import Any
 
-from gaitopt.continuation.tracing import trace_branch as trace_branch
+from gaitopt.continuation.diagram_file import load_diagram as load_diagram
+from gaitopt.continuation.gait_lookup import gaits_at as gaits_at
+from gaitopt.continuation.tracing import TraceOptions as TraceOptions
+from gaitopt.continuation.tracing import trace as trace
 from gaitopt.control.computed_torque import computed_torque as computed_torque
 from gaitopt.control.joint_pd import joint_pd as joint_pd
 from gaitopt.control.law import Law as Law

@@ -1,3 +1,11 @@
-from gaitopt.continuation.branch import Branch as Branch
-from gaitopt.continuation.branch import SpecialPoint as SpecialPoint
-from gaitopt.continuation.tracing import trace_branch as trace_branch
+from gaitopt.continuation.branch_diagram import BranchDiagram as BranchDiagram
+from gaitopt.continuation.branch_diagram import GaitBranch as GaitBranch
+from gaitopt.continuation.diagram_file import diagram_dataset as diagram_dataset
+from gaitopt.continuation.diagram_file import load_diagram as load_diagram
+from gaitopt.continuation.diagram_file import save_diagram as save_diagram
+from gaitopt.continuation.gait_lookup import gaits_at as gaits_at
+from gaitopt.continuation.pseudo_arclength import ArclengthOptions as ArclengthOptions
+from gaitopt.continuation.special_point import SpecialKind as SpecialKind
+from gaitopt.continuation.special_point import SpecialPoint as SpecialPoint
+from gaitopt.continuation.tracing import TraceOptions as TraceOptions
+from gaitopt.continuation.tracing import trace as trace

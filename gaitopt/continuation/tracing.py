@@ -1,209 +1,362 @@
-"""trace_branch: natural-parameter continuation of periodic gaits with location of special points."""
+"""trace: branches of periodic gaits over a parameter, through folds, doublings and changes of contact sequence."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
+import attrs
 import numpy as np
 
-from gaitopt.continuation.branch import Branch, SpecialPoint
-from gaitopt.control.law import Law, passive
-from gaitopt.errors import InputError, suggest
-from gaitopt.model.robot import Robot
-from gaitopt.motion.motion import Array
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.continuation.following import BranchFollower
+from gaitopt.continuation.gait_family import (
+    GaitFamily,
+    check_range,
+    make_gait_family,
+    name_structure,
+    slips_completely,
+)
+from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
+from gaitopt.continuation.switching import switch_branch
+from gaitopt.errors import InputError
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.cycle_search import find_cycle
-from gaitopt.stability.return_map import ReturnMap
-from gaitopt.stability.section import Section
+from gaitopt.stability.cycle_search import STARTS, search_cycles, sort_cycles
+from gaitopt.stability.walk_problem import WalkProblem
+
+SAME_GAIT = 1e-5
+"""Largest scaled distance of a gait from a branch to which it belongs."""
+DOUBLING_STEPS = 0.4
+"""Factor of the step lengths from one doubled branch to the next, whose range is shorter."""
+
+BranchObserver = Callable[[GaitBranch], None]
+"""Called with a branch whenever a point of it has been added."""
 
 
-def trace_branch(
-    robot: Robot,
-    parameters: Mapping[str, float],
-    start: Cycle,
-    axis: Mapping[str, Sequence[float] | Array],
+@attrs.frozen(kw_only=True)
+class TraceOptions:
+    """Options of :func:`trace`.
+
+    Attributes
+    ----------
+    doublings : int
+        Number of successive period doublings to locate on the branches that begin at each other.
+    deflate : bool
+        Whether to search for further gaits at both ends and in the middle of the range, and to follow them too.
+    starts : int
+        Random starts of each search for gaits.
+    arclength : ArclengthOptions
+    engine : Engine, optional
+        By default the fastest installed engine that supports the law.
+
+    Examples
+    --------
+    >>> TraceOptions(doublings=3).deflate
+    False
+    """
+
+    doublings: int = 0
+    deflate: bool = False
+    starts: int = STARTS
+    arclength: ArclengthOptions = attrs.field(factory=ArclengthOptions)
+    engine: Engine | None = None
+
+    def __attrs_post_init__(self) -> None:
+        Parameter("doublings", 0, "1", "", lower=0, whole=True).check(self.doublings)
+        Parameter("starts", 1, "1", "", lower=1, whole=True).check(self.starts)
+
+
+def trace(
+    problem: WalkProblem,
+    over: Mapping[str, tuple[float, float]],
     *,
-    same_sequence: bool = False,
-    tolerance: float = 1e-6,
-    law: Law | None = None,
-    engine: Engine | None = None,
-) -> Branch:
-    """Follow a periodic gait over increasing or decreasing values of a parameter.
+    start: Cycle | None = None,
+    options: TraceOptions | None = None,
+    observer: BranchObserver | None = None,
+) -> BranchDiagram:
+    """Follow periodic gaits over a parameter and locate every special point.
 
-    Newton's method starts from the secant through the last two gaits.  If it fails, the step is halved until the end of
-    the branch is located; changes of contact sequence and of stability are located by bisection.
+    Pseudo-arclength continuation follows each branch around folds and through changes of the contact sequence.
+    Bifurcations are located as zeros of test functions, changes of the contact sequence by bisection to 1e-10.
 
     Parameters
     ----------
-    robot : Robot
-    parameters : mapping of str to float
-    start : Cycle
-        A gait at, or near, the first value.
-    axis : mapping of str to sequence of float
-        One parameter of robot or ground with its values in order.
-    same_sequence : bool
-        Whether to end the branch at a change of the contact sequence.
-    tolerance : float
-        Width to which special points are located, in the unit of the parameter.
-    law : Law, optional
-    engine : Engine, optional
+    problem : WalkProblem
+        Walker, law and parameters.
+    over : mapping of str to (float, float)
+        One parameter of robot or ground and its range in SI units.
+    start : Cycle, optional
+        Gait to start from; by default the first stable gait at the first end of the range.
+    options : TraceOptions, optional
+    observer : callable, optional
+        Called with the branch that is being followed after each of its points.
 
     Returns
     -------
-    Branch
+    BranchDiagram
 
     Raises
     ------
     InputError
-        If `axis` is not one parameter with its values, or the parameter is unknown.
+        If the parameter is unknown, the range does not contain the start, or there is no gait to start from.
 
     Examples
     --------
     >>> import math
-    >>> from gaitopt import find_cycles, rimless_wheel, trace_branch
-    >>> ground = {"slope": math.radians(13), "friction": 1.0}
-    >>> gait = find_cycles(rimless_wheel(), ground, starts=20)[0]
-    >>> branch = trace_branch(rimless_wheel(), ground, gait, {"friction": [1.0, 0.9]}, tolerance=1e-4)
-    >>> len(branch.cycles), branch.ended
-    (4, 'all values reached')
-    >>> [(point.kind, round(point.value, 3), point.after) for point in branch.special]
-    [('sequence', 0.914, 'stick slip+ | stick')]
+    >>> from gaitopt import WalkProblem, rimless_wheel, trace
+    >>> wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": math.radians(13)})
+    >>> diagram = trace(wheel, {"friction": (1.0, 0.9)})
+    >>> [str(point) for point in diagram.branches[0].special]
+    ['slip_onset at 0.9141207839: stick | stick -> stick slip+ | stick']
     """
-    if not isinstance(axis, Mapping) or len(axis) != 1:
-        raise InputError(f"axis must be one parameter with values, such as {{'friction': [0.3, 0.2]}}, got {axis!r}.")
-    ((parameter, values),) = axis.items()
-    known = [p.name for p in robot.parameters]
-    if parameter not in known:
-        raise InputError(f"Robot {robot.name!r} has no parameter {parameter!r}. {suggest(parameter, known)}")
-    Parameter("tolerance", 1e-6, "", "", lower=0, lower_open=True).check(tolerance)
-    law = law or passive(robot)
-    family = _Family(robot, parameters, parameter, law, engine or default_engine(law, robot), tolerance)
-    points: list[_TracedGait] = []
-    special: list[SpecialPoint] = []
-    ended = "all values reached"
-    for result in family.follow(_TracedGait(float(start.parameters[parameter]), start), values):
-        if isinstance(result, _TracedGait):
-            points.append(result)
-            continue
-        special.append(result)
-        if result.kind == "end":
-            ended = f"no gait found beyond {parameter} = {result.value:.6g}"
-        elif result.kind == "sequence" and same_sequence:
-            ended = f"the contact sequence changes to '{result.after}'"
-            break
-    return Branch(parameter, np.array([p.value for p in points]), tuple(p.cycle for p in points), ended, tuple(special))
+    branches = tuple(trace_branches(problem, over, start=start, options=options, observer=observer))
+    return make_diagram(problem, over, branches)
 
 
-class _TracedGait(NamedTuple):
-    """A gait at a value of the parameter."""
+def make_diagram(
+    problem: WalkProblem,
+    over: Mapping[str, tuple[float, float]],
+    branches: Sequence[GaitBranch],
+    *,
+    complete: bool = True,
+) -> BranchDiagram:
+    """Return the diagram of branches."""
+    parameter, ends = _read_axis(over)
+    units = {each.name: each.unit for each in problem.robot.parameters}
+    return BranchDiagram(
+        robot=problem.robot.name,
+        parameter=parameter,
+        unit=units[parameter],
+        parameters={name: value for name, value in problem.parameters.items() if name != parameter},
+        ends=ends,
+        branches=tuple(branches),
+        complete=complete,
+    )
 
-    value: float
-    cycle: Cycle
+
+def trace_branches(
+    problem: WalkProblem,
+    over: Mapping[str, tuple[float, float]],
+    *,
+    start: Cycle | None = None,
+    options: TraceOptions | None = None,
+    observer: BranchObserver | None = None,
+) -> Iterator[GaitBranch]:
+    """Yield each branch when it has been followed; see :func:`trace`."""
+    options = options or TraceOptions()
+    parameter, ends = _read_axis(over)
+    check_range(problem.robot, parameter, ends)
+    tracer = _Tracer(problem, parameter, ends, options, observer or (lambda branch: None))
+    first = start or tracer.find_start()
+    value = float(first.parameters[parameter])
+    if not min(ends) <= value <= max(ends):
+        raise InputError(
+            f"The range of {parameter} must contain the start, at {value:.6g}; it is {ends[0]:g} to {ends[1]:g}."
+        )
+    yield from tracer.follow_gait(first)
+    if options.deflate:
+        yield from tracer.follow_further_gaits()
 
 
-@dataclass(frozen=True, eq=False)
-class _Family:
-    """A family of walkers that differ in one parameter."""
+def _read_axis(over: Mapping[str, tuple[float, float]]) -> tuple[str, tuple[float, float]]:
+    if not isinstance(over, Mapping) or len(over) != 1:
+        raise InputError(
+            f"over must be one parameter with its range, such as {{'friction': (0.3, 0.1)}}, got {over!r}."
+        )
+    ((parameter, ends),) = over.items()
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError):
+        raise InputError(f"The range of {parameter} must be two numbers, got {ends!r}.") from None
+    return parameter, (low, high)
 
-    robot: Robot
-    parameters: Mapping[str, float]
+
+@dataclass(eq=False)
+class _Tracer:
+    """Branches of the gaits of a walking problem."""
+
+    problem: WalkProblem
     parameter: str
-    law: Law
-    engine: Engine
-    tolerance: float
+    ends: tuple[float, float]
+    options: TraceOptions
+    observer: BranchObserver
+    branches: list[GaitBranch] = field(default_factory=list)
+    _continuations: list[CurvePoint] = field(default_factory=list)
 
-    def follow(self, start: _TracedGait, values: Sequence[float] | Array) -> Iterator[_TracedGait | SpecialPoint]:
-        """Yield gaits and special points in order, up to the last value or to the end of the branch."""
-        before, last = None, start
-        for target in map(float, values):
-            step, first = target - last.value, True
-            while first or last.value != target:
-                first = False
-                step = min(step, target - last.value, key=abs)
-                value = target if step == target - last.value else last.value + step
-                point = self.find_gait(value, last, before)
-                if point is not None:
-                    if last is not start:  # the start may be a gait of another walker
-                        yield from self.locate_changes(last, point)
-                    yield point
-                    before, last = last, point
-                elif abs(step) <= self.tolerance:
-                    beyond = self.describe_end(value, last, before)
-                    yield SpecialPoint("end", last.value + step / 2, abs(step), last.cycle.sequence, beyond)
-                    return
-                else:
-                    step /= 2
+    def find_start(self) -> Cycle:
+        """Return the first gait, stable if there is one, at the first end of the range."""
+        gaits = self._search(self.ends[0])
+        if not gaits:
+            raise InputError(
+                f"No periodic gait of {self.problem.name!r} was found at {self.parameter} = {self.ends[0]:g}; begin "
+                "the range where there is a gait."
+            )
+        return gaits[0]
 
-    def find_gait(self, value: float, last: _TracedGait, before: _TracedGait | None = None) -> _TracedGait | None:
-        """Return the gait at a value, predicted from one or two previous gaits, or None if the iteration fails."""
-        cycle = find_cycle(self.make_walker(value), _predict(before, last, value), len(last.cycle.sequences))
-        return None if cycle is None or not _are_close(cycle, last.cycle) else _TracedGait(value, cycle)
+    def _search(self, value: float) -> tuple[Cycle, ...]:
+        problem, sequence = self.problem, self.problem.sequence
+        cycles = search_cycles(
+            problem.robot,
+            {**problem.parameters, self.parameter: value},
+            law=problem.law,
+            starts=self.options.starts,
+            engine=self.options.engine,
+        )
+        return sort_cycles(cycle for cycle in cycles if sequence is None or set(cycle.sequences) == {sequence})
 
-    def locate_changes(self, one: _TracedGait, other: _TracedGait) -> Iterator[_TracedGait | SpecialPoint]:
-        """Yield the changes between two gaits, and the gaits next to each change other than the two."""
-        for near, far in self._brackets(one, other):
-            if near is not one:
-                yield near
-            yield _change(near, far)
-            if far is not other:
-                yield far
+    def follow_further_gaits(self) -> Iterator[GaitBranch]:
+        """Yield the branches of the gaits at the ends and in the middle of the range that are on no branch yet."""
+        for value in (self.ends[0], (self.ends[0] + self.ends[1]) / 2, self.ends[1]):
+            for cycle in self._search(value):
+                if not self._is_known(cycle):
+                    yield from self.follow_gait(cycle)
 
-    def _brackets(self, one: _TracedGait, other: _TracedGait) -> Iterator[tuple[_TracedGait, _TracedGait]]:
-        if _kind(one) == _kind(other):
+    def follow_gait(self, cycle: Cycle) -> Iterator[GaitBranch]:
+        """Yield the branch of a gait, in both directions, and the branches that begin at its period doublings."""
+        family = self._family(cycle)
+        stepper, z, value = Stepper(family, self.options.arclength), family.start(cycle), self._value(cycle)
+        towards = np.sign(self.ends[1] - self.ends[0])
+        sides = list[GaitBranch]()
+        for direction in (towards, -towards):
+            if value == self.ends[1 if direction == towards else 0]:
+                continue
+            point = stepper.initialise(z, value, direction)
+            if point is not None:
+                sides.append(self._follow(family, stepper, point))
+        if not sides:
+            raise InputError(f"The start is not a periodic gait at {self.parameter} = {value:.6g}.")
+        branch = sides[0] if len(sides) == 1 else _join_sides(sides[1], sides[0])
+        number = len(self.branches)
+        yield self._add(branch)
+        yield from self._follow_doublings(family, branch, number, self.options.doublings - 1)
+        for beyond in self._take_continuations():
+            cycle = family.cycle(beyond.z, beyond.value)
+            if cycle is not None and not self._is_known(cycle):
+                yield from self.follow_gait(cycle)
+
+    def _take_continuations(self) -> list[CurvePoint]:
+        """Return the gaits as which the last branches continue in another family, once."""
+        taken, self._continuations = self._continuations, []
+        return taken
+
+    def _follow_doublings(self, family: GaitFamily, branch: GaitBranch, number: int, left: int) -> Iterator[GaitBranch]:
+        """Yield the branch of doubled period at the first period doubling of a branch, and those that follow it."""
+        doublings = branch.special_of(SpecialKind.PERIOD_DOUBLING)
+        if left < 0 or not doublings:
             return
-        middle = None
-        if abs(other.value - one.value) > self.tolerance:
-            value = (one.value + other.value) / 2
-            middle = self.find_gait(value, one) or self.find_gait(value, other)
-        if middle is None:
-            yield one, other
+        level = self.options.doublings - left
+        arclength = self.options.arclength
+        factor = DOUBLING_STEPS**level
+        arclength = attrs.evolve(
+            arclength, first_step=factor * arclength.first_step, longest_step=factor * arclength.longest_step
+        )
+        doubled = family.doubled()
+        switched = switch_branch(doubled, doublings[0], arclength)
+        if switched is None:
             return
-        yield from self._brackets(one, middle)
-        yield from self._brackets(middle, other)
+        following = replace(self._follow(doubled, *switched, last=left == 0), parent=number)
+        number = len(self.branches)
+        yield self._add(following)
+        yield from self._follow_doublings(doubled, following, number, left - 1)
 
-    def describe_end(self, value: float, last: _TracedGait, before: _TracedGait | None) -> str:
-        """Return the outcome of the steps from the predicted gait beyond the end of a branch."""
-        walker = self.make_walker(value)
-        section = Section(self.robot, walker.p, sliding=True)
-        passage = ReturnMap(walker, section, len(last.cycle.sequences))(_predict(before, last, value))
-        return passage.stop.key if passage.stop is not None else "no gait"
+    def _add(self, branch: GaitBranch) -> GaitBranch:
+        self.branches.append(branch)
+        return branch
 
-    def make_walker(self, value: float) -> Walker:
-        p = self.robot.vector(self.robot.resolve({**self.parameters, self.parameter: value}))
-        return Walker(self.robot, self.law, p, self.engine)
+    def _follow(self, family: GaitFamily, stepper: Stepper, start: CurvePoint, *, last: bool = True) -> GaitBranch:
+        """Return the branch from a point on; up to its first period doubling unless it is the last one."""
+        follower = BranchFollower(stepper, self.ends, name_structure, continues=_stays_periodic)
+        points, special = list[CurvePoint](), list[SpecialPoint]()
+        for item in follower.follow(start):
+            if isinstance(item, CurvePoint):
+                points.append(item)
+                self.observer(_make_branch(family, points, special, "interrupted"))
+                continue
+            special.append(item)
+            if not last and item.kind is SpecialKind.PERIOD_DOUBLING:
+                follower.end = item.kind.key
+                break
+        if follower.beyond is not None:
+            self._continuations.append(follower.beyond)
+        return _make_branch(family, points, special, follower.end)
+
+    def _family(self, cycle: Cycle) -> GaitFamily:
+        problem, engine = self.problem, self.options.engine
+        return make_gait_family(problem.robot, cycle, self.parameter, self.ends, law=problem.law, engine=engine)
+
+    def _value(self, cycle: Cycle) -> float:
+        return float(cycle.parameters[self.parameter])
+
+    def _is_known(self, cycle: Cycle) -> bool:
+        """Return whether a gait lies on a branch that has been followed."""
+        family, value = self._family(cycle), self._value(cycle)
+        stepper, z = Stepper(family, self.options.arclength), family.start(cycle)
+        for branch in self.branches:
+            if branch.steps != family.steps:
+                continue
+            for near in points_at(branch, value):
+                point = stepper.initialise(near, value, 1.0)
+                if point is not None and np.max(np.abs((point.z - z) / family.scale)) < SAME_GAIT:
+                    return True
+        return False
 
 
-def _kind(point: _TracedGait) -> tuple[str, bool]:
-    """Return contact sequence and stability, the changes of which are special points."""
-    return point.cycle.sequence, point.cycle.stable
+def points_at(branch: GaitBranch, value: float) -> Iterator[np.ndarray]:
+    """Yield the states at which a branch passes a value, by linear interpolation between its points."""
+    for k in range(branch.values.size - 1):
+        one, other = branch.values[k], branch.values[k + 1]
+        slack = 1e-12 * abs(value)
+        if min(one, other) - slack <= value <= max(one, other) + slack and one != other:
+            share = (value - one) / (other - one)
+            yield branch.states[k] + share * (branch.states[k + 1] - branch.states[k])
 
 
-def _change(one: _TracedGait, other: _TracedGait) -> SpecialPoint:
-    value, width = (one.value + other.value) / 2, abs(other.value - one.value)
-    if one.cycle.sequence != other.cycle.sequence:
-        return SpecialPoint("sequence", value, width, one.cycle.sequence, other.cycle.sequence)
-    names = [f"{p.cycle.sequence}, {'stable' if p.cycle.stable else 'unstable'}" for p in (one, other)]
-    return SpecialPoint("stability", value, width, *names)
+def _stays_periodic(before: object, after: object) -> bool:
+    """Return whether gaits before and after a change are periodic in the same coordinates.
+
+    In complete slip the foot speed drifts: such gaits form a branch of their own.
+    """
+    return slips_completely(before) == slips_completely(after)
 
 
-def _predict(before: _TracedGait | None, last: _TracedGait, value: float) -> Array:
-    """Return a start on the section with foot speed, on the secant through the last two gaits of the same sequence."""
-    last_state = _state(last.cycle)
-    if before is None or before.cycle.sequence != last.cycle.sequence or before.value == last.value:
-        return last_state
-    slope = (last_state - _state(before.cycle)) / (last.value - before.value)
-    return last_state + slope * (value - last.value)
+def _make_branch(
+    family: GaitFamily, points: Sequence[CurvePoint], special: Sequence[SpecialPoint], end: str
+) -> GaitBranch:
+    multipliers = np.full((len(points), family.size), np.nan, dtype=complex)
+    for row, point in zip(multipliers, points, strict=True):
+        row[: point.multipliers.size] = point.multipliers
+    return GaitBranch(
+        steps=family.steps,
+        names=family.names,
+        values=np.array([point.value for point in points]),
+        states=np.array([point.z for point in points]),
+        multipliers=multipliers,
+        sequences=tuple(name_structure(point.sample.structure) for point in points),
+        special=tuple(special),
+        end=end,
+    )
 
 
-def _state(cycle: Cycle) -> Array:
-    return cycle.z if cycle.section.sliding else np.append(cycle.z, cycle.section.foot_speed)
-
-
-def _are_close(cycle: Cycle, other: Cycle) -> bool:
-    """Return whether two gaits are close enough to be neighbours on a branch."""
-    one, two = _state(cycle)[:-1], _state(other)[:-1]
-    return bool(np.max(np.abs(one - two)) < 0.2 * (np.max(np.abs(two)) + 0.1))
+def _join_sides(backward: GaitBranch, forward: GaitBranch) -> GaitBranch:
+    """Return one branch from two that begin at the same gait and lead in opposite directions."""
+    reverse = slice(None, 0, -1)
+    special = [
+        replace(
+            point,
+            before=point.before if not point.multipliers_after.size else point.after,
+            after=point.after if not point.multipliers_after.size else point.before,
+            multipliers_before=point.multipliers_after if point.multipliers_after.size else point.multipliers_before,
+            multipliers_after=point.multipliers_before if point.multipliers_after.size else point.multipliers_after,
+        )
+        for point in reversed(backward.special)
+    ]
+    return replace(
+        forward,
+        values=np.concatenate([backward.values[reverse], forward.values]),
+        states=np.concatenate([backward.states[reverse], forward.states]),
+        multipliers=np.concatenate([backward.multipliers[reverse], forward.multipliers]),
+        sequences=(*backward.sequences[reverse], *forward.sequences),
+        special=(*special, *forward.special),
+        begin=backward.end,
+    )

@@ -1,0 +1,194 @@
+"""Bifurcation diagrams: branches of gaits over a parameter, as plain arrays."""
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
+from gaitopt.motion.motion import Array
+from gaitopt.motion.summary import plain
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GaitBranch:
+    """A branch of periodic gaits over a parameter.
+
+    Attributes
+    ----------
+    kind : str
+        ``"periodic"``.
+    steps : int
+        Period of the gaits in steps.
+    names : tuple of str
+        Coordinates of the section.
+    values : (K,) array
+        Parameter of each gait, in order along the branch.
+    states : (K, n) array
+        Gaits on the section [rad, rad/s, m/s].
+    multipliers : (K, n) complex array
+        Largest modulus first; nan where a section has fewer coordinates, as after a sticking touchdown.
+    sequences : tuple of K str
+        Contact sequences of the steps, joined by ``"; "``.
+    special : tuple of SpecialPoint
+        In order along the branch.
+    begin, end : str
+        Reasons for which the branch ends on either side: ``"start"``, ``"range_end"``, the kind of a special point, or
+        ``"interrupted"``.
+    parent : int or None
+        Number of the branch from which it branched off.
+
+    Examples
+    --------
+    >>> from gaitopt import load_diagram
+    >>> branch = load_diagram("docs/examples/compass_slope.nc").branches[0]
+    >>> branch.steps, branch.special[0].kind.key
+    (1, 'period_doubling')
+    """
+
+    kind: str = "periodic"
+    steps: int
+    names: tuple[str, ...]
+    values: Array
+    states: Array
+    multipliers: NDArray[np.complex128]
+    sequences: tuple[str, ...]
+    special: tuple[SpecialPoint, ...]
+    begin: str = "start"
+    end: str
+    parent: int | None = None
+
+    def __repr__(self) -> str:
+        ends = f" from {self.values[0]:.6g} to {self.values[-1]:.6g}" if self.values.size else ""
+        counts = f"{self.steps}-step gaits: {self.values.size}{ends}, special points: {len(self.special)}"
+        return f"GaitBranch({counts}, end: {self.end})"
+
+    @property
+    def radii(self) -> Array:
+        """Spectral radius of each gait, shape (K,)."""
+        return np.asarray(np.nanmax(np.abs(self.multipliers), axis=1))
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether the multipliers of each gait lie inside the unit circle, shape (K,)."""
+        return np.asarray(self.radii < 1)
+
+    def special_of(self, kind: SpecialKind | str) -> tuple[SpecialPoint, ...]:
+        """Return the special points of a kind, such as ``"fold"``."""
+        key = kind if isinstance(kind, str) else kind.key
+        return tuple(point for point in self.special if point.kind.key == key)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BranchDiagram:
+    """Branches of the gaits of a walker over one parameter.
+
+    Attributes
+    ----------
+    robot : str
+    parameter : str
+    unit : str
+        Unit of the parameter; the values of an angle are in rad.
+    parameters : dict of str to float
+        All other parameters in SI units.
+    ends : (float, float)
+        Range of the parameter.
+    branches : tuple of GaitBranch
+    complete : bool
+        Whether all requested branches were followed.
+
+    Examples
+    --------
+    >>> from gaitopt import load_diagram
+    >>> diagram = load_diagram("docs/examples/compass_slope.nc")
+    >>> diagram.parameter, len(diagram.branches), [round(ratio, 2) for ratio in diagram.ratios]
+    ('slope', 5, [5.32, 4.68, 4.66])
+    """
+
+    robot: str
+    parameter: str
+    unit: str
+    parameters: dict[str, float]
+    ends: tuple[float, float]
+    branches: tuple[GaitBranch, ...]
+    complete: bool = True
+
+    def __repr__(self) -> str:
+        points = sum(branch.values.size for branch in self.branches)
+        special = sum(len(branch.special) for branch in self.branches)
+        counts = f"branches: {len(self.branches)}, gaits: {points}, special points: {special}"
+        return f"BranchDiagram({self.robot!r}, {self.parameter!r}, {counts})"
+
+    @property
+    def ratios(self) -> tuple[float, ...]:
+        """Ratios of the distances between successive period doublings, which tend to 4.669... (Feigenbaum 1978)."""
+        values, branch = list[float](), 0
+        while True:
+            children = [k for k, other in enumerate(self.branches) if other.parent == branch]
+            doublings = self.branches[branch].special_of(SpecialKind.PERIOD_DOUBLING) if self.branches else ()
+            if not doublings:
+                break
+            values.append(doublings[0].value)
+            if not children:
+                break
+            branch = children[0]
+        gaps = np.diff(values)
+        return tuple(float(one / other) for one, other in itertools.pairwise(gaps) if other)
+
+    def records(self) -> dict[str, Any]:
+        """Return the diagram as plain data for JSON; a multiplier is a pair [real part, imaginary part]."""
+        return plain(
+            {
+                "robot": self.robot,
+                "parameter": self.parameter,
+                "unit": self.unit,
+                "complete": self.complete,
+                "branches": [_branch_record(branch) for branch in self.branches],
+                "ratios": list(self.ratios),
+            }
+        )
+
+
+def _branch_record(branch: GaitBranch) -> dict[str, Any]:
+    rows = zip(branch.values, branch.states, branch.multipliers, branch.sequences, branch.stable, strict=True)
+    return {
+        "kind": branch.kind,
+        "period": branch.steps,
+        "sequence": branch.sequences[0] if branch.sequences else "",
+        "points": [
+            {
+                "value": float(value),
+                "state": dict(zip(branch.names, state.tolist(), strict=True)),
+                "multipliers": _pairs(multipliers),
+                "stable": bool(stable),
+                "sequence": sequence,
+            }
+            for value, state, multipliers, sequence, stable in rows
+        ],
+        "special": [_special_record(point, branch.names) for point in branch.special],
+        "begin": branch.begin,
+        "end": branch.end,
+        "parent": branch.parent,
+    }
+
+
+def _special_record(point: SpecialPoint, names: tuple[str, ...]) -> dict[str, Any]:
+    return {
+        "kind": point.kind.key,
+        "value": point.value,
+        "width": point.width,
+        "state": dict(zip(names, point.z.tolist(), strict=True)),
+        "before": point.before,
+        "after": point.after,
+        "multipliers_before": _pairs(point.multipliers_before),
+        "multipliers_after": _pairs(point.multipliers_after),
+        "test": None if math.isnan(point.test) else point.test,
+    }
+
+
+def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
+    """Return finite complex numbers as pairs."""
+    return [[float(value.real), float(value.imag)] for value in values if np.isfinite(value)]

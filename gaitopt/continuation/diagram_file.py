@@ -1,0 +1,190 @@
+"""Bifurcation diagrams in NetCDF files: a table of points and a table of special points."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
+from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.motion.versions import versions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KIND, VERSION = "branch diagram", 1
+
+
+def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
+    """Return a diagram as a labelled dataset with the dimensions ``point`` and ``special``.
+
+    Parameters
+    ----------
+    diagram : BranchDiagram
+
+    Returns
+    -------
+    Dataset
+        Variables of each point: ``value``, ``branch``, ``state``, ``multiplier_real``, ``multiplier_imag``,
+        ``stable`` and ``sequence``; of each special point the same with the prefix ``special_``.
+
+    Examples
+    --------
+    >>> from gaitopt import load_diagram
+    >>> table = diagram_dataset(load_diagram("docs/examples/compass_slope.nc"))
+    >>> table.state.dims, int(table.branch.max())
+    (('point', 'coordinate'), 4)
+    """
+    import xarray as xr
+
+    branches = diagram.branches
+    names = branches[0].names if branches else ()
+    special = [(number, point) for number, branch in enumerate(branches) for point in branch.special]
+    unit = {"units": diagram.unit}
+    points = {
+        "value": ("point", _join([branch.values for branch in branches]), unit | {"long_name": diagram.parameter}),
+        "branch": ("point", np.repeat(np.arange(len(branches)), [branch.values.size for branch in branches])),
+        "state": (("point", "coordinate"), _join([branch.states for branch in branches], len(names))),
+        "sequence": ("point", _text([name for branch in branches for name in branch.sequences])),
+    }
+    multipliers = _join([branch.multipliers for branch in branches], len(names))
+    points |= _complex("multiplier", ("point", "multiplier"), multipliers)
+    points["stable"] = ("point", _join([branch.stable for branch in branches]).astype(np.int8))
+    places = {
+        "special_kind": ("special", _text([point.kind.key for _, point in special])),
+        "special_branch": ("special", np.array([number for number, _ in special], dtype=int)),
+        "special_value": ("special", np.array([point.value for _, point in special]), unit),
+        "special_width": ("special", np.array([point.width for _, point in special]), unit),
+        "special_test": ("special", np.array([point.test for _, point in special])),
+        "special_state": (("special", "coordinate"), _stack([point.z for _, point in special], len(names))),
+        "special_before": ("special", _text([point.before for _, point in special])),
+        "special_after": ("special", _text([point.after for _, point in special])),
+    }
+    for side in ("before", "after"):
+        values = _stack([getattr(point, f"multipliers_{side}") for _, point in special], len(names))
+        places |= _complex(f"special_multiplier_{side}", ("special", "multiplier"), values)
+    directions = [np.array([]) if point.direction is None else point.direction for _, point in special]
+    places["special_direction"] = (("special", "coordinate"), _stack(directions, len(names)).real)
+    attributes = _attributes(diagram)
+    return xr.Dataset(points | places, {"coordinate": list(names)}, attributes)
+
+
+def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
+    """Write a diagram to a NetCDF file atomically.
+
+    Parameters
+    ----------
+    diagram : BranchDiagram
+    path : str or Path
+        Ends in ``.nc``.
+
+    Raises
+    ------
+    ArchiveError
+        If the file is not writable; an older file of that name is then unchanged.
+    """
+    path = Path(path)
+    with write_atomically(path) as temporary:
+        with h5py.File(temporary, "w"):
+            pass  # in the order of names; h5netcdf would keep that of creation
+        diagram_dataset(diagram).to_netcdf(temporary, mode="a", engine="h5netcdf")
+    return path
+
+
+def load_diagram(path: str | Path) -> BranchDiagram:
+    """Read a diagram from a NetCDF file.
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing, damaged, newer or of another kind.
+
+    Examples
+    --------
+    >>> from gaitopt import load_diagram
+    >>> load_diagram("docs/examples/compass_slope.nc").robot
+    'compass_biped'
+    """
+    import xarray as xr
+
+    with read_hdf5(path, KIND, VERSION):
+        table = xr.load_dataset(path, engine="h5netcdf")
+        facts = json.loads(table.attrs["diagram"])
+        branches = tuple(_read_branch(table, number, record) for number, record in enumerate(facts.pop("branches")))
+    return BranchDiagram(**facts | {"ends": tuple(facts["ends"])}, branches=branches)
+
+
+def _attributes(diagram: BranchDiagram) -> dict[str, Any]:
+    facts = {name: getattr(diagram, name) for name in ("robot", "parameter", "unit", "parameters", "complete")}
+    facts |= {"ends": list(diagram.ends)}
+    facts["branches"] = [
+        {name: getattr(branch, name) for name in ("kind", "steps", "begin", "end", "parent")}
+        for branch in diagram.branches
+    ]
+    return {
+        "title": f"{diagram.robot}: gaits over {diagram.parameter}",
+        "format": f"gaitopt {KIND}",
+        "format_version": VERSION,
+        "diagram": json.dumps(facts),
+        "versions": json.dumps(versions()),
+    }
+
+
+def _read_branch(table: "xr.Dataset", number: int, record: dict[str, Any]) -> GaitBranch:
+    points, places = table.branch.values == number, np.flatnonzero(table.special_branch.values == number)
+    return GaitBranch(
+        **record,
+        names=tuple(map(str, table.coordinate.values)),
+        values=table.value.values[points],
+        states=table.state.values[points],
+        multipliers=(table.multiplier_real.values + 1j * table.multiplier_imag.values)[points],
+        sequences=tuple(map(str, table.sequence.values[points])),
+        special=tuple(_read_special(table.isel(special=place)) for place in places),
+    )
+
+
+def _read_special(row: "xr.Dataset") -> SpecialPoint:
+    sides = {}
+    for side in ("before", "after"):
+        real, imaginary = (row[f"special_multiplier_{side}_{part}"].values for part in ("real", "imag"))
+        values = real + 1j * imaginary
+        sides[f"multipliers_{side}"] = values[np.isfinite(values)]
+    direction = row.special_direction.values
+    return SpecialPoint(
+        kind=SpecialKind[str(row.special_kind.values).upper()],
+        value=float(row.special_value),
+        width=float(row.special_width),
+        z=row.special_state.values,
+        before=str(row.special_before.values),
+        after=str(row.special_after.values),
+        test=float(row.special_test),
+        direction=None if np.any(np.isnan(direction)) else direction,
+        **sides,
+    )
+
+
+def _join(parts: Sequence[NDArray[Any]], columns: int | None = None) -> NDArray[Any]:
+    empty = np.zeros(0 if columns is None else (0, columns))
+    return np.concatenate([empty, *parts])
+
+
+def _stack(rows: Sequence[NDArray[Any]], columns: int) -> NDArray[np.complex128]:
+    """Return rows of at most this many entries as one array, with nan in place of missing entries."""
+    table = np.full((len(rows), columns), np.nan, dtype=complex)
+    for target, row in zip(table, rows, strict=True):
+        target[: row.size] = row
+    return table if any(np.iscomplexobj(row) for row in rows) else table.real
+
+
+def _complex(name: str, dims: tuple[str, str], values: NDArray[Any]) -> dict[str, Any]:
+    return {f"{name}_real": (dims, np.real(values)), f"{name}_imag": (dims, np.imag(values))}
+
+
+def _text(values: Sequence[str]) -> NDArray[Any]:
+    return np.array(values, dtype=object)

@@ -1,0 +1,208 @@
+"""Branches followed point by point, with every special point on the way."""
+
+import math
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.continuation.location import Describe, describe_change, smooth_special_points, structure_brackets
+from gaitopt.continuation.map_family import MapSample
+from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
+from gaitopt.continuation.special_point import STOP_KINDS, SpecialKind, SpecialPoint, classify_change
+from gaitopt.motion.motion import Array
+
+LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
+"""Scaled distances beyond the last point at which the structure on the other side of a boundary is sought."""
+DEPARTURES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+"""Scaled distances from a boundary at which the branch on its other side is sought."""
+
+Continues = Callable[[Hashable, Hashable], bool]
+"""Whether a branch continues after a change from one structure to another."""
+
+
+class BranchFollower:
+    """Follows a branch to the end of a range of the parameter, or to its own end.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    ends : (float, float)
+        Range of the parameter.
+    name : callable
+        Names the structure of a sample.
+    continues : callable, optional
+        Whether a branch continues after a change between two structures.
+
+    Attributes
+    ----------
+    end : str
+        Reason for which the branch ends, when it has been followed.
+    beyond : CurvePoint or None
+        Point on the other side of the change at which a branch ends because its gaits continue as another family.
+    """
+
+    def __init__(
+        self, stepper: Stepper, ends: tuple[float, float], name: Describe, *, continues: Continues | None = None
+    ) -> None:
+        self.stepper, self.name = stepper, name
+        self.continues = continues or (lambda before, after: True)
+        self.low, self.high = min(ends), max(ends)
+        self.end = ""
+        self.beyond: CurvePoint | None = None
+        self._bend = np.zeros(stepper.scales.size)
+
+    def follow(self, start: CurvePoint) -> Iterator[CurvePoint | SpecialPoint]:
+        """Yield points and special points in order, `start` first."""
+        options = self.stepper.options
+        point, step = start, options.first_step
+        yield point
+        for _ in range(options.most_points):
+            following, step = self._advance(point, step)
+            if following is None:
+                crossing = self._cross(point)
+                special, following = crossing if isinstance(crossing, tuple) else (crossing, None)
+                yield special
+                if following is None:
+                    self.end = special.kind.key if special.kind is not SpecialKind.END else special.after
+                    return
+                step = options.first_step / 10
+            else:
+                outside = not self.low <= following.value <= self.high
+                if outside:
+                    following = self._land(point, following)
+                    if following is None:
+                        self.end = "range_end"
+                        return
+                specials, following, last = self._specials(point, following)
+                yield from specials
+                if last is not None:
+                    self.end = last.kind.key
+                    return
+                if outside:
+                    yield following
+                    self.end = "range_end"
+                    return
+            yield following
+            self._bend = self.stepper.bend(point, following)
+            point = following
+        self.end = "most_points"
+
+    def _advance(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
+        """Return the next point and the step after it; None if the corrector fails for the shortest step."""
+        stepper, options = self.stepper, self.stepper.options
+        while step >= options.shortest_step:
+            following = stepper.correct(stepper.predict(point, step, self._bend), point.tangent)
+            if following is not None and self._is_neighbour(point, following, step):
+                return following, stepper.adapt(step, point, following)
+            step /= 2
+        return None, step
+
+    def _is_neighbour(self, point: CurvePoint, following: CurvePoint, step: float) -> bool:
+        """Return whether a point lies on the same branch: near the prediction, without a sharp turn in one piece."""
+        distance = float(np.linalg.norm(self.stepper.position(following) - self.stepper.position(point)))
+        if following.sample.structure != point.sample.structure:
+            return distance <= 3 * step
+        return distance <= 1.5 * step and self.stepper.angle(point, following) <= self.stepper.options.largest_angle
+
+    def _land(self, point: CurvePoint, following: CurvePoint) -> CurvePoint | None:
+        """Return the point at the end of the range that a step has passed."""
+        limit = self.low if following.value < self.low else self.high
+        start, end = self.stepper.position(point), self.stepper.position(following)
+        if point.value == limit or start[-1] == end[-1]:
+            return None
+        share = (limit - point.value) / (following.value - point.value)
+        normal = np.zeros(start.size)
+        normal[-1] = math.copysign(1.0, following.value - point.value)
+        return self.stepper.correct(start + share * (end - start), normal)
+
+    def _specials(
+        self, point: CurvePoint, following: CurvePoint
+    ) -> tuple[list[CurvePoint | SpecialPoint], CurvePoint, SpecialPoint | None]:
+        """Return the special points between two points, and the second one with its tangent leading away from them.
+
+        If the branch ends at one of them, this one is returned as well, and the last point before it is in the list.
+        """
+        stepper, specials = self.stepper, list[CurvePoint | SpecialPoint]()
+        here = point
+        for near, far in structure_brackets(stepper, point, following):
+            specials += smooth_special_points(stepper, here, near, self.name) if near is not here else []
+            change = describe_change(near, far, self.name)
+            if not self.continues(near.sample.structure, far.sample.structure):
+                self.beyond = far
+                return [*specials, *([near] if near is not point else []), change], following, change
+            specials.append(change)
+            here = far
+        if here is not point and here is not following:
+            away = stepper.position(following) - stepper.position(here)
+            if away @ following.tangent < 0:
+                following = replace(following, tangent=-following.tangent)
+            if away @ here.tangent < 0:
+                here = replace(here, tangent=-here.tangent)
+        if here is not following:
+            specials += smooth_special_points(stepper, here, following, self.name)
+        return specials, following, None
+
+    def _cross(self, point: CurvePoint) -> SpecialPoint | tuple[SpecialPoint, CurvePoint]:
+        """Return the end of the branch, or the boundary to another structure with the first point beyond it."""
+        family, size = self.stepper.family, self.stepper.family.size
+        for distance in LOOK_AHEAD:
+            x = self.stepper.predict(point, distance) * self.stepper.scales
+            sample = family.evaluate(x[:size], float(x[size]))
+            if sample.residual is None:
+                return self._end(point, STOP_KINDS.get(str(sample.structure), SpecialKind.END), str(sample.structure))
+            if sample.structure != point.sample.structure:
+                z, value = family.after_change(x[:size], sample), float(x[size])
+                following = family.evaluate(z, value)
+                beyond = None if following.residual is None else self._depart(point, z, value, following)
+                if beyond is not None and self.continues(point.sample.structure, beyond.sample.structure):
+                    change = describe_change(point, beyond, self.name)
+                    return replace(change, value=point.value, z=point.z, width=self._width(point)), beyond
+                kind = classify_change(point.sample.structure, sample.structure)
+                return self._end(point, kind, f"no gait '{self.name(sample.structure)}' beyond")
+        return self._end(point, SpecialKind.END, "no convergence")
+
+    def _depart(self, point: CurvePoint, z: Array, value: float, sample: MapSample) -> CurvePoint | None:
+        """Return a point of the branch with another structure that begins at the boundary where a branch ends.
+
+        Parameters
+        ----------
+        point : CurvePoint
+            Last point before the boundary.
+        z : (n,) array
+            Point of the section beyond it.
+        value : float
+        sample : MapSample
+            The map at `z`.
+        """
+        stepper = self.stepper
+        derivative = stepper.family.derivative(z, value, sample)
+        if not np.all(np.isfinite(derivative)):
+            return None
+        tangent = np.linalg.svd(derivative * stepper.scales / stepper.family.scale[:, None])[2][-1]
+        start = stepper.position(point)
+        for distance in DEPARTURES:
+            for sign in (1, -1):
+                beyond = stepper.correct(start + sign * distance * tangent, sign * tangent)
+                if beyond is None or beyond.sample.structure == point.sample.structure:
+                    continue
+                if float(np.linalg.norm(stepper.position(beyond) - start)) <= 10 * distance:
+                    return beyond
+        return None
+
+    def _end(self, point: CurvePoint, kind: SpecialKind, reason: str) -> SpecialPoint:
+        return SpecialPoint(
+            kind=kind,
+            value=point.value,
+            width=self._width(point),
+            z=point.z,
+            before=self.name(point.sample.structure),
+            after=reason,
+            multipliers_before=point.multipliers,
+            multipliers_after=np.array([], dtype=complex),
+        )
+
+    def _width(self, point: CurvePoint) -> float:
+        """Return the width to which the end of the branch at its last point is located."""
+        reach = self.stepper.options.shortest_step * abs(float(point.tangent[-1])) * self.stepper.family.value_scale
+        return max(2 * reach, 1e-16)

@@ -1,0 +1,266 @@
+"""Periodic gaits of a walker over a parameter of robot, ground or law, as a family of return maps."""
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.continuation.map_family import MapSample
+from gaitopt.control.law import Law
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.step_limits import StepLimits
+from gaitopt.stability.cycle import Cycle, slips_throughout
+from gaitopt.stability.cycle_iteration import find_cycle, search_section
+from gaitopt.stability.cycle_search import MAX_STEP_TIME
+from gaitopt.stability.linearisation import Linearisation
+from gaitopt.stability.return_map import Passage, ReturnMap
+from gaitopt.stability.section import Section
+from gaitopt.stability.section_walk import natural_rate, natural_scale
+
+PARAMETER_STEP = 1e-6
+"""Step of the central difference by the parameter, relative to its natural size."""
+
+KEPT_WALKERS = 8
+"""Number of values of the parameter whose walkers are kept."""
+COMPLETE_SLIP_SPEED = 3.0
+"""Foot speed of complete slip, relative to the natural speed sqrt(g l)."""
+
+Structure = tuple[tuple[tuple[Mode, ...], Mode | None], ...]
+"""Contact modes and outcome of the touchdown of each step."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GaitFamily:
+    """Return maps of a walker over one parameter.
+
+    The coordinates are those of the section with foot speed.  In complete slip the foot speed drifts and does not
+    influence the motion: there its row of the residual is zero, so that its value is kept.
+
+    Attributes
+    ----------
+    robot : Robot
+    parameters : dict of str to float
+        All other parameters.
+    parameter : str
+    law : Law
+    engine : Engine
+    steps : int
+        Steps of the return map.
+    size, scale, value_scale
+        See :class:`gaitopt.continuation.map_family.MapFamily`.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, find_cycles
+    >>> gait = find_cycles(compass_biped(), {"slope": 0.0174533, "friction": 0.3}, starts=10)[0]
+    >>> family = make_gait_family(compass_biped(), gait, "friction", (0.3, 0.1))
+    >>> bool(np.max(np.abs(family.evaluate(family.start(gait), 0.3).residual)) < 1e-10)
+    True
+    """
+
+    robot: Robot
+    parameters: dict[str, float]
+    parameter: str
+    law: Law
+    engine: Engine
+    steps: int
+    size: int
+    scale: Array
+    value_scale: float
+
+    def evaluate(self, z: Array, value: float) -> MapSample:
+        """Simulate the steps from a point of the section."""
+        try:
+            walker, section, _ = self._walker(value)
+        except InputError:
+            return MapSample(None, f"{self.parameter} out of range")
+        passage = ReturnMap(walker, section, self.steps)(z)
+        if passage.end is None:
+            return MapSample(None, passage.stop.key if passage.stop is not None else "no gait", passage)
+        residual = passage.end - z
+        structure = structure_of(passage)
+        if section.sliding and slips_completely(structure):
+            residual[-1] = 0.0
+        return MapSample(residual, structure, passage)
+
+    def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
+        """Return the derivative of the residual: exact by z, a central difference by the parameter."""
+        walker, section, linearisation = self._walker(value)
+        by_z = ReturnMap(walker, section, self.steps, linearisation).derivative(z, sample.passage) - np.eye(self.size)
+        by_value = self._value_slope(z, value, sample) if by_value is None else np.array(by_value)
+        if section.sliding and slips_completely(sample.structure):
+            by_z[-1], by_value[-1] = np.eye(self.size)[-1], 0.0
+        return np.column_stack([by_z, by_value])
+
+    def _value_slope(self, z: Array, value: float, sample: MapSample) -> Array:
+        """Return d residual / d value within the smooth piece of a sample, from differences on one or both sides."""
+        h = PARAMETER_STEP * self.value_scale
+        sides = [self.evaluate(z, value + sign * h) for sign in (1, -1)]
+        good = [side.residual is not None and side.structure == sample.structure for side in sides]
+        ends = [side.residual if ok else sample.residual for side, ok in zip(sides, good, strict=True)]
+        if not any(good):
+            return np.full(self.size, np.nan)
+        return np.asarray((ends[0] - ends[1]) / (h * sum(good)))
+
+    def multipliers(self, derivative: Array, sample: MapSample) -> NDArray[np.complex128]:
+        """Return the multipliers without that of a foot speed that is 0 after the touchdown or has no influence."""
+        matrix = derivative[:, :-1] + np.eye(self.size)
+        if slips_completely(sample.structure) or all(impact is Mode.STICK for _, impact in sample.structure):
+            keep = len(self._rigid)
+            matrix = matrix[:keep, :keep]
+        values = np.linalg.eigvals(matrix).astype(complex)
+        return values[np.argsort(-np.abs(values))]
+
+    def measures(self, z: Array, value: float, sample: MapSample) -> dict[str, float]:
+        """Return the change of the foot speed over a period of complete slip."""
+        if "foot_speed" not in self.names or not slips_completely(sample.structure):
+            return {}
+        following = sample.passage.strides[-1].following
+        return {"drift_reversal": float(following[self.robot.state_entries.slip_velocity] - z[-1])}
+
+    def after_change(self, z: Array, sample: MapSample) -> Array:
+        """Return a point with the foot speed left by its touchdown, so that its first phase is that of the new gait."""
+        if sample.residual is None or "foot_speed" not in self.names:
+            return z
+        return np.append(z[:-1], z[-1] + sample.residual[-1])
+
+    def doubled(self) -> "GaitFamily":
+        """Return the family of the maps of twice as many steps."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return GaitFamily(**values | {"steps": 2 * self.steps})
+
+    def start(self, cycle: Cycle) -> Array:
+        """Return a periodic gait as a point of the section of the family, shape (n,).
+
+        The foot speed of complete slip has no influence; it is set to a speed that remains large over a step.
+        """
+        values = {"foot_speed": 0.0} | cycle.state
+        if cycle.drift:
+            natural, height = natural_rate(self.robot, self.robot.vector(cycle.parameters))
+            speed = COMPLETE_SLIP_SPEED * natural * height
+            values["foot_speed"] = math.copysign(max(abs(values["foot_speed"]), speed), values["foot_speed"])
+        return np.array([values[name] for name in self.names])
+
+    def cycle(self, z: Array, value: float) -> Cycle | None:
+        """Return the periodic gait at a point with all its derived quantities, or None if there is none."""
+        return find_cycle(self._walker(value)[0], z, self.steps)
+
+    def state(self, z: Array) -> dict[str, float]:
+        """Return the coordinates of a point by name."""
+        return dict(zip(self.names, z.tolist(), strict=True))
+
+    @functools.cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return self._section(self.parameters[self.parameter]).names
+
+    @functools.cached_property
+    def _rigid(self) -> tuple[str, ...]:
+        return tuple(name for name in self.names if name != "foot_speed")
+
+    def _section(self, value: float) -> Section:
+        return self._walker(value)[1]
+
+    @functools.cached_property
+    def _walkers(self) -> dict[float, tuple[Walker, Section, Linearisation]]:
+        """The last walkers, by the value of the parameter."""
+        return {}
+
+    def _walker(self, value: float) -> tuple[Walker, Section, Linearisation]:
+        if value not in self._walkers:
+            while len(self._walkers) >= KEPT_WALKERS:
+                del self._walkers[next(iter(self._walkers))]
+            self._walkers[value] = self._make_walker(value)
+        return self._walkers[value]
+
+    def _make_walker(self, value: float) -> tuple[Walker, Section, Linearisation]:
+        p = self.robot.vector(self.robot.resolve({**self.parameters, self.parameter: value}))
+        limits = StepLimits(duration=MAX_STEP_TIME / natural_rate(self.robot, p)[0])
+        walker = Walker(self.robot, self.law, p, self.engine, step_limits=limits)
+        return walker, search_section(walker), Linearisation(walker)
+
+
+def make_gait_family(
+    robot: Robot,
+    cycle: Cycle,
+    parameter: str,
+    ends: tuple[float, float],
+    *,
+    law: Law | None = None,
+    engine: Engine | None = None,
+) -> GaitFamily:
+    """Return the family to which a periodic gait belongs.
+
+    Parameters
+    ----------
+    robot : Robot
+    cycle : Cycle
+    parameter : str
+    ends : (float, float)
+        Ends of the range of the parameter.
+    law : Law, optional
+        Passive by default.
+    engine : Engine, optional
+
+    Raises
+    ------
+    InputError
+        If the robot has no such parameter, or the range is empty or not finite.
+    """
+    from gaitopt.control.law import passive
+    from gaitopt.simulation.engine_choice import default_engine
+
+    check_range(robot, parameter, ends)
+    law = law or passive(robot)
+    engine = engine or default_engine(law, robot)
+    values = robot.resolve(cycle.parameters)
+    walker = Walker(robot, law, robot.vector(values), engine)
+    section = search_section(walker)
+    if parameter == "friction":
+        section = Section(robot, walker.p, sliding=True)
+    return GaitFamily(
+        robot=robot,
+        parameters=dict(values),
+        parameter=parameter,
+        law=law,
+        engine=engine,
+        steps=len(cycle.sequences),
+        size=len(section.names),
+        scale=natural_scale(walker, section, section.project(cycle.section.embed(cycle.z))),
+        value_scale=abs(ends[1] - ends[0]),
+    )
+
+
+def check_range(robot: Robot, parameter: str, ends: tuple[float, float]) -> None:
+    """Raise InputError unless a robot has a parameter and its range is finite and not empty."""
+    known = [p.name for p in robot.parameters]
+    if parameter not in known:
+        raise InputError(f"Robot {robot.name!r} has no parameter {parameter!r}. {suggest(parameter, known)}")
+    if not np.all(np.isfinite(ends)) or ends[0] == ends[1]:
+        raise InputError(f"The range of {parameter} must have two different finite ends, got {ends[0]:g}:{ends[1]:g}.")
+
+
+def structure_of(passage: Passage) -> Structure:
+    """Return contact modes and outcome of the touchdown of each step."""
+    return tuple((stride.modes, stride.impact.mode if stride.impact else None) for stride in passage.strides)
+
+
+def slips_completely(structure: object) -> bool:
+    """Return whether every step slips in one direction from impact to impact."""
+    return isinstance(structure, tuple) and all(slips_throughout(modes, impact) for modes, impact in structure)
+
+
+def name_structure(structure: object) -> str:
+    """Return the contact sequences of a structure as text; a reason is returned unchanged."""
+    if not isinstance(structure, tuple):
+        return str(structure)
+    return "; ".join(
+        f"{' '.join(mode.value for mode in modes)} | {impact.value if impact else '-'}" for modes, impact in structure
+    )

@@ -1,0 +1,187 @@
+"""Location of special points between two points of a branch."""
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, classify_change
+from gaitopt.motion.motion import Array
+
+WIDTH = 1e-10
+"""Width of the interval to which changes of structure are located, in the unit of the parameter."""
+SHORTEST_CHORD = 1e-13
+"""Scaled distance of two points below which the interval between them is not divided further."""
+SHORTEST_PIECE = 1e-7
+"""Scaled distance of two points below which no bifurcation is sought between them."""
+STEEPEST = 0.05
+"""Smallest cosine between a chord and a tangent along which a point between is predicted."""
+Describe = Callable[[object], str]
+"""Names the structure of a sample."""
+Test = Callable[[CurvePoint], float]
+
+
+class LocationError(Exception):
+    """The corrector fails between two points of a branch."""
+
+
+def point_between(stepper: Stepper, one: CurvePoint, other: CurvePoint, share: float) -> CurvePoint:
+    """Return the branch point in the plane across the chord between two points, at a share of its length.
+
+    Raises
+    ------
+    LocationError
+        If the corrector fails there.
+    """
+    start, end = stepper.position(one), stepper.position(other)
+    chord = end - start
+    normal = chord / np.linalg.norm(chord)
+    plane = start + share * chord
+    # At a kink, Newton's method converges from the prediction on the side on which the point lies.
+    sides = [(start, one.tangent), (end, other.tangent)]
+    for origin, tangent in [(plane, normal), *(sides if share < 0.5 else sides[::-1])]:
+        slope = float(normal @ tangent)
+        if abs(slope) < STEEPEST:
+            continue
+        point = stepper.correct(origin + float(normal @ (plane - origin)) / slope * tangent, normal)
+        if point is not None:
+            return point
+    raise LocationError
+
+
+def structure_brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[tuple[CurvePoint, CurvePoint]]:
+    """Yield neighbours of different structure between two points, as close to each other as `WIDTH`, in order."""
+    if one.sample.structure == other.sample.structure:
+        return
+    distance = float(np.linalg.norm(stepper.position(other) - stepper.position(one)))
+    if (abs(other.value - one.value) <= WIDTH and distance <= 1e3 * WIDTH) or distance <= SHORTEST_CHORD:
+        yield one, other
+        return
+    try:
+        middle = point_between(stepper, one, other, 0.5)
+    except LocationError:
+        yield one, other
+        return
+    yield from _brackets(stepper, one, middle)
+    yield from _brackets(stepper, middle, other)
+
+
+def describe_change(one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:
+    """Return the special point between two neighbours of different structure."""
+    return SpecialPoint(
+        kind=classify_change(one.sample.structure, other.sample.structure),
+        value=(one.value + other.value) / 2,
+        width=abs(other.value - one.value),
+        z=(one.z + other.z) / 2,
+        before=name(one.sample.structure),
+        after=name(other.sample.structure),
+        multipliers_before=one.multipliers,
+        multipliers_after=other.multipliers,
+    )
+
+
+def locate_zero(stepper: Stepper, one: CurvePoint, other: CurvePoint, test: Test) -> tuple[CurvePoint, float] | None:
+    """Return the point between two points at which a test function is zero, and the width of its location.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    one, other : CurvePoint
+        Points of the same structure, at which the test function has different signs.
+    test : callable
+
+    Returns
+    -------
+    (CurvePoint, float) or None
+        None if the corrector fails in between.
+    """
+
+    def evaluate(share: float) -> float:
+        if share in (0.0, 1.0):
+            return test(other if share else one)
+        return test(point_between(stepper, one, other, share))
+
+    try:
+        share = brentq(evaluate, 0.0, 1.0, xtol=1e-14, rtol=1e-14)
+        point = point_between(stepper, one, other, share)
+        near = point_between(stepper, one, other, share + math.copysign(1e-9, 0.5 - share))
+    except LocationError:
+        return None
+    slope = abs(test(near) - test(point)) / 1e-9
+    error = abs(test(point)) / slope if slope else 1e-14
+    return point, max(error * abs(near.value - point.value) / 1e-9, 1e-16)
+
+
+def smooth_special_points(stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe) -> list[SpecialPoint]:
+    """Return the bifurcations between two points of the same structure, in order along the branch."""
+    found = []
+    if float(np.linalg.norm(stepper.position(other) - stepper.position(one))) <= SHORTEST_PIECE:
+        return []  # rounding errors decide the signs of the test functions
+    for kind, test in _crossed_tests(stepper, one, other):
+        located = locate_zero(stepper, one, other, test)
+        if located is None:
+            continue
+        point, width = located
+        distance = float(np.linalg.norm(stepper.position(point) - stepper.position(one)))
+        special = SpecialPoint(
+            kind=kind,
+            value=point.value,
+            width=width,
+            z=point.z,
+            before=name(point.sample.structure),
+            after=name(point.sample.structure),
+            multipliers_before=point.multipliers,
+            multipliers_after=point.multipliers,
+            test=test(point),
+            direction=_direction(stepper, point, kind),
+        )
+        found.append((distance, special))
+    return [special for _, special in sorted(found, key=lambda pair: pair[0])]
+
+
+def _crossed_tests(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[tuple[SpecialKind, Test]]:
+    """Yield the test functions that change their sign between two points, with the kind of their zeros."""
+    turn = one.tangent[-1] * other.tangent[-1] < 0
+    if turn:
+        yield SpecialKind.FOLD, lambda point: float(point.tangent[-1])
+    elif _fixed_points(one) * _fixed_points(other) < 0:
+        yield SpecialKind.BRANCH_POINT, _fixed_points
+    if _flips(one) * _flips(other) < 0:
+        yield SpecialKind.PERIOD_DOUBLING, _flips
+    if _pairs(one) * _pairs(other) < 0:
+        yield SpecialKind.NEIMARK_SACKER, _pairs
+    measures = stepper.family.measures
+    values = [measures(point.z, point.value, point.sample) for point in (one, other)]
+    for key in values[0].keys() & values[1].keys():
+        if values[0][key] * values[1][key] < 0:
+            yield SpecialKind[key.upper()], lambda p, key=key: measures(p.z, p.value, p.sample)[key]
+
+
+def _fixed_points(point: CurvePoint) -> float:
+    """Return the product of 1 - multiplier, zero at folds and branch points."""
+    return float(np.prod(1 - point.multipliers).real)
+
+
+def _flips(point: CurvePoint) -> float:
+    """Return the product of 1 + multiplier, zero at period doublings."""
+    return float(np.prod(1 + point.multipliers).real)
+
+
+def _pairs(point: CurvePoint) -> float:
+    """Return the largest modulus of a complex multiplier minus 1, nan without one; zero at Neimark-Sacker points."""
+    moduli = np.abs(point.multipliers[np.abs(point.multipliers.imag) > 0])
+    return float(moduli.max() - 1) if moduli.size else math.nan
+
+
+def _direction(stepper: Stepper, point: CurvePoint, kind: SpecialKind) -> Array | None:
+    """Return the eigenvector of the critical multiplier in scaled coordinates, of length 1."""
+    critical = {SpecialKind.PERIOD_DOUBLING: -1.0, SpecialKind.BRANCH_POINT: 1.0}.get(kind)
+    if critical is None:
+        return None
+    scale = stepper.family.scale
+    matrix = point.derivative[:, :-1] * scale / scale[:, None] + np.eye(scale.size)
+    values, vectors = np.linalg.eig(matrix)
+    vector = vectors[:, np.argmin(np.abs(values - critical))].real
+    return np.asarray(vector / np.linalg.norm(vector))

@@ -1,0 +1,42 @@
+"""Switching to the branches that leave a period doubling or a branch point.
+
+A branch of twice the period leaves a period doubling along the eigenvector of the multiplier -1, perpendicular to the
+axis of the parameter.  A point of it lies in the plane across this direction at a small distance, in which the
+original branch has no point.
+"""
+
+import numpy as np
+
+from gaitopt.continuation.map_family import MapFamily
+from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
+from gaitopt.continuation.special_point import SpecialPoint
+
+AMPLITUDES = (1e-3, 3e-4, 3e-3, 1e-2, 1e-4)
+"""Scaled distances from a special point at which the other branch is sought, in order."""
+
+
+def switch_branch(
+    family: MapFamily, special: SpecialPoint, options: ArclengthOptions, sign: float = 1.0
+) -> tuple[Stepper, CurvePoint] | None:
+    """Return a stepper and the first point of the branch that leaves a special point, or None if there is none.
+
+    Parameters
+    ----------
+    family : MapFamily
+        At a period doubling, the family of the doubled maps.
+    special : SpecialPoint
+        Period doubling or branch point.
+    options : ArclengthOptions
+    sign : float
+        Side of the special point: both sides of a doubled branch are the same gait.
+    """
+    if special.direction is None:
+        return None
+    stepper = Stepper(family, options)
+    start = np.append(special.z, special.value) / stepper.scales
+    normal = np.append(sign * special.direction, 0.0)
+    for amplitude in AMPLITUDES:
+        point = stepper.correct(start + amplitude * normal, normal)
+        if point is not None and float(np.linalg.norm(stepper.position(point) - start)) <= 10 * amplitude:
+            return stepper, point
+    return None
