@@ -102,17 +102,18 @@ class GaitFamily:
     def _value_slope(self, z: Array, value: float, sample: MapSample) -> Array:
         """Return d residual / d value within the smooth piece of a sample, from differences on one or both sides."""
         h = PARAMETER_STEP * self.value_scale
-        sides = [self.evaluate(z, value + sign * h) for sign in (1, -1)]
-        good = [side.residual is not None and side.structure == sample.structure for side in sides]
-        ends = [side.residual if ok else sample.residual for side, ok in zip(sides, good, strict=True)]
-        if not any(good):
-            return np.full(self.size, np.nan)
-        return np.asarray((ends[0] - ends[1]) / (h * sum(good)))
+        ends, sides = list[Array](), 0
+        for sign in (1, -1):
+            side = self.evaluate(z, value + sign * h)
+            beside = side.residual is not None and side.structure == sample.structure
+            sides += beside
+            ends.append(np.asarray(side.residual if beside else sample.residual))
+        return np.asarray((ends[0] - ends[1]) / (h * sides)) if sides else np.full(self.size, np.nan)
 
     def multipliers(self, derivative: Array, sample: MapSample) -> NDArray[np.complex128]:
         """Return the multipliers without that of a foot speed that is 0 after the touchdown or has no influence."""
         matrix = derivative[:, :-1] + np.eye(self.size)
-        if slips_completely(sample.structure) or all(impact is Mode.STICK for _, impact in sample.structure):
+        if slips_completely(sample.structure) or sticks_at_touchdown(sample.structure):
             keep = len(self._rigid)
             matrix = matrix[:keep, :keep]
         values = np.linalg.eigvals(matrix).astype(complex)
@@ -255,6 +256,11 @@ def structure_of(passage: Passage) -> Structure:
 def slips_completely(structure: object) -> bool:
     """Return whether every step slips in one direction from impact to impact."""
     return isinstance(structure, tuple) and all(slips_throughout(modes, impact) for modes, impact in structure)
+
+
+def sticks_at_touchdown(structure: object) -> bool:
+    """Return whether the landing foot sticks at every touchdown."""
+    return isinstance(structure, tuple) and all(impact is Mode.STICK for _, impact in structure)
 
 
 def name_structure(structure: object) -> str:

@@ -1,5 +1,6 @@
 """Location of special points between two points of a branch."""
 
+import functools
 import math
 from collections.abc import Callable, Iterator
 
@@ -51,8 +52,23 @@ def point_between(stepper: Stepper, one: CurvePoint, other: CurvePoint, share: f
     raise LocationError
 
 
-def structure_brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[tuple[CurvePoint, CurvePoint]]:
-    """Yield neighbours of different structure between two points, as close to each other as `WIDTH`, in order."""
+def structure_brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> list[tuple[CurvePoint, CurvePoint]]:
+    """Return neighbours of different structure between two points, as close to each other as `WIDTH`, in order.
+
+    Changes that are not separated by more than this are one change: events coincide there.
+    """
+    merged = list[tuple[CurvePoint, CurvePoint]]()
+    for near, far in _brackets(stepper, one, other):
+        if merged:
+            gap = stepper.position(near) - stepper.position(merged[-1][1])
+            if float(np.linalg.norm(gap)) <= 1e3 * WIDTH:
+                merged[-1] = (merged[-1][0], far)
+                continue
+        merged.append((near, far))
+    return [(near, far) for near, far in merged if near.sample.structure != far.sample.structure]
+
+
+def _brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[tuple[CurvePoint, CurvePoint]]:
     if one.sample.structure == other.sample.structure:
         return
     distance = float(np.linalg.norm(stepper.position(other) - stepper.position(one)))
@@ -156,7 +172,11 @@ def _crossed_tests(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iter
     values = [measures(point.z, point.value, point.sample) for point in (one, other)]
     for key in values[0].keys() & values[1].keys():
         if values[0][key] * values[1][key] < 0:
-            yield SpecialKind[key.upper()], lambda p, key=key: measures(p.z, p.value, p.sample)[key]
+            yield SpecialKind[key.upper()], functools.partial(_measure, measures, key)
+
+
+def _measure(measures: Callable[..., dict[str, float]], key: str, point: CurvePoint) -> float:
+    return measures(point.z, point.value, point.sample)[key]
 
 
 def _fixed_points(point: CurvePoint) -> float:

@@ -231,9 +231,9 @@ class _Tracer:
         yield self._add(branch)
         yield from self._follow_doublings(family, branch, number, self.options.doublings - 1)
         for beyond in self._take_continuations():
-            cycle = family.cycle(beyond.z, beyond.value)
-            if cycle is not None and not self._is_known(cycle):
-                yield from self.follow_gait(cycle)
+            continuation = family.cycle(beyond.z, beyond.value)
+            if continuation is not None and not self._is_known(continuation):
+                yield from self.follow_gait(continuation)
 
     def _take_continuations(self) -> list[CurvePoint]:
         """Return the gaits as which the last branches continue in another family, once."""
