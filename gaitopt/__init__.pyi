@@ -1,8 +1,6 @@
 from typing import Any
 
 from gaitopt.continuation.diagram_file import load_diagram as load_diagram
-from gaitopt.continuation.gait_lookup import gaits_at as gaits_at
-from gaitopt.continuation.tracing import TraceOptions as TraceOptions
 from gaitopt.continuation.tracing import trace as trace
 from gaitopt.control.computed_torque import computed_torque as computed_torque
 from gaitopt.control.joint_pd import joint_pd as joint_pd
@@ -65,6 +63,7 @@ from gaitopt.parallel.dask_executor import DaskExecutor as DaskExecutor
 from gaitopt.parallel.execution import Execution as Execution
 from gaitopt.parameters import Parameter as Parameter
 from gaitopt.plot.animation import animate as animate
+from gaitopt.plot.branch_figure import plot_branches as plot_branches
 from gaitopt.plot.comparison_figure import plot_comparison as plot_comparison
 from gaitopt.plot.gait_figure import plot_gait as plot_gait
 from gaitopt.plot.saving import save_figure as save_figure

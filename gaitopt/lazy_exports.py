@@ -70,7 +70,7 @@ def exported_names(package: str) -> dict[str, str]:
 
     Examples
     --------
-    >>> exported_names("gaitopt.continuation")["trace_branch"]
+    >>> exported_names("gaitopt.continuation")["trace"]
     'gaitopt.continuation.tracing'
     """
     return {name: module for name, module in _read_stub(package).items() if not name.startswith("_")}

@@ -8,7 +8,18 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from gaitopt.cli import basin_command, exporting, feedback, impact_command, listing, setup, solving, studies, walking
+from gaitopt.cli import (
+    basin_command,
+    exporting,
+    feedback,
+    impact_command,
+    listing,
+    setup,
+    solving,
+    studies,
+    trace_command,
+    walking,
+)
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
@@ -38,6 +49,7 @@ for command in (
     listing.problems,
     walking.simulate,
     walking.stability,
+    trace_command.trace,
     impact_command.impact,
     feedback.tune,
     feedback.push,

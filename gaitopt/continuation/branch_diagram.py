@@ -27,8 +27,8 @@ class GaitBranch:
         Coordinates of the section.
     values : (K,) array
         Parameter of each gait, in order along the branch.
-    states : (K, n) array
-        Gaits on the section [rad, rad/s, m/s].
+    orbits : (K, steps, n) array
+        State on the section at the start of each step of the period [rad, rad/s, m/s].
     multipliers : (K, n) complex array
         Largest modulus first; nan where a section has fewer coordinates, as after a sticking touchdown.
     sequences : tuple of K str
@@ -53,7 +53,7 @@ class GaitBranch:
     steps: int
     names: tuple[str, ...]
     values: Array
-    states: Array
+    orbits: Array
     multipliers: NDArray[np.complex128]
     sequences: tuple[str, ...]
     special: tuple[SpecialPoint, ...]
@@ -65,6 +65,11 @@ class GaitBranch:
         ends = f" from {self.values[0]:.6g} to {self.values[-1]:.6g}" if self.values.size else ""
         counts = f"{self.steps}-step gaits: {self.values.size}{ends}, special points: {len(self.special)}"
         return f"GaitBranch({counts}, end: {self.end})"
+
+    @property
+    def states(self) -> Array:
+        """State of each gait at the start of its period, shape (K, n) [rad, rad/s, m/s]."""
+        return np.asarray(self.orbits[:, 0])
 
     @property
     def radii(self) -> Array:

@@ -31,15 +31,16 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     Returns
     -------
     Dataset
-        Variables of each point: ``value``, ``branch``, ``state``, ``multiplier_real``, ``multiplier_imag``,
-        ``stable`` and ``sequence``; of each special point the same with the prefix ``special_``.
+        Variables of each point: ``value``, ``branch``, ``state`` at the start of each step of the period,
+        ``multiplier_real``, ``multiplier_imag``, ``stable`` and ``sequence``; of each special point the same with the
+        prefix ``special_``.
 
     Examples
     --------
     >>> from gaitopt import load_diagram
     >>> table = diagram_dataset(load_diagram("docs/examples/compass_slope.nc"))
     >>> table.state.dims, int(table.branch.max())
-    (('point', 'coordinate'), 4)
+    (('point', 'step', 'coordinate'), 4)
     """
     import xarray as xr
 
@@ -50,7 +51,7 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     points = {
         "value": ("point", _join([branch.values for branch in branches]), unit | {"long_name": diagram.parameter}),
         "branch": ("point", np.repeat(np.arange(len(branches)), [branch.values.size for branch in branches])),
-        "state": (("point", "coordinate"), _join([branch.states for branch in branches], len(names))),
+        "state": (("point", "step", "coordinate"), _stack_orbits(branches, len(names))),
         "sequence": ("point", _text([name for branch in branches for name in branch.sequences])),
     }
     multipliers = _join([branch.multipliers for branch in branches], len(names))
@@ -142,7 +143,7 @@ def _read_branch(table: "xr.Dataset", number: int, record: dict[str, Any]) -> Ga
         **record,
         names=tuple(map(str, table.coordinate.values)),
         values=table.value.values[points],
-        states=table.state.values[points],
+        orbits=table.state.values[points, : record["steps"]],
         multipliers=(table.multiplier_real.values + 1j * table.multiplier_imag.values)[points],
         sequences=tuple(map(str, table.sequence.values[points])),
         special=tuple(_read_special(table.isel(special=place)) for place in places),
@@ -172,6 +173,15 @@ def _read_special(row: "xr.Dataset") -> SpecialPoint:
 def _join(parts: Sequence[NDArray[Any]], columns: int | None = None) -> NDArray[Any]:
     empty = np.zeros(0 if columns is None else (0, columns))
     return np.concatenate([empty, *parts])
+
+
+def _stack_orbits(branches: Sequence[GaitBranch], columns: int) -> NDArray[Any]:
+    """Return the states of all steps of all gaits, with nan beyond the period of a gait."""
+    most = max((branch.steps for branch in branches), default=1)
+    padded = [
+        np.pad(branch.orbits, ((0, 0), (0, most - branch.steps), (0, 0)), constant_values=np.nan) for branch in branches
+    ]
+    return np.concatenate([np.zeros((0, most, columns)), *padded])
 
 
 def _stack(rows: Sequence[NDArray[Any]], columns: int) -> NDArray[np.complex128]:

@@ -131,7 +131,7 @@ class BranchFollower:
             if not self.continues(near.sample.structure, far.sample.structure):
                 self.beyond = far
                 return [*specials, *([near] if near is not point else []), change], following, change
-            specials.append(change)
+            specials += [*([near] if near is not point else []), change, *([far] if far is not following else [])]
             here = far
         if here is not point and here is not following:
             away = stepper.position(following) - stepper.position(here)

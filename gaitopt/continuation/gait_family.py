@@ -126,6 +126,11 @@ class GaitFamily:
         following = sample.passage.strides[-1].following
         return {"drift_reversal": float(following[self.robot.state_entries.slip_velocity] - z[-1])}
 
+    def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
+        """Return the point of the section at the start of each step of the period, shape (steps, n)."""
+        section = self._section(value)
+        return np.array([section.project(state) for state in sample.passage.states])
+
     def after_change(self, z: Array, sample: MapSample) -> Array:
         """Return a point with the foot speed left by its touchdown, so that its first phase is that of the new gait."""
         if sample.residual is None or "foot_speed" not in self.names:

@@ -45,7 +45,8 @@ def gaits_at(
     Examples
     --------
     >>> import math
-    >>> from gaitopt import WalkProblem, gaits_at, rimless_wheel, trace
+    >>> from gaitopt import WalkProblem, rimless_wheel, trace
+    >>> from gaitopt.continuation import gaits_at
     >>> wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": math.radians(13)})
     >>> diagram = trace(wheel, {"friction": (1.0, 0.9)})
     >>> [gait.sequence for gait in gaits_at(wheel, diagram, 0.95)]

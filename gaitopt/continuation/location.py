@@ -130,9 +130,11 @@ def locate_zero(stepper: Stepper, one: CurvePoint, other: CurvePoint, test: Test
     return point, max(error * abs(near.value - point.value) / 1e-9, 1e-16)
 
 
-def smooth_special_points(stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe) -> list[SpecialPoint]:
-    """Return the bifurcations between two points of the same structure, in order along the branch."""
-    found = []
+def smooth_special_points(
+    stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe
+) -> list[CurvePoint | SpecialPoint]:
+    """Return the bifurcations between two points of the same structure in order, each after its point."""
+    found = list[tuple[float, CurvePoint, SpecialPoint]]()
     if float(np.linalg.norm(stepper.position(other) - stepper.position(one))) <= SHORTEST_PIECE:
         return []  # rounding errors decide the signs of the test functions
     for kind, test in _crossed_tests(stepper, one, other):
@@ -153,8 +155,9 @@ def smooth_special_points(stepper: Stepper, one: CurvePoint, other: CurvePoint, 
             test=test(point),
             direction=_direction(stepper, point, kind),
         )
-        found.append((distance, special))
-    return [special for _, special in sorted(found, key=lambda pair: pair[0])]
+        found.append((distance, point, special))
+    ordered = sorted(found, key=lambda each: each[0])
+    return [item for _, point, special in ordered for item in (point, special)]
 
 
 def _crossed_tests(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[tuple[SpecialKind, Test]]:

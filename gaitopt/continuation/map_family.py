@@ -72,6 +72,10 @@ class MapFamily(Protocol):
         """Return further quantities whose sign changes are special points, by the kind of these points."""
         ...
 
+    def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
+        """Return the point at the start of each step of the period, shape (steps, n)."""
+        ...
+
     def after_change(self, z: Array, sample: MapSample) -> Array:
         """Return a point beside one at which the map changes, on the side of the new structure."""
         ...

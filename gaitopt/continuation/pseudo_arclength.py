@@ -46,7 +46,7 @@ class ArclengthOptions:
     """
 
     first_step: float = field(default=0.01, validator=positive())
-    longest_step: float = field(default=0.05, validator=positive())
+    longest_step: float = field(default=0.03, validator=positive())
     shortest_step: float = field(default=1e-10, validator=positive())
     tolerance: float = field(default=1e-10, validator=positive())
     most_iterations: int = field(default=8, validator=whole_number())
@@ -68,6 +68,8 @@ class CurvePoint:
     multipliers : (n_m,) complex array
     tangent : (n + 1,) array
         Unit tangent in scaled coordinates, in the direction of the continuation.
+    orbit : (steps, n) array
+        Points at the start of each step of the period, `z` first.
     iterations : int
         Newton iterations of the correction.
     """
@@ -78,6 +80,7 @@ class CurvePoint:
     derivative: Array
     multipliers: NDArray[np.complex128]
     tangent: Array
+    orbit: Array
     iterations: int
 
     @property
@@ -179,6 +182,7 @@ class Stepper:
             derivative=derivative,
             multipliers=self.family.multipliers(derivative, sample),
             tangent=tangent / np.linalg.norm(tangent),
+            orbit=self.family.orbit(z, value, sample),
             iterations=iterations,
         )
 

@@ -1,7 +1,7 @@
 """Special points of branches: bifurcations, changes of contact sequence, and ends."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -137,3 +137,43 @@ def _classify_phases(one: tuple[Hashable, ...], other: tuple[Hashable, ...]) -> 
 
 def _slips(mode: Hashable) -> bool:
     return str(getattr(mode, "value", mode)).startswith("slip")
+
+
+def merge_changes(points: Sequence[SpecialPoint], width: float) -> list[SpecialPoint]:
+    """Return special points in which successive changes of the contact sequence closer than a width are one change.
+
+    Between them the gait has a sequence that exists only within rounding errors.
+
+    Parameters
+    ----------
+    points : sequence of SpecialPoint
+        In order along a branch.
+    width : float
+        In the unit of the parameter.
+    """
+    merged = list[SpecialPoint]()
+    for point in points:
+        last = merged[-1] if merged else None
+        if last is None or not _are_one_change(last, point, width):
+            merged.append(point)
+            continue
+        kind = classify_change(_read_structure(last.before), _read_structure(point.after))
+        merged[-1] = replace(
+            last,
+            kind=kind,
+            width=max(last.width, abs(point.value - last.value)),
+            after=point.after,
+            multipliers_after=point.multipliers_after,
+        )
+    return merged
+
+
+def _are_one_change(one: SpecialPoint, other: SpecialPoint, width: float) -> bool:
+    near = abs(one.value - other.value) <= width and one.after == other.before
+    return near and one.before != one.after and bool(other.multipliers_after.size) and other.before != other.after
+
+
+def _read_structure(name: str) -> tuple[tuple[tuple[str, ...], str], ...]:
+    """Return phases and outcome of the touchdown of each step of a sequence as text."""
+    steps = (step.partition(" | ") for step in name.split("; "))
+    return tuple((tuple(phases.split()), impact) for phases, _, impact in steps)

@@ -16,7 +16,7 @@ from gaitopt.continuation.gait_family import (
     slips_completely,
 )
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
-from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
 from gaitopt.continuation.switching import switch_branch
 from gaitopt.errors import InputError
 from gaitopt.parameters import Parameter
@@ -27,6 +27,8 @@ from gaitopt.stability.walk_problem import WalkProblem
 
 SAME_GAIT = 1e-5
 """Largest scaled distance of a gait from a branch to which it belongs."""
+ONE_CHANGE = 1e-8
+"""Relative distance of changes of the contact sequence that are one change."""
 DOUBLING_STEPS = 0.4
 """Factor of the step lengths from one doubled branch to the next, whose range is shorter."""
 
@@ -330,10 +332,10 @@ def _make_branch(
         steps=family.steps,
         names=family.names,
         values=np.array([point.value for point in points]),
-        states=np.array([point.z for point in points]),
+        orbits=np.array([point.orbit for point in points]),
         multipliers=multipliers,
         sequences=tuple(name_structure(point.sample.structure) for point in points),
-        special=tuple(special),
+        special=tuple(merge_changes(special, ONE_CHANGE * family.value_scale)),
         end=end,
     )
 
@@ -354,7 +356,7 @@ def _join_sides(backward: GaitBranch, forward: GaitBranch) -> GaitBranch:
     return replace(
         forward,
         values=np.concatenate([backward.values[reverse], forward.values]),
-        states=np.concatenate([backward.states[reverse], forward.states]),
+        orbits=np.concatenate([backward.orbits[reverse], forward.orbits]),
         multipliers=np.concatenate([backward.multipliers[reverse], forward.multipliers]),
         sequences=(*backward.sequences[reverse], *forward.sequences),
         special=(*special, *forward.special),

@@ -1,0 +1,199 @@
+"""The command on branches of gaits over a parameter."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
+from gaitopt.cli.options import (
+    CycleStarts,
+    EngineName,
+    GainValues,
+    Json,
+    LawName,
+    Quiet,
+    RobotScript,
+    Setting,
+    Source,
+    StanceAngle,
+    TorqueLimit,
+    Verbose,
+)
+from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
+from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.cli.script import read_script, walk_problem
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.cli.inputs import Request
+    from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+    from gaitopt.continuation.tracing import TraceOptions
+    from gaitopt.simulation.engine import Engine
+    from gaitopt.stability.cycle import Cycle
+    from gaitopt.stability.walk_problem import WalkProblem
+
+TABLE = ".nc"
+"""Suffix of the file of a diagram; all others are figures."""
+
+
+def trace(
+    source: Source,
+    over: Annotated[
+        str,
+        typer.Option(
+            "--over",
+            metavar="NAME=FROM:TO",
+            help="Parameter of robot or ground and its range. Parameters of the script have the same units as with "
+            "--set; all others are in SI units and rad. The results are in SI units and rad.",
+        ),
+    ],
+    setting: Setting = None,
+    doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of successive period doublings to locate.")] = 0,
+    deflate: Annotated[
+        bool, typer.Option("--deflate", help="Also search for further gaits at the same parameters and follow them.")
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="NC/PNG/PDF/SVG", help="File of the diagram, or of its figure."),
+    ] = None,
+    starts: CycleStarts = 32,
+    engine: EngineName = "auto",
+    law: LawName = OPEN_LOOP,
+    gain: GainValues = None,
+    torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
+    problem: RobotScript = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Follow a periodic gait over a parameter, through folds, period doublings and changes of the contact sequence.
+
+    A script is traced from its first stable gait at FROM, a saved gait from its own parameter in both directions.
+    Ctrl-C ends the trace and keeps the branches that were followed.
+
+    Exit status 0 if the trace is complete, 130 if it was interrupted.
+
+    Example: gaitopt trace problems/compass_passive.py --over slope=1:5 --doublings 3 -o branches.nc
+    """
+    from gaitopt.cli.inputs import Request
+    from gaitopt.cli.trace_output import print_diagram
+    from gaitopt.continuation.tracing import TraceOptions
+    from gaitopt.motion.atomic import check_writable
+
+    began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
+    if output is not None:
+        _check_suffix(output)
+        check_writable(output)
+    request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
+    with show_progress("tracing", hidden=json) as display:
+        walk, axis, start = _trace_inputs(request, over, hidden=json or quiet)
+        options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts, engine=_engine(engine, walk))
+        diagram = _trace(walk, axis, start, options, display)
+    if output is not None:
+        _write(diagram, output)
+    if json:
+        seconds = time.perf_counter() - began
+        print_json(diagram.records() | {"file": None if output is None else str(output), "seconds": seconds})
+    else:
+        print_diagram(diagram)
+        if output is not None:
+            report_file(output)
+    if not diagram.complete:
+        err.print("Interrupted; the branches followed so far are reported.")
+        raise typer.Exit(INTERRUPTED)
+
+
+def _trace(
+    problem: "WalkProblem",
+    axis: dict[str, tuple[float, float]],
+    start: "Cycle | None",
+    options: "TraceOptions",
+    display: Display,
+) -> "BranchDiagram":
+    """Return the diagram; after a Ctrl-C, with the branches followed until then and the part of the last one."""
+    from gaitopt.continuation.tracing import make_diagram, trace_branches
+
+    branches, latest = list["GaitBranch"](), list["GaitBranch"]()
+    ((name, _),) = axis.items()
+
+    def observe(branch: "GaitBranch") -> None:
+        latest[:] = [branch]
+        points = sum(other.values.size for other in branches) + branch.values.size
+        display.describe(f"branch {len(branches) + 1}, {points} gaits, {name} = {branch.values[-1]:.6g}")
+
+    try:
+        for branch in trace_branches(problem, axis, start=start, options=options, observer=observe):
+            branches.append(branch)
+            latest.clear()
+    except KeyboardInterrupt:
+        if not branches and not latest:
+            raise
+        return make_diagram(problem, axis, [*branches, *latest], complete=False)
+    return make_diagram(problem, axis, branches)
+
+
+def _trace_inputs(
+    request: "Request", over: str, *, hidden: bool
+) -> tuple["WalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
+    """Return the walking problem, the axis in SI units, and the start of a saved gait."""
+    from gaitopt.cli.axis import convert_axes, unconverted_axes
+    from gaitopt.cli.inputs import read_input
+    from gaitopt.stability.walk_problem import WalkProblem
+
+    name, ends = _read_range(over)
+    if not request.is_script:
+        subject = read_input(request, 0)
+        problem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
+        return problem, {name: ends}, subject.cycle
+    if request.script is not None or request.feedback is not None:
+        _ = request.problem  # which rejects both for a script
+    script = read_script(request.source, request.settings)
+    problem = walk_problem(script)
+    import numpy as np
+
+    axes = {name: np.array(ends)}
+    note = unconverted_axes(script, problem, axes)
+    if note and not hidden:
+        err.print(note, soft_wrap=True)
+    low, high = convert_axes(script, problem, axes)[name].tolist()
+    return problem, {name: (low, high)}, None
+
+
+def _read_range(text: str) -> tuple[str, tuple[float, float]]:
+    """Return name and ends of a range ``NAME=FROM:TO``."""
+    name, _, ends = text.partition("=")
+    try:
+        low, high = (float(end) for end in ends.split(":"))
+    except ValueError:
+        raise InputError(f"--over must have the form NAME=FROM:TO, got {text!r}.") from None
+    return name.strip(), (low, high)
+
+
+def _engine(name: str, problem: "WalkProblem") -> "Engine":
+    from gaitopt.control.law import passive
+    from gaitopt.simulation.engine_choice import engine_named
+
+    return engine_named(name, problem.law or passive(problem.robot), problem.robot)
+
+
+def _check_suffix(path: Path) -> None:
+    """Raise InputError unless a path has the suffix of a diagram or a figure."""
+    from gaitopt.motion.atomic import check_suffix
+
+    check_suffix(path, {TABLE: "dataset", ".png": "figure", ".pdf": "figure", ".svg": "figure"})
+
+
+def _write(diagram: "BranchDiagram", path: Path) -> None:
+    """Write a diagram as a dataset or as a figure."""
+    from gaitopt.continuation.diagram_file import save_diagram
+
+    if path.suffix.lower() == TABLE:
+        save_diagram(diagram, path)
+        return
+    from gaitopt.plot.branch_figure import plot_branches
+    from gaitopt.plot.saving import save_figure
+
+    save_figure(plot_branches(diagram), path)

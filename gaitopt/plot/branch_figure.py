@@ -1,0 +1,179 @@
+"""The figure of a bifurcation diagram: a coordinate and the multipliers of gaits over a parameter."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.errors import InputError, suggest
+from gaitopt.motion.motion import Array
+from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MARKERS = {
+    "fold": "o",
+    "period_doubling": "D",
+    "neimark_sacker": "s",
+    "branch_point": "P",
+    "drift_reversal": "X",
+    "slip_onset": "^",
+    "impact_cone": "v",
+    "loss_of_stick": "<",
+    "event_coincidence": ">",
+}
+"""Marker of each kind of special point; ends of branches are crosses."""
+
+LARGEST_RADIUS = 4.0
+"""Largest spectral radius that is shown."""
+
+
+def plot_branches(
+    diagram: BranchDiagram, *, coordinate: str | None = None, style: FigureStyle | None = None
+) -> "Figure":
+    r"""Draw the branches of a diagram: stable gaits as solid, unstable gaits as dashed lines.
+
+    The upper panel shows a coordinate of the gaits after touchdown, the lower one their spectral radius.  A colour
+    means one contact sequence in both panels, a marker one kind of special point.
+
+    Parameters
+    ----------
+    diagram : BranchDiagram
+    coordinate : str, optional
+        By default the first one.
+    style : FigureStyle, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the diagram is empty or has no such coordinate.
+
+    Examples
+    --------
+    >>> from gaitopt import load_diagram, plot_branches
+    >>> figure = plot_branches(load_diagram("docs/examples/compass_slope.nc"))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['$\theta_1$ after touchdown [deg]', 'spectral radius']
+    """
+    if not diagram.branches:
+        raise InputError("The diagram has no branches to draw.")
+    names = diagram.branches[0].names
+    coordinate = coordinate or names[0]
+    if coordinate not in names:
+        raise InputError(f"The gaits have no coordinate {coordinate!r}. {suggest(coordinate, names)}")
+    style, place = style or FigureStyle(), names.index(coordinate)
+    angular = diagram.unit == "rad"
+    colors = _sequence_colors(diagram)
+    with style.figure(5.2) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
+        for branch in diagram.branches:
+            values = np.degrees(branch.values) if angular else branch.values
+            heights, unit = _in_unit(branch.orbits[:, :, place], coordinate)
+            for axes, rows in ((upper, heights), (lower, np.minimum(branch.radii, 2 * LARGEST_RADIUS))):
+                _draw_branch(axes, branch, values, rows, colors)
+            _mark(upper, diagram, branch, coordinate, place)
+        lower.axhline(1, **style.limit_line)
+        lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, LARGEST_RADIUS))
+        upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
+        handles, labels = _legend(upper, colors)
+        add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
+    return figure
+
+
+def angle_symbol_of(coordinate: str) -> str:
+    """Return the symbol of a coordinate of a section; that of a rate has a dot.
+
+    Examples
+    --------
+    >>> angle_symbol_of("foot_speed")
+    'foot speed'
+    """
+    name = coordinate.removesuffix("_rate")
+    symbol = angle_symbol(name)
+    if name != coordinate and symbol.startswith("$"):
+        return f"$\\dot{{{symbol[1:-1]}}}$"
+    return symbol if symbol.startswith("$") else coordinate.replace("_", " ")
+
+
+def _in_unit(values: Array, coordinate: str) -> tuple[Array, str]:
+    """Return values of a coordinate in the unit of the figure."""
+    if coordinate == "foot_speed":
+        return values, "m/s"
+    return (values, "rad/s") if coordinate.endswith("_rate") else (np.degrees(values), "deg")
+
+
+def _parameter_label(diagram: BranchDiagram) -> str:
+    name = diagram.parameter.replace("_", " ")
+    unit = "deg" if diagram.unit == "rad" else diagram.unit
+    return name if unit in ("", "1") else f"{name} [{unit}]"
+
+
+def _sequence_colors(diagram: BranchDiagram) -> dict[str, Any]:
+    """Return a colour for the contact sequence of the first step of the gaits, in order of appearance."""
+    names = dict.fromkeys(_first_step(name) for branch in diagram.branches for name in branch.sequences)
+    return {name: line_style(number)["color"] for number, name in enumerate(names)}
+
+
+def _first_step(sequence: str) -> str:
+    """Return the contact sequences of a gait without repetition."""
+    return "; ".join(dict.fromkeys(sequence.split("; ")))
+
+
+def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any]) -> None:
+    """Draw a branch in pieces of equal sequence and stability; a piece begins at the last point of the one before."""
+    kinds = [(_first_step(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]
+    begin = 0
+    for k in range(1, len(kinds) + 1):
+        if k < len(kinds) and kinds[k] == kinds[begin]:
+            continue
+        sequence, stable = kinds[begin]
+        piece = slice(max(begin - 1, 0), k)
+        axes.plot(
+            values[piece],
+            rows[piece],
+            color=colors[sequence],
+            linestyle="-" if stable else (0, (3, 1.5)),
+            linewidth=1.6 if stable else 1.0,
+            label="_branch",
+        )
+        begin = k
+
+
+def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, coordinate: str, place: int) -> None:
+    """Mark the special points of a branch."""
+    for point in branch.special:
+        value = math.degrees(point.value) if diagram.unit == "rad" else point.value
+        height, _ = _in_unit(np.array([point.z[place]]), coordinate)
+        key = point.kind.key
+        fill: dict[str, Any] = {"markerfacecolor": "white"} if key in MARKERS else {}
+        axes.plot(
+            [value],
+            height,
+            linestyle="none",
+            marker=MARKERS.get(key, "x"),
+            markersize=5,
+            color="0.15",
+            markeredgewidth=1.0,
+            zorder=5,
+            label=key.replace("_", " "),
+            **fill,
+        )
+
+
+def _legend(axes: "Axes", colors: dict[str, Any]) -> tuple[list[Any], list[str]]:
+    """Return one entry for each contact sequence and each kind of special point, and for stability."""
+    from matplotlib.lines import Line2D
+
+    entries: dict[str, Any] = {name: Line2D([], [], color=color) for name, color in colors.items()}
+    entries["unstable"] = Line2D([], [], color="0.3", linestyle=(0, (3, 1.5)), linewidth=1.1)
+    for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+        entries.setdefault(label, handle)
+    return list(entries.values()), list(entries)
