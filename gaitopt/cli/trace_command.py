@@ -50,7 +50,7 @@ def trace(
         ),
     ],
     setting: Setting = None,
-    doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of successive period doublings to locate.")] = 0,
+    doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of branches of doubled period to follow.")] = 0,
     deflate: Annotated[
         bool, typer.Option("--deflate", help="Also search for further gaits at the same parameters and follow them.")
     ] = False,

@@ -30,7 +30,7 @@ def print_diagram(diagram: BranchDiagram) -> None:
         for point in branch.special:
             after = "" if point.after == point.before else point.after
             names = [Text(_shorten(name)) for name in (point.before, after)]
-            special.add_row(str(number), point.kind.key.replace("_", " "), f"{point.value:.9f}", *names)
+            special.add_row(str(number), point.kind.label, f"{point.value:.9f}", *names)
     if special.row_count:
         out.print(special)
     if diagram.ratios:

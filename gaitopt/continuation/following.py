@@ -17,6 +17,8 @@ LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 DEPARTURES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Scaled distances from a boundary at which the branch on its other side is sought."""
 
+SLOW = "no_touchdown"
+"""Reason for which a step that takes too long stops."""
 Continues = Callable[[Hashable, Hashable], bool]
 """Whether a branch continues after a change from one structure to another."""
 
@@ -146,11 +148,15 @@ class BranchFollower:
     def _cross(self, point: CurvePoint) -> SpecialPoint | tuple[SpecialPoint, CurvePoint]:
         """Return the end of the branch, or the boundary to another structure with the first point beyond it."""
         family, size = self.stepper.family, self.stepper.family.size
+        reason = "no convergence"
         for distance in LOOK_AHEAD:
             x = self.stepper.predict(point, distance) * self.stepper.scales
             sample = family.evaluate(x[:size], float(x[size]))
             if sample.residual is None:
-                return self._end(point, STOP_KINDS.get(str(sample.structure), SpecialKind.END), str(sample.structure))
+                reason = str(sample.structure)
+                if reason == SLOW:
+                    continue  # close to the boundary a step takes long, whatever ends it beyond
+                break
             if sample.structure != point.sample.structure:
                 z, value = family.after_change(x[:size], sample), float(x[size])
                 following = family.evaluate(z, value)
@@ -160,7 +166,7 @@ class BranchFollower:
                     return replace(change, value=point.value, z=point.z, width=self._width(point)), beyond
                 kind = classify_change(point.sample.structure, sample.structure)
                 return self._end(point, kind, f"no gait '{self.name(sample.structure)}' beyond")
-        return self._end(point, SpecialKind.END, "no convergence")
+        return self._end(point, STOP_KINDS.get(reason, SpecialKind.END), reason)
 
     def _depart(self, point: CurvePoint, z: Array, value: float, sample: MapSample) -> CurvePoint | None:
         """Return a point of the branch with another structure that begins at the boundary where a branch ends.

@@ -13,6 +13,8 @@ from gaitopt.motion.motion import Array
 
 WIDTH = 1e-10
 """Width of the interval to which changes of structure are located, in the unit of the parameter."""
+CHORD = 3e-10
+"""Scaled distance to which they are located, which counts at a fold, where the parameter hardly changes."""
 SHORTEST_CHORD = 1e-13
 """Scaled distance of two points below which the interval between them is not divided further."""
 SHORTEST_PIECE = 1e-7
@@ -72,7 +74,7 @@ def _brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[
     if one.sample.structure == other.sample.structure:
         return
     distance = float(np.linalg.norm(stepper.position(other) - stepper.position(one)))
-    if (abs(other.value - one.value) <= WIDTH and distance <= 1e3 * WIDTH) or distance <= SHORTEST_CHORD:
+    if (abs(other.value - one.value) <= WIDTH and distance <= CHORD) or distance <= SHORTEST_CHORD:
         yield one, other
         return
     try:

@@ -38,6 +38,11 @@ class SpecialKind(Enum):
     END = "no gait was found beyond this point"
 
     @property
+    def label(self) -> str:
+        """Name for tables and figures."""
+        return "Neimark-Sacker" if self is SpecialKind.NEIMARK_SACKER else self.key.replace("_", " ")
+
+    @property
     def key(self) -> str:
         """Name for files and JSON, in lower case."""
         return self.name.lower()

@@ -43,7 +43,8 @@ class TraceOptions:
     Attributes
     ----------
     doublings : int
-        Number of successive period doublings to locate on the branches that begin at each other.
+        Number of branches of doubled period to follow, each from the first period doubling of the one before up to
+        its own.
     deflate : bool
         Whether to search for further gaits at both ends and in the middle of the range, and to follow them too.
     starts : int
@@ -257,7 +258,7 @@ class _Tracer:
         switched = switch_branch(doubled, doublings[0], arclength)
         if switched is None:
             return
-        following = replace(self._follow(doubled, *switched, last=left == 0), parent=number)
+        following = replace(self._follow(doubled, *switched, to_doubling=True), parent=number)
         number = len(self.branches)
         yield self._add(following)
         yield from self._follow_doublings(doubled, following, number, left - 1)
@@ -266,8 +267,8 @@ class _Tracer:
         self.branches.append(branch)
         return branch
 
-    def _follow(self, family: GaitFamily, stepper: Stepper, start: CurvePoint, *, last: bool = True) -> GaitBranch:
-        """Return the branch from a point on; up to its first period doubling unless it is the last one."""
+    def _follow(self, family: GaitFamily, stepper: Stepper, start: CurvePoint, *, to_doubling: bool = False) -> GaitBranch:
+        """Return the branch from a point on; or up to its first period doubling."""
         follower = BranchFollower(stepper, self.ends, name_structure, continues=_stays_periodic)
         points, special = list[CurvePoint](), list[SpecialPoint]()
         for item in follower.follow(start):
@@ -276,7 +277,7 @@ class _Tracer:
                 self.observer(_make_branch(family, points, special, "interrupted"))
                 continue
             special.append(item)
-            if not last and item.kind is SpecialKind.PERIOD_DOUBLING:
+            if to_doubling and item.kind is SpecialKind.PERIOD_DOUBLING:
                 follower.end = item.kind.key
                 break
         if follower.beyond is not None:

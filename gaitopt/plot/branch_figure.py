@@ -128,14 +128,14 @@ def _first_step(sequence: str) -> str:
 
 
 def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any]) -> None:
-    """Draw a branch in pieces of equal sequence and stability; a piece begins at the last point of the one before."""
+    """Draw a branch in pieces of equal sequence and stability; a piece ends at the first point of the next one."""
     kinds = [(_first_step(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]
     begin = 0
     for k in range(1, len(kinds) + 1):
         if k < len(kinds) and kinds[k] == kinds[begin]:
             continue
         sequence, stable = kinds[begin]
-        piece = slice(max(begin - 1, 0), k)
+        piece = slice(begin, k + 1)
         axes.plot(
             values[piece],
             rows[piece],
@@ -163,7 +163,7 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, coordinate: 
             color="0.15",
             markeredgewidth=1.0,
             zorder=5,
-            label=key.replace("_", " "),
+            label=point.kind.label,
             **fill,
         )
 

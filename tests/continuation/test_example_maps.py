@@ -1,0 +1,145 @@
+"""Pseudo-arclength continuation on maps whose bifurcations are known in closed form."""
+
+import math
+
+import attrs
+import numpy as np
+import pytest
+
+from gaitopt.continuation.following import BranchFollower
+from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
+from gaitopt.continuation.special_point import SpecialPoint
+from gaitopt.continuation.switching import switch_branch
+from tests.continuation.map_examples import ExampleFamily
+
+OPTIONS = ArclengthOptions(longest_step=0.1)
+
+
+def follow(family, z, value, ends, options=OPTIONS, direction=1.0):
+    """Return points, special points and the reason for the end of the branch from a start."""
+    stepper = Stepper(family, options)
+    start = stepper.initialise(np.atleast_1d(np.array(z, dtype=float)), value, direction)
+    return collect(stepper, start, ends)
+
+
+def collect(stepper, start, ends):
+    follower = BranchFollower(stepper, ends, str)
+    items = list(follower.follow(start))
+    points = [item for item in items if isinstance(item, CurvePoint)]
+    return points, [item for item in items if isinstance(item, SpecialPoint)], follower.end
+
+
+def test_a_branch_is_followed_around_its_folds():
+    # x -> x + value - x^3 + x has fixed points value = x^3 - x with folds at x = +-1/sqrt(3).
+    family = ExampleFamily(lambda z, a: z + a - z**3 + z, 1)
+    points, special, end = follow(family, [-1.6], (-1.6) ** 3 + 1.6, (-3, 3))
+    assert end == "range_end"
+    assert points[-1].value == pytest.approx(3, abs=1e-12)
+    assert points[-1].z[0] ** 3 - points[-1].z[0] == pytest.approx(3, abs=1e-9)
+    folds = [point for point in special if point.kind.key == "fold"]
+    expected = 2 / (3 * math.sqrt(3))
+    assert [fold.value for fold in folds] == pytest.approx([expected, -expected], abs=1e-10)
+    assert [fold.z[0] for fold in folds] == pytest.approx([-1 / math.sqrt(3), 1 / math.sqrt(3)], abs=1e-6)
+    assert all(abs(fold.multipliers_before[0] - 1) < 1e-6 for fold in folds)
+
+
+def test_the_period_doubling_cascade_of_the_logistic_map():
+    # First doublings at 3 and 1 + sqrt(6); the next values from Briggs (1991), A precise calculation of the
+    # Feigenbaum constants, Math. Comp. 57: 3.5440903596, 3.5644072661, 3.5687594195.
+    expected = [3.0, 1 + math.sqrt(6), 3.5440903596, 3.5644072661, 3.5687594195]
+    family, options = ExampleFamily(lambda z, a: a * z * (1 - z), 1), OPTIONS
+    stepper = Stepper(family, options)
+    point = stepper.initialise(np.array([0.5]), 2.0, 1.0)
+    found = []
+    for _ in expected:
+        _, special, _ = collect(stepper, point, (2, 3.6))
+        doubling = next(each for each in special if each.kind.key == "period_doubling")
+        found.append(doubling.value)
+        options = attrs.evolve(options, first_step=0.4 * options.first_step, longest_step=0.4 * options.longest_step)
+        family = family.doubled()
+        stepper, point = switch_branch(family, doubling, options)
+    assert found == pytest.approx(expected, abs=2e-10)
+    gaps = np.diff(found)
+    assert gaps[-2] / gaps[-1] == pytest.approx(4.669, abs=2e-3)
+
+
+def test_neimark_sacker_point_of_the_delayed_logistic_map():
+    # x_{n+1} = a x_n (1 - x_{n-1}) loses stability at a = 2 with multipliers exp(+-i pi/3) (Kuznetsov 2004, ch. 4).
+    family = ExampleFamily(lambda z, a: np.array([a * z[0] * (1 - z[1]), z[0]]), 2)
+    points, special, _ = follow(family, [1 / 3, 1 / 3], 1.5, (1.5, 2.2))
+    (point,) = special
+    assert point.kind.key == "neimark_sacker"
+    assert point.value == pytest.approx(2, abs=1e-9)
+    assert np.sort_complex(point.multipliers_before) == pytest.approx(
+        np.exp(np.array([-1, 1]) * 1j * math.pi / 3), abs=1e-7
+    )
+    assert points[0].unstable == 0
+    assert points[-1].unstable == 2
+
+
+def test_a_crossing_branch_is_located_and_switched_to():
+    # x -> x + a x - x^3: the branch x = 0 crosses a = x^2 at a = 0.
+    family = ExampleFamily(lambda z, a: z + a * z - z**3, 1)
+    _, special, _ = follow(family, [0.0], -0.5, (-0.5, 0.5))
+    (crossing,) = special
+    assert crossing.kind.key == "branch_point"
+    assert crossing.value == pytest.approx(0, abs=1e-9)
+    stepper, point = switch_branch(family, crossing, OPTIONS)
+    points, _, end = collect(stepper, point, (-0.5, 0.5))
+    assert end == "range_end"
+    assert points[-1].z[0] == pytest.approx(math.sqrt(0.5), abs=1e-9)
+
+
+def border(slopes):
+    """Return a map that is linear on both sides of z = 0: z -> slope z + value."""
+
+    def piece(z, value):
+        return "left" if z[0] < 0 else "right"
+
+    def function(z, value):
+        return slopes[0] * z + value if z[0] < 0 else slopes[1] * z + value
+
+    return ExampleFamily(function, 1, piece=piece)
+
+
+def test_a_branch_continues_through_a_kink():
+    # z = value / (1 - slope) on both sides: persistence for slopes 0.5 and -0.5.
+    points, special, end = follow(border((0.5, -0.5)), [-2.0], -1.0, (-1, 1))
+    (change,) = special
+    assert end == "range_end"
+    assert change.value == pytest.approx(0, abs=1e-10)
+    assert change.width <= 1e-10
+    assert (change.multipliers_before[0].real, change.multipliers_after[0].real) == pytest.approx((0.5, -0.5), abs=1e-6)
+    assert points[-1].z[0] == pytest.approx(1 / 1.5, abs=1e-9)
+
+
+def test_a_branch_turns_back_at_a_kink_where_two_gaits_annihilate():
+    # Slopes 0.5 and 1.5: both fixed points, value / 0.5 < 0 and -value / 0.5 > 0, exist for negative values only.
+    points, special, end = follow(border((0.5, 1.5)), [-2.0], -1.0, (-1, 1))
+    (change,) = special
+    assert change.value == pytest.approx(0, abs=1e-9)
+    assert end == "range_end"
+    assert points[-1].value == pytest.approx(-1, abs=1e-12)
+    assert points[-1].z[0] == pytest.approx(2, abs=1e-8)
+    assert (change.multipliers_before[0].real, change.multipliers_after[0].real) == pytest.approx((0.5, 1.5), abs=1e-6)
+
+
+def test_the_end_of_a_map_is_the_end_of_the_branch():
+    # Fixed point z = value / 0.5; the map is not defined for z > 1.
+    family = ExampleFamily(lambda z, a: 0.5 * z + a if z[0] <= 1 else z * np.nan, 1)
+    points, special, end = follow(family, [0.0], 0.0, (0, 2))
+    (last,) = special
+    assert last.kind.key == "end"
+    assert last.after == "diverged"
+    assert end == "diverged"
+    assert last.value == pytest.approx(0.5, abs=1e-8)
+    assert points[-1].value <= 0.5
+
+
+def test_points_lie_on_the_branch_and_tangents_are_tangents():
+    family = ExampleFamily(lambda z, a: z + a - z**3 + z, 1)
+    points, _, _ = follow(family, [-1.6], (-1.6) ** 3 + 1.6, (-3, 3))
+    for point in points:
+        assert point.value == pytest.approx(point.z[0] ** 3 - point.z[0], abs=1e-9)
+        slope = 3 * point.z[0] ** 2 - 1
+        assert point.tangent[1] == pytest.approx(slope * point.tangent[0], abs=1e-6)
