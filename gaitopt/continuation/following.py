@@ -12,7 +12,7 @@ from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
 from gaitopt.continuation.special_point import STOP_KINDS, SpecialKind, SpecialPoint, classify_change
 from gaitopt.motion.motion import Array
 
-LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
+LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 """Scaled distances beyond the last point at which the structure on the other side of a boundary is sought."""
 DEPARTURES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Scaled distances from a boundary at which the branch on its other side is sought."""
@@ -149,8 +149,7 @@ class BranchFollower:
         """Return the end of the branch, or the boundary to another structure with the first point beyond it."""
         family, size = self.stepper.family, self.stepper.family.size
         reason = "no convergence"
-        for distance in LOOK_AHEAD:
-            x = self.stepper.predict(point, distance) * self.stepper.scales
+        for x in self._look_ahead(point):
             sample = family.evaluate(x[:size], float(x[size]))
             if sample.residual is None:
                 reason = str(sample.structure)
@@ -167,6 +166,13 @@ class BranchFollower:
                 kind = classify_change(point.sample.structure, sample.structure)
                 return self._end(point, kind, f"no gait '{self.name(sample.structure)}' beyond")
         return self._end(point, STOP_KINDS.get(reason, SpecialKind.END), reason)
+
+    def _look_ahead(self, point: CurvePoint) -> Iterator[Array]:
+        """Yield (z, value) at growing distances along the tangent, and on both sides in the parameter alone."""
+        axis = np.eye(self.stepper.scales.size)[-1] * np.copysign(1.0, point.tangent[-1])
+        for distance in LOOK_AHEAD:
+            for direction in (point.tangent, axis, -axis):
+                yield (self.stepper.position(point) + distance * direction) * self.stepper.scales
 
     def _depart(self, point: CurvePoint, z: Array, value: float, sample: MapSample) -> CurvePoint | None:
         """Return a point of the branch with another structure that begins at the boundary where a branch ends.

@@ -267,7 +267,9 @@ class _Tracer:
         self.branches.append(branch)
         return branch
 
-    def _follow(self, family: GaitFamily, stepper: Stepper, start: CurvePoint, *, to_doubling: bool = False) -> GaitBranch:
+    def _follow(
+        self, family: GaitFamily, stepper: Stepper, start: CurvePoint, *, to_doubling: bool = False
+    ) -> GaitBranch:
         """Return the branch from a point on; or up to its first period doubling."""
         follower = BranchFollower(stepper, self.ends, name_structure, continues=_stays_periodic)
         points, special = list[CurvePoint](), list[SpecialPoint]()

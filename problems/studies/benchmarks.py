@@ -12,7 +12,8 @@ from numpy.polynomial import Polynomial
 from published import CLOSED_FORM, OWN, check_value
 from rimless_closed_forms import gait_speed, velocity_ratio
 
-from gaitopt import compass_biped, find_cycles, rimless_wheel, trace_branch
+from gaitopt import WalkProblem, compass_biped, find_cycles, rimless_wheel, trace
+from gaitopt.continuation import gaits_at
 from gaitopt.study import PublishedValue, Reproduction
 
 SIMPLEST = {
@@ -54,8 +55,9 @@ def _light_legs(masses, starts):
     """
     parameters = {"leg_length": 1, "leg_com": 0, "hip_mass": 1, "slope": 0.009, "gravity": 1}
     start = find_cycles(compass_biped(), {**parameters, "leg_mass": masses[0]}, starts=starts)[0]
-    branch = trace_branch(compass_biped(), parameters, start, {"leg_mass": masses})
-    cycles = [branch.cycles[branch.values.tolist().index(mass)] for mass in masses]
+    problem = WalkProblem(robot=compass_biped(), parameters=parameters)
+    diagram = trace(problem, {"leg_mass": (masses[0], masses[-1])}, start=start)
+    cycles = [gaits_at(problem, diagram, mass)[0] for mass in masses]
     multipliers = np.array([cycle.multipliers for cycle in cycles])
     return {
         "th1": np.array([cycle.state["th1"] for cycle in cycles]),

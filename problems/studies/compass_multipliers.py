@@ -3,19 +3,27 @@
 import math
 
 import numpy as np
-from compass_setup import FRICTION, gait
+from compass_setup import FRICTION, SEQUENCES, gait
 from drawing import GAIT_STYLE, STYLE
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 from published import check_value
 
-from gaitopt import compass_biped, trace_branch
+from gaitopt import WalkProblem, compass_biped, trace
 from gaitopt.study import PublishedValue, Reproduction
 
 
-def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=40):  # points per part of a branch
-    """Return the study; Gaits B and C are found at `friction` and followed from there."""
+def study(friction=FRICTION, least=0.05, most=0.4, starts=40):
+    """Return the study; Gaits A and B are one branch, traced from Gait A; Gait C is traced from `friction`."""
     cycles = {name: gait(name, math.inf if name == "A" else friction, starts) for name in "ABC"}
-    lines, remarks = _lines(cycles, np.linspace(friction, most, points), np.linspace(friction, least, points))
+    branches = {
+        "A": _trace(gait("A", most, starts), most, least),
+        "C": _trace(cycles["C"], least, most),
+    }
+    lines = {
+        "A": _part(branches["A"], lambda sequence: sequence == SEQUENCES["A"]),
+        "B": _part(branches["A"], lambda sequence: "slip" in sequence and sequence.endswith("| stick")),
+        "C": _part(branches["C"], lambda sequence: sequence == SEQUENCES["C"]),
+    }
     with STYLE.figure(3.6) as figure:
         axes = figure.subplots()
         for name, (frictions, radii) in lines.items():
@@ -26,42 +34,38 @@ def study(friction=FRICTION, points=25, least=0.05, most=0.4, starts=40):  # poi
         axes.yaxis.set_major_formatter(ScalarFormatter())
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.legend(loc="upper right", handlelength=3.2)
-    return Reproduction(figure, _numbers(cycles), remarks)
+    return Reproduction(figure, _numbers(cycles), tuple(_remarks(branches)))
 
 
-def _lines(cycles, upward, downward):
-    """Return frictions and largest moduli of each gait, and remarks on the ends of the branches."""
-    critical = cycles["A"].critical_friction.friction
-    # Just below the critical friction Gait B slips after touchdown only, so its contact sequence may change here.
-    above = _follow(cycles["B"], np.linspace(upward[0], critical, len(upward)), same_sequence=False)
-    below = _follow(cycles["B"], downward)
-    c_above, c_below = (_follow(cycles["C"], values) for values in (upward, downward))
-    lines = {
-        "A": (np.array([critical, upward[-1]]), np.full(2, cycles["A"].radius)),
-        "B": _join(above, below),
-        "C": _join(c_above, c_below),
-    }
-    change = above.changes("sequence")[0]
-    remarks = [
-        f"Between mu = {change.value:.4f} and {critical:.4f} Gait B slips only immediately after touchdown "
-        f"({change.after}).",
+def _trace(start, first, last):
+    """Return the branch of a gait over a range of friction."""
+    problem = WalkProblem(robot=compass_biped(), parameters=start.parameters)
+    return trace(problem, {"friction": (first, last)}, start=start).branches[0]
+
+
+def _part(branch, belongs):
+    """Return frictions and largest moduli of the gaits of a branch whose contact sequence belongs to a type."""
+    rows = [
+        (value, radius)
+        for value, radius, sequence in zip(branch.values, branch.radii, branch.sequences, strict=True)
+        if belongs(sequence)
     ]
-    remarks += [f"Gait B is stable above mu = {point.value:.4f}." for point in below.changes("stability")]
-    if below.values[-1] > downward[-1]:
-        remarks.append(f"Gait B ends at mu = {below.values[-1]:.4f}, where its impact starts to slip.")
-    if c_above.values[-1] < upward[-1]:
-        remarks.append(f"Gait C joins the second, unstable sticking gait at mu = {c_above.values[-1]:.4f}.")
-    return lines, tuple(remarks)
-
-
-def _follow(start, frictions, same_sequence=True):
-    return trace_branch(compass_biped(), start.parameters, start, {"friction": frictions}, same_sequence=same_sequence)
-
-
-def _join(*branches):
-    """Return frictions and largest moduli along parts of a branch, in order of friction."""
-    rows = [(mu, cycle.radius) for part in branches for mu, cycle in zip(part.values, part.cycles, strict=True)]
     return np.array(sorted(rows)).T
+
+
+def _remarks(branches):
+    """Yield what happens at the special points of the branches."""
+    onset, second = branches["A"].special_of("slip_onset")
+    yield (
+        f"Between mu = {second.value:.4f} and {onset.value:.4f} Gait B slips only immediately after touchdown "
+        f"({second.before})."
+    )
+    for point in branches["A"].special_of("neimark_sacker"):
+        yield f"Gait B is stable above mu = {point.value:.4f}."
+    for point in branches["A"].special_of("impact_cone"):
+        yield f"Gait B ends at mu = {point.value:.4f}, where its impact starts to slip."
+    for point in branches["C"].special_of("impact_cone"):
+        yield f"Gait C joins the second, unstable sticking gait at mu = {point.value:.4f}."
 
 
 def _numbers(cycles):

@@ -11,7 +11,8 @@ from compass_setup import FRICTION, SEQUENCES, gait
 from drawing import GAIT_STYLE, STYLE
 from published import OPTIMA, check_optimum
 
-from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, solve, trace_branch, verify
+from gaitopt import GaitProblem, Limits, MultipleShooting, WalkProblem, compass_biped, solve, trace, verify
+from gaitopt.continuation import gaits_at
 from gaitopt.study import Reproduction, imitate
 
 
@@ -48,14 +49,13 @@ def _imitations(name, frictions, starts):
         return {mu: imitate(robot, start, {"slope": 0.0, "friction": mu}) for mu in feasible}
     start = gait(name, FRICTION, starts)
     cycles = {FRICTION: start}
-    for side in (
-        sorted(mu for mu in frictions if mu > FRICTION),
-        sorted(mu for mu in frictions if mu < FRICTION)[::-1],
-    ):
-        branch = trace_branch(robot, start.parameters, start, {"friction": side}) if side else None
-        for cycle in branch.cycles if branch else ():
-            if cycle.sequence == SEQUENCES[name] and cycle.parameters["friction"] in side:
-                cycles[cycle.parameters["friction"]] = cycle
+    problem = WalkProblem(robot=robot, parameters=start.parameters)
+    for end in {min(frictions), max(frictions)} - {FRICTION}:
+        diagram = trace(problem, {"friction": (FRICTION, end)}, start=start)
+        for mu in frictions:
+            for cycle in gaits_at(problem, diagram, mu):
+                if cycle.sequence == SEQUENCES[name]:
+                    cycles[mu] = cycle
     return {mu: imitate(robot, cycle, {"slope": 0.0}) for mu, cycle in sorted(cycles.items()) if mu in frictions}
 
 

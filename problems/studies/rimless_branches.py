@@ -8,22 +8,10 @@ import math
 import numpy as np
 from drawing import GAIT_STYLE, STYLE
 from published import OWN, check_value
-from rimless_setup import RATE, SLOPE, gait, speed_of
-from scipy.optimize import brentq
+from rimless_setup import RATE, SLOPE, TYPES, gait
 
-from gaitopt import rimless_wheel, trace_branch
+from gaitopt import WalkProblem, rimless_wheel, trace
 from gaitopt.study import Reproduction
-
-PARTS = {
-    "B": ("B", 0.3, 1.0),
-    "B, towards C": ("B", 0.3, 0.2),
-    "B, slip first": ("B", 0.26, 0.22),
-    "C, towards B": ("C", 0.24, 0.26),
-    "C": ("C", 0.24, 0.22),
-    "D": ("D", 0.3, 0.4),
-    "D, less friction": ("D", 0.3, 0.04),
-}
-"""Type, first and last friction; each part is followed as long as its contact sequence does not change."""
 
 REMARKS = (
     "Types B and C meet at mu = 0.245052, located from both sides; the reference 0.2450 is truncated, not rounded.",
@@ -37,69 +25,56 @@ REMARKS = (
 )
 
 
-def study(points=13, most_friction=1.0):  # points per part of a branch
-    """Return the study."""
-    branches = {
-        name: _follow(gait(kind, first), np.linspace(first, last, points))
-        for name, (kind, first, last) in PARTS.items()
-    }
-    lines = _lines(branches, most_friction)
+def study(most_friction=1.0, least_friction=0.05):
+    """Return the study; Types A, B and C are one branch, and Type D is another that begins at the end of Type C."""
+    start = gait("A", most_friction)
+    problem = WalkProblem(robot=rimless_wheel(), parameters=start.parameters)
+    branches = trace(problem, {"friction": (most_friction, least_friction)}, start=start).branches
+    lines = _lines(branches)
     with STYLE.figure(4.8) as figure:
         rows = figure.subplots(2, 2, sharex="col", width_ratios=[1.6, 1])
         for axes in rows.flat:
             for kind, (friction, speed, multiplier) in lines.items():
                 axes.plot(friction, speed if axes in rows[0] else multiplier, label=kind, **GAIT_STYLE[kind])
         _label(rows)
-    return Reproduction(figure, _numbers(branches), REMARKS)
+    return Reproduction(figure, _numbers(*branches), REMARKS)
 
 
-def _numbers(branches):
-    """Return the ends of the branches, and the friction at which the foot speed of Type D is constant."""
+def _numbers(sticking, sliding):
+    """Return the ends of the types, and the friction at which the foot speed of Type D is constant."""
     sticks, slips = "Type B, stick slip+ | stick", "Type B, slip+ stick slip+ | stick"
-    still = brentq(lambda friction: _complete_slip(branches, friction).drift, 0.2, 0.28, xtol=1e-9)
+    greatest, least = (point.value for point in sticking.special_of("slip_onset"))
+    (meeting,), (end,) = (sticking.special_of(kind) for kind in ("impact_cone", "loss_of_stick"))
+    (rolls,), (lifts,), (still,) = (sliding.special_of(kind) for kind in ("roll_over", "lift_off", "drift_reversal"))
     return (
-        check_value(f"{sticks}: least friction", _end(branches["B, towards C"]), "0.2676", source=OWN),
-        check_value(f"{sticks}: greatest friction", _end(branches["B"]), "0.9141", source=OWN),
-        check_value(f"{slips}: least friction", _end(branches["B, slip first"]), "0.2450", source=OWN),
-        check_value("Type B: least friction, rounded", _end(branches["B, slip first"]), "0.25"),
-        check_value("Type B: greatest friction, rounded", _end(branches["B"]), "0.91"),
-        check_value("Type C: least friction (tan alpha)", _end(branches["C"]), "0.23087", source=OWN),
-        check_value("Type C: greatest friction", _end(branches["C, towards B"]), "0.2450", source=OWN),
-        check_value("Type C: least friction, rounded", _end(branches["C"]), "0.24"),
-        check_value("Type C: greatest friction, rounded", _end(branches["C, towards B"]), "0.25"),
-        check_value("Type D: least friction", _end(branches["D, less friction"]), "0.10"),
-        check_value("Type D: greatest friction (lifts off)", _end(branches["D"]), "0.32"),
-        check_value("Type D: friction at which xd is constant (tan alpha)", still, "0.23087"),
+        check_value(f"{sticks}: least friction", least, "0.2676", source=OWN),
+        check_value(f"{sticks}: greatest friction", greatest, "0.9141", source=OWN),
+        check_value(f"{slips}: least friction", meeting.value, "0.2450", source=OWN),
+        check_value("Type B: least friction, rounded", meeting.value, "0.25"),
+        check_value("Type B: greatest friction, rounded", greatest, "0.91"),
+        check_value("Type C: least friction (tan alpha)", end.value, "0.23087", source=OWN),
+        check_value("Type C: greatest friction", meeting.value, "0.2450", source=OWN),
+        check_value("Type C: least friction, rounded", end.value, "0.24"),
+        check_value("Type C: greatest friction, rounded", meeting.value, "0.25"),
+        check_value("Type D: least friction", rolls.value, "0.10"),
+        check_value("Type D: greatest friction (lifts off)", lifts.value, "0.32"),
+        check_value("Type D: friction at which xd is constant (tan alpha)", still.value, "0.23087"),
     )
 
 
-def _complete_slip(branches, friction):
-    """Return the gait of Type D at a friction."""
-    start = branches["D"].cycles[0]
-    return _follow(start, [friction]).cycles[-1]
-
-
-def _follow(start, frictions):
-    return trace_branch(rimless_wheel(), start.parameters, start, {"friction": frictions}, same_sequence=True)
-
-
-def _end(branch):
-    """Return the friction at which a part, or its contact sequence, ends."""
-    return branch.special[-1].value
-
-
-def _lines(branches, most_friction):
-    """Return (friction, speed, multiplier) along each branch, shape (3, K), in order of friction."""
+def _lines(branches):
+    """Return (friction, speed, multiplier) along each type, shape (3, K), in order of friction."""
     limit = math.tan(math.radians(SLOPE))
     rows = {kind: [] for kind in GAIT_STYLE}
-    for name, part in branches.items():
-        for friction, cycle in zip(part.values, part.cycles, strict=True):
-            rows[_branch(name[0], friction < limit)].append((friction, speed_of(cycle), cycle.radius))
-    still = _complete_slip(branches, limit)
-    for rising in (True, False):
-        rows[_branch("D", rising)].append((limit, speed_of(still), still.radius))
-    last = max(rows["B"])
-    rows["A"] = [last, (max(most_friction, last[0]), *last[1:])]
+    for branch in branches:
+        rates = branch.states[:, branch.names.index("theta_rate")]
+        for row in zip(branch.values, rates, branch.radii, branch.sequences, strict=True):
+            friction, kind = row[0], TYPES[row[3]]
+            kinds = {_branch(kind, friction < limit)}
+            if kind == "D" and abs(friction - limit) < 1e-9:
+                kinds = {_branch(kind, rising) for rising in (True, False)}
+            for each in kinds:
+                rows[each].append(row[:3])
     return {kind: np.array(sorted(points)).T for kind, points in rows.items()}
 
 

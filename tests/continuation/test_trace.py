@@ -111,9 +111,10 @@ def test_special_points_of_gait_b(compass_diagram):
     assert values_of(branch, "neimark_sacker") == pytest.approx([0.1103], abs=5e-5)
     assert values_of(branch, "impact_cone") == pytest.approx([0.0698], abs=5e-5)
     assert np.all(np.diff(branch.values) < 1e-9)
-    (onset, _), critical = branch.special_of("slip_onset"), find_cycles(
-        compass_biped(), {"slope": math.radians(1)}, starts=10
-    )[0].critical_friction
+    (onset, _), critical = (
+        branch.special_of("slip_onset"),
+        find_cycles(compass_biped(), {"slope": math.radians(1)}, starts=10)[0].critical_friction,
+    )
     assert onset.value == pytest.approx(critical.friction, abs=1e-9)
 
 
@@ -170,7 +171,11 @@ def test_period_doublings_of_goswamis_compass(cascade):
 def test_coexisting_gaits_are_found_by_deflation(compass):
     options = TraceOptions(deflate=True, starts=16)
     diagram = trace(compass, {"friction": (0.16, 0.12)}, options=options)
-    at = {gait.sequence for number in range(len(diagram.branches)) for gait in gaits_at(compass, diagram, 0.14, branch=number)}
+    at = {
+        gait.sequence
+        for number in range(len(diagram.branches))
+        for gait in gaits_at(compass, diagram, 0.14, branch=number)
+    }
     assert {"slip+ stick slip- | stick", "slip+ stick | slip+"} <= at  # Gaits B and C of Gamus & Or (2015)
     starts = [branch.states[0].round(6).tolist() for branch in diagram.branches]
     assert len({str(start) for start in starts}) == len(starts)
@@ -187,8 +192,8 @@ def test_a_diagram_is_read_as_it_was_written(cascade, tmp_path):
     path = save_diagram(cascade, tmp_path / "cascade.nc")
     restored = load_diagram(path)
     assert json.dumps(restored.records()) == json.dumps(cascade.records())
+    (tmp_path / "other.nc").write_text("text")
     with pytest.raises(ArchiveError, match="is not"):
-        (tmp_path / "other.nc").write_text("text")
         load_diagram(tmp_path / "other.nc")
 
 

@@ -27,6 +27,7 @@ from gaitopt import (
     PushTest,
     RandomPerturbation,
     TorqueSquared,
+    WalkProblem,
     WarmStart,
     assess_stability,
     basin,
@@ -42,10 +43,11 @@ from gaitopt import (
     solve,
     step_lqr,
     sweep,
-    trace_branch,
+    trace,
     tune_feedback,
     verify,
 )
+from gaitopt.continuation import gaits_at
 from gaitopt.study import basin_edges, ending_labels, imitate
 from gaitopt.tuning import controller_family_named
 
@@ -195,11 +197,11 @@ def trace_gaits(statement):
     robot, parameters, name = make_robot(statement["robot"]), statement["parameters"], statement["parameter"]
     first = parameters | {name: statement["values"][0]}
     start = find_cycles(robot, first, sequence=statement["sequence"], starts=statement["starts"])[0]
-    branch = trace_branch(robot, parameters, start, {name: statement["values"]}, tolerance=1e-9)
-    known = dict(zip(branch.values.tolist(), branch.cycles, strict=True))
+    problem, values = WalkProblem(robot=robot, parameters=parameters), statement["values"]
+    diagram = trace(problem, {name: (values[0], values[-1])}, start=start)
     return {
-        "gaits": [describe_cycle(known[value]) for value in statement["values"] if value in known],
-        "changes": [point.value for point in branch.special],
+        "gaits": [describe_cycle(gait) for value in values for gait in gaits_at(problem, diagram, value)],
+        "changes": [point.value for point in diagram.branches[0].special],
     }
 
 

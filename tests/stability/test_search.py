@@ -16,7 +16,7 @@ from gaitopt import (
     load,
     passive,
     rimless_wheel,
-    trace_branch,
+    trace,
 )
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -133,9 +133,12 @@ def test_period_two_gait_is_found_followed_and_settled_in():
     assert gait.stable
     assert not np.allclose(gait.points[0], gait.points[1], atol=1e-3)
     assert same_gait(gait, find_cycle(walker, np.append(gait.points[1], 0.0), steps=2))
-    branch = trace_branch(robot, goswami, gait, {"slope": [slope, slope + 1e-3]})
-    assert [len(cycle.sequences) for cycle in branch.cycles] == [2] * len(branch.cycles)
-    assert not np.allclose(branch.cycles[-1].points[0], branch.cycles[-1].points[1], atol=1e-3)
+    branch = trace(WalkProblem(robot=robot, parameters=goswami), {"slope": (slope, slope + 1e-3)}, start=gait).branches[
+        0
+    ]
+    assert branch.steps == 2
+    assert branch.values[-1] == pytest.approx(slope + 1e-3, rel=1e-12)
+    assert not np.allclose(branch.orbits[-1, 0], branch.orbits[-1, 1], atol=1e-3)
 
 
 def test_a_cycle_is_shown_in_a_line_however_many_steps_it_has():
