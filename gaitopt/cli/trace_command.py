@@ -1,5 +1,6 @@
 """The command on branches of gaits over a parameter."""
 
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -79,31 +80,21 @@ def trace(
     Example: gaitopt trace problems/compass_passive.py --over slope=1:5 --doublings 3 -o branches.nc
     """
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.trace_output import print_diagram
     from gaitopt.continuation.tracing import TraceOptions
-    from gaitopt.motion.atomic import check_writable
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if output is not None:
-        _check_suffix(output)
-        check_writable(output)
+        _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("tracing", hidden=json) as display:
         walk, axis, start = _trace_inputs(request, over, hidden=json or quiet)
         options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts, engine=_engine(engine, walk))
         diagram = _trace(walk, axis, start, options, display)
-    if output is not None:
-        _write(diagram, output)
-    if json:
-        seconds = time.perf_counter() - began
-        print_json(diagram.records() | {"file": None if output is None else str(output), "seconds": seconds})
-    else:
-        print_diagram(diagram)
-        if output is not None:
-            report_file(output)
+    seconds = time.perf_counter() - began
+    _report(diagram, output, json=json, seconds=seconds)
     if not diagram.complete:
         err.print("Interrupted; the branches followed so far are reported.")
-        raise typer.Exit(INTERRUPTED)
+        sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
 
 
 def _trace(
@@ -139,6 +130,8 @@ def _trace_inputs(
     request: "Request", over: str, *, hidden: bool
 ) -> tuple["WalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
     """Return the walking problem, the axis in SI units, and the start of a saved gait."""
+    import numpy as np
+
     from gaitopt.cli.axis import convert_axes, unconverted_axes
     from gaitopt.cli.inputs import read_input
     from gaitopt.stability.walk_problem import WalkProblem
@@ -152,8 +145,6 @@ def _trace_inputs(
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
     problem = walk_problem(script)
-    import numpy as np
-
     axes = {name: np.array(ends)}
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:
@@ -179,11 +170,26 @@ def _engine(name: str, problem: "WalkProblem") -> "Engine":
     return engine_named(name, problem.law or passive(problem.robot), problem.robot)
 
 
-def _check_suffix(path: Path) -> None:
-    """Raise InputError unless a path has the suffix of a diagram or a figure."""
-    from gaitopt.motion.atomic import check_suffix
+def _check_output(path: Path) -> None:
+    """Raise an error unless a path has the suffix of a diagram or a figure, and is writable."""
+    from gaitopt.motion.atomic import check_suffix, check_writable
 
     check_suffix(path, {TABLE: "dataset", ".png": "figure", ".pdf": "figure", ".svg": "figure"})
+    check_writable(path)
+
+
+def _report(diagram: "BranchDiagram", path: Path | None, *, json: bool, seconds: float) -> None:
+    """Write a diagram to its file, and print it as a table or as JSON."""
+    from gaitopt.cli.trace_output import print_diagram
+
+    if path is not None:
+        _write(diagram, path)
+    if json:
+        print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
+        return
+    print_diagram(diagram)
+    if path is not None:
+        report_file(path)
 
 
 def _write(diagram: "BranchDiagram", path: Path) -> None:

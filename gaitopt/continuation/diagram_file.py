@@ -89,6 +89,15 @@ def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
     ------
     ArchiveError
         If the file is not writable; an older file of that name is then unchanged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from gaitopt import load_diagram
+    >>> diagram = load_diagram("docs/examples/compass_slope.nc")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     load_diagram(save_diagram(diagram, f"{folder}/copy.nc")).ratios == diagram.ratios
+    True
     """
     path = Path(path)
     with write_atomically(path) as temporary:

@@ -137,7 +137,7 @@ class GaitFamily:
             return z
         return np.append(z[:-1], z[-1] + sample.residual[-1])
 
-    def doubled(self) -> "GaitFamily":
+    def double_period(self) -> "GaitFamily":
         """Return the family of the maps of twice as many steps."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         return GaitFamily(**values | {"steps": 2 * self.steps})

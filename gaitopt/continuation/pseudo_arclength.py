@@ -33,7 +33,7 @@ class ArclengthOptions:
     tolerance : float
         Largest residual, or largest last Newton step, that is accepted.
     most_iterations : int
-        Of Newton's method in one correction.
+        Newton iterations in one correction.
     largest_angle : float [rad]
         Largest angle between the tangents of consecutive points of the same smooth piece.
     most_points : int

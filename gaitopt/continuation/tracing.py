@@ -254,7 +254,7 @@ class _Tracer:
         arclength = attrs.evolve(
             arclength, first_step=factor * arclength.first_step, longest_step=factor * arclength.longest_step
         )
-        doubled = family.doubled()
+        doubled = family.double_period()
         switched = switch_branch(doubled, doublings[0], arclength)
         if switched is None:
             return
@@ -320,7 +320,7 @@ def points_at(branch: GaitBranch, value: float) -> Iterator[np.ndarray]:
 def _stays_periodic(before: object, after: object) -> bool:
     """Return whether gaits before and after a change are periodic in the same coordinates.
 
-    In complete slip the foot speed drifts: such gaits form a branch of their own.
+    In complete slip the foot speed drifts: such gaits form a separate branch.
     """
     return slips_completely(before) == slips_completely(after)
 

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 import gaitopt
-from gaitopt import Collocation, assess_stability, load, rimless_wheel, solve
+from gaitopt import Collocation, assess_stability, load, load_diagram, rimless_wheel, solve
 from gaitopt.cli import (
     feedback_output,
     impact_command,
@@ -25,6 +25,7 @@ from gaitopt.cli import (
     planar_walks,
     setup,
     study_output,
+    trace_output,
     walk_output,
 )
 from gaitopt.cli.app import app
@@ -147,6 +148,9 @@ def impact():
 
 
 TABLES = {
+    "print_diagram": lambda: trace_output.print_diagram(
+        dataclasses.replace(load_diagram("docs/examples/compass_slope.nc"), unit="m/s")
+    ),
     "print_planar_gait": planar_gait,
     "print_planar_cycles": planar_cycles,
     "print_gait": lambda: output.print_gait(

@@ -76,5 +76,5 @@ class ExampleFamily:
     def after_change(self, z, sample):
         return z
 
-    def doubled(self):
+    def double_period(self):
         return ExampleFamily(self.function, self.size, 2 * self.steps, self.piece, self.value_scale)

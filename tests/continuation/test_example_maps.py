@@ -56,7 +56,7 @@ def test_the_period_doubling_cascade_of_the_logistic_map():
         doubling = next(each for each in special if each.kind.key == "period_doubling")
         found.append(doubling.value)
         options = attrs.evolve(options, first_step=0.4 * options.first_step, longest_step=0.4 * options.longest_step)
-        family = family.doubled()
+        family = family.double_period()
         stepper, point = switch_branch(family, doubling, options)
     assert found == pytest.approx(expected, abs=2e-10)
     gaps = np.diff(found)

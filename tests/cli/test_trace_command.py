@@ -1,0 +1,104 @@
+"""gaitopt trace: what is printed, written and refused."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from gaitopt import load_diagram
+
+PASSIVE, WHEEL = "problems/compass_passive.py", "problems/rimless_wheel.py"
+GOSWAMI = [
+    f"--set={name}={value}"
+    for name, value in {"leg_mass": 5, "hip_mass": 10, "leg_length": 1, "leg_com": 0.5, "gravity": 9.81}.items()
+]
+
+
+def test_a_range_has_the_unit_of_the_script(command, root, folder):
+    result = command("trace", root / PASSIVE, *GOSWAMI, "--over", "slope=4:4.6", "--json", "-o", "slope.nc")
+    assert result.status == 0, result.err
+    (branch,) = result.json["branches"]
+    assert (result.json["parameter"], result.json["unit"]) == ("slope", "rad")
+    assert (branch["kind"], branch["period"], branch["sequence"], branch["end"]) == (
+        "periodic",
+        1,
+        "stick | stick",
+        "range_end",
+    )
+    (doubling,) = branch["special"]
+    assert doubling["kind"] == "period_doubling"
+    assert math.degrees(doubling["value"]) == pytest.approx(4.390898, abs=5e-7)  # Goswami's compass
+    assert set(doubling) >= {"kind", "value", "width", "state", "before", "after"}
+    assert set(branch["points"][0]) >= {"value", "state", "multipliers", "stable"}
+    assert branch["points"][0]["stable"] is True
+    assert branch["points"][-1]["stable"] is False
+    assert result.json["ratios"] == []
+    assert load_diagram(folder / "slope.nc").records()["branches"] == result.json["branches"]
+
+
+def test_a_table_lists_branches_and_special_points(command, root):
+    result = command("trace", root / WHEEL, "--over", "friction=1:0.25", "--quiet", "-o", "wheel.png")
+    assert (result.status, result.out) == (0, "")
+    assert Path("wheel.png").stat().st_size > 10_000
+    shown = command("trace", root / WHEEL, "--over", "friction=1:0.9").out
+    assert "slip onset" in shown
+    assert "0.914120784" in shown
+    assert "stick slip+ | stick" in shown
+
+
+def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
+    result = command("trace", slip_file, "--over", "friction=0.139:0.141", "--json")
+    assert result.status == 0, result.err
+    (branch,) = result.json["branches"]
+    values = [point["value"] for point in branch["points"]]
+    assert (min(values), max(values)) == (pytest.approx(0.139), pytest.approx(0.141))
+    at_start = next(point for point in branch["points"] if point["value"] == pytest.approx(0.14, abs=1e-12))
+    assert at_start["sequence"] == "slip+ stick | slip+"
+    stability = command("stability", slip_file, "--json").json["gaits"][0]
+    moduli = [math.hypot(*pair) for pair in at_start["multipliers"]]
+    assert moduli == pytest.approx([math.hypot(*pair) for pair in stability["multipliers"]], abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--over", "fricton=1:0.5"], "Did you mean 'friction'"),
+        (["--over", "friction=1"], "NAME=FROM:TO"),
+        (["--over", "friction=1:1"], "two different finite ends"),
+        (["--over", "friction=1:0.5:10"], "NAME=FROM:TO"),
+        (["--over", "friction=1:0.5", "-o", "x.txt"], "'.txt' is not that of a known format"),
+        (["--over", "friction=1:0.5", "-o", "none/x.nc"], "does not exist"),
+        (["--over", "friction=1:0.5", "--law", "lqr"], "--law is accepted for a saved gait only"),
+        (["--over", "slope=0.2:1", "--set", "friction=inf"], "No periodic gait"),
+    ],
+)
+def test_invalid_requests_are_named(command, root, arguments, message):
+    result = command("trace", root / WHEEL, *arguments)
+    assert result.status == 2
+    assert message in " ".join(result.err.split())
+
+
+def test_a_range_that_excludes_the_saved_gait_is_named(command, slip_file):
+    result = command("trace", slip_file, "--over", "friction=0.2:0.3", "--json")
+    assert result.status == 2
+    assert "must contain the start, at 0.14" in result.json["error"]
+
+
+def test_an_interrupt_keeps_the_branches_followed(command, root, folder, monkeypatch):
+    from gaitopt.continuation import tracing
+
+    follow = tracing.trace_branches
+
+    def interrupted(*arguments, **options):
+        yield next(follow(*arguments, **options))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(tracing, "trace_branches", interrupted)
+    result = command("trace", root / WHEEL, "--over", "friction=1:0.9", "--json", "-o", "part.nc")
+    assert result.status == 130
+    assert result.json["complete"] is False
+    assert len(result.json["branches"]) == 1
+    diagram = load_diagram(folder / "part.nc")
+    assert not diagram.complete
+    assert json.loads(json.dumps(diagram.records()))["branches"] == result.json["branches"]
