@@ -2,6 +2,7 @@
 
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -30,6 +31,7 @@ from gaitopt.errors import InputError
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+    from gaitopt.continuation.special_curve import SpecialCurve
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.simulation.engine import Engine
     from gaitopt.stability.cycle import Cycle
@@ -50,6 +52,14 @@ def trace(
             "--set; all others are in SI units and rad. The results are in SI units and rad.",
         ),
     ],
+    second: Annotated[
+        str | None,
+        typer.Option(
+            "--second",
+            metavar="NAME=FROM:TO",
+            help="Second parameter, over which the special points of the first branch are followed as curves.",
+        ),
+    ] = None,
     setting: Setting = None,
     doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of branches of doubled period to follow.")] = 0,
     deflate: Annotated[
@@ -88,8 +98,11 @@ def trace(
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("tracing", hidden=json) as display:
         walk, axis, start = _trace_inputs(request, over, hidden=json or quiet)
+        other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second")[1]
         options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts, engine=_engine(engine, walk))
         diagram = _trace(walk, axis, start, options, display)
+        if other is not None and diagram.complete:
+            diagram = _trace_curves(walk, diagram, other, options, display)
     seconds = time.perf_counter() - began
     _report(diagram, output, json=json, seconds=seconds)
     if not diagram.complete:
@@ -126,8 +139,31 @@ def _trace(
     return make_diagram(problem, axis, branches)
 
 
+def _trace_curves(
+    problem: "WalkProblem",
+    diagram: "BranchDiagram",
+    second: dict[str, tuple[float, float]],
+    options: "TraceOptions",
+    display: Display,
+) -> "BranchDiagram":
+    """Return a diagram with the curves of the special points of its first branch; after a Ctrl-C, those followed."""
+    from gaitopt.continuation.two_parameters import trace_curve
+
+    curves = list["SpecialCurve"]()
+
+    def observe(curve: "SpecialCurve") -> None:
+        display.describe(f"curve {len(curves) + 1} ({curve.kind.label}), {len(curve.values)} points")
+
+    try:
+        for number in range(len(diagram.branches[0].special)):
+            curves.append(trace_curve(problem, diagram, second, special=number, options=options, observer=observe))
+    except KeyboardInterrupt:
+        return replace(diagram, curves=tuple(curves), complete=False)
+    return replace(diagram, curves=tuple(curves))
+
+
 def _trace_inputs(
-    request: "Request", over: str, *, hidden: bool
+    request: "Request", over: str, *, hidden: bool, option: str = "--over"
 ) -> tuple["WalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
     """Return the walking problem, the axis in SI units, and the start of a saved gait."""
     import numpy as np
@@ -136,7 +172,7 @@ def _trace_inputs(
     from gaitopt.cli.inputs import read_input
     from gaitopt.stability.walk_problem import WalkProblem
 
-    name, ends = _read_range(over)
+    name, ends = _read_range(over, option)
     if not request.is_script:
         subject = read_input(request, 0)
         problem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
@@ -153,13 +189,13 @@ def _trace_inputs(
     return problem, {name: (low, high)}, None
 
 
-def _read_range(text: str) -> tuple[str, tuple[float, float]]:
+def _read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
     """Return name and ends of a range ``NAME=FROM:TO``."""
     name, _, ends = text.partition("=")
     try:
         low, high = (float(end) for end in ends.split(":"))
     except ValueError:
-        raise InputError(f"--over must have the form NAME=FROM:TO, got {text!r}.") from None
+        raise InputError(f"{option} must have the form NAME=FROM:TO, got {text!r}.") from None
     return name.strip(), (low, high)
 
 

@@ -33,9 +33,25 @@ def print_diagram(diagram: BranchDiagram) -> None:
             special.add_row(str(number), point.kind.label, f"{point.value:.9f}", *names)
     if special.row_count:
         out.print(special)
+    if diagram.curves:
+        out.print(_curve_table(diagram))
     if diagram.ratios:
         ratios = ", ".join(f"{ratio:.4f}" for ratio in diagram.ratios)
         out.print(f"ratios of the distances between period doublings: {ratios}")
+
+
+def _curve_table(diagram: BranchDiagram) -> Table:
+    """Return the table of the curves of special points."""
+    first, second = diagram.curves[0].parameters
+    table = Table(box=box.SIMPLE, pad_edge=False, title="curves of special points, SI units", title_justify="left")
+    for column in ("kind", "points", first, second, "begins", "ends"):
+        table.add_column(column, no_wrap=column not in ("begins", "ends"))
+    for curve in diagram.curves:
+        low, high = curve.values.min(axis=0), curve.values.max(axis=0)
+        spans = [f"{one:.6g} to {other:.6g}" for one, other in zip(low, high, strict=True)]
+        ends = [Text(end.replace("_", " ")) for end in (curve.begin, curve.end)]
+        table.add_row(curve.kind.label, str(len(curve.values)), *spans, *ends)
+    return table
 
 
 def _shorten(text: str) -> str:

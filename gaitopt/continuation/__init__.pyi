@@ -5,7 +5,9 @@ from gaitopt.continuation.diagram_file import load_diagram as load_diagram
 from gaitopt.continuation.diagram_file import save_diagram as save_diagram
 from gaitopt.continuation.gait_lookup import gaits_at as gaits_at
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions as ArclengthOptions
+from gaitopt.continuation.special_curve import SpecialCurve as SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind as SpecialKind
 from gaitopt.continuation.special_point import SpecialPoint as SpecialPoint
 from gaitopt.continuation.tracing import TraceOptions as TraceOptions
 from gaitopt.continuation.tracing import trace as trace
+from gaitopt.continuation.two_parameters import trace_curve as trace_curve

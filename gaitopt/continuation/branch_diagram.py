@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
@@ -104,6 +105,8 @@ class BranchDiagram:
     branches : tuple of GaitBranch
     complete : bool
         Whether all requested branches were followed.
+    curves : tuple of SpecialCurve
+        Special points followed over a second parameter.
 
     Examples
     --------
@@ -120,6 +123,7 @@ class BranchDiagram:
     ends: tuple[float, float]
     branches: tuple[GaitBranch, ...]
     complete: bool = True
+    curves: tuple[SpecialCurve, ...] = ()
 
     def __repr__(self) -> str:
         points = sum(branch.values.size for branch in self.branches)
@@ -153,6 +157,7 @@ class BranchDiagram:
                 "complete": self.complete,
                 "branches": [_branch_record(branch) for branch in self.branches],
                 "ratios": list(self.ratios),
+                "curves": [curve.record() for curve in self.curves],
             }
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.hdf5 import read_hdf5
@@ -126,13 +127,14 @@ def load_diagram(path: str | Path) -> BranchDiagram:
     with read_hdf5(path, KIND, VERSION):
         table = xr.load_dataset(path, engine="h5netcdf")
         facts = json.loads(table.attrs["diagram"])
+        curves = tuple(map(SpecialCurve.from_record, facts.pop("curves", [])))
         branches = tuple(_read_branch(table, number, record) for number, record in enumerate(facts.pop("branches")))
-    return BranchDiagram(**facts | {"ends": tuple(facts["ends"])}, branches=branches)
+    return BranchDiagram(**facts | {"ends": tuple(facts["ends"])}, branches=branches, curves=curves)
 
 
 def _attributes(diagram: BranchDiagram) -> dict[str, Any]:
     facts = {name: getattr(diagram, name) for name in ("robot", "parameter", "unit", "parameters", "complete")}
-    facts |= {"ends": list(diagram.ends)}
+    facts |= {"ends": list(diagram.ends), "curves": [curve.record() for curve in diagram.curves]}
     facts["branches"] = [
         {name: getattr(branch, name) for name in ("kind", "steps", "begin", "end", "parent")}
         for branch in diagram.branches

@@ -2,7 +2,8 @@
 
 import functools
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,9 @@ class GaitFamily:
     engine : Engine
     steps : int
         Steps of the return map.
+    line : dict of str to (float, float)
+        For a line in the space of several parameters: origin and direction; the parameter of the family is then the
+        coordinate along this line.
     size, scale, value_scale
         See :class:`gaitopt.continuation.map_family.MapFamily`.
 
@@ -74,6 +78,7 @@ class GaitFamily:
     size: int
     scale: Array
     value_scale: float
+    line: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def evaluate(self, z: Array, value: float) -> MapSample:
         """Simulate the steps from a point of the section."""
@@ -165,7 +170,7 @@ class GaitFamily:
     @functools.cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
-        return self._section(self.parameters[self.parameter]).names
+        return self._section(0.0 if self.line else self.parameters[self.parameter]).names
 
     @functools.cached_property
     def _rigid(self) -> tuple[str, ...]:
@@ -187,7 +192,9 @@ class GaitFamily:
         return self._walkers[value]
 
     def _make_walker(self, value: float) -> tuple[Walker, Section, Linearisation]:
-        p = self.robot.vector(self.robot.resolve({**self.parameters, self.parameter: value}))
+        line = self.line or {self.parameter: (0.0, 1.0)}
+        moved = {name: origin + value * slope for name, (origin, slope) in line.items()}
+        p = self.robot.vector(self.robot.resolve({**self.parameters, **moved}))
         limits = StepLimits(duration=MAX_STEP_TIME / natural_rate(self.robot, p)[0])
         walker = Walker(self.robot, self.law, p, self.engine, step_limits=limits)
         return walker, search_section(walker), Linearisation(walker)

@@ -64,7 +64,7 @@ class CurvePoint:
     value : float
     sample : MapSample
     derivative : (n, n + 1) array
-        Of the residual by (z, value).
+        Derivative of the residual by (z, value).
     multipliers : (n_m,) complex array
     tangent : (n + 1,) array
         Unit tangent in scaled coordinates, in the direction of the continuation.
