@@ -30,7 +30,7 @@ def test_the_curve_of_lost_stick_is_the_slope_of_friction(wheel, diagram):
     curve = trace_curve(
         wheel,
         diagram,
-        {"slope": (math.radians(12), math.radians(14))},
+        {"slope": (math.radians(12.7), math.radians(13.3))},
         special=special_number(diagram, "loss_of_stick"),
     )
     friction, slope = curve.values.T
@@ -40,7 +40,7 @@ def test_the_curve_of_lost_stick_is_the_slope_of_friction(wheel, diagram):
 
 
 def test_a_curve_agrees_with_traces_across_it(wheel, diagram):
-    ends = (math.radians(12.5), math.radians(13.5))
+    ends = (math.radians(12.8), math.radians(13.2))
     curve = trace_curve(wheel, diagram, {"slope": ends}, special=special_number(diagram, "impact_cone"))
     for k in (1, len(curve.values) - 2):
         friction, slope = curve.values[k]
