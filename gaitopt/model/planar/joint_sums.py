@@ -1,7 +1,7 @@
 """Joint positions of a robot: sums that several positions of bodies and contacts share.
 
-A user writes ``knee = hip + length * direction`` and places bodies and contacts relative to the knee.  The coordinates of
-the knee are found again in the expressions, so that a robot needs no further description as a tree of links.
+A user writes ``knee = hip + length * direction`` and places bodies and contacts relative to the knee.  The coordinates
+of the knee are identified in the expressions, so that a robot needs no further description as a tree of links.
 """
 
 from collections import Counter

@@ -1,8 +1,8 @@
 """Equations of motion and of impacts of a planar robot by the Newton-Euler method, recursive or lifted.
 
 The positions of the bodies and the coordinates of the contacts, o, are functions of q.  Their accelerations follow by
-differentiation along the motion, body by body; the forces on them, by the reverse sweep, balance those of the actuators.
-No mass matrix is formed.
+differentiation along the motion, body by body; the forces on them, by the reverse sweep, balance those of the
+actuators.  No mass matrix is formed.
 
 In the recursive form both sweeps are expressions of q, v and a.  In the lifted form the accelerations of the joints,
 sigma = s'', and the forces that the joints transmit, lambda, are unknowns as well.  With s = phi(q, s), o = psi(q, s):
@@ -11,9 +11,9 @@ sigma = s'', and the forces that the joints transmit, lambda, are unknowns as we
     lambda = phi_s^T lambda + psi_s^T F      with F = D (o'' - g), or minus the force at a contact
     E u    = phi_q^T lambda + psi_q^T F + R  with the forces R of springs and dampers
 
-Every row contains one link and its joints, so the number of operations and of nonzeros grows linearly with the number of
-links, if the coordinates of a link do not enter the positions relative to its joint of other links: these coordinates
-are the absolute angles of the links.  In an impact the jumps of v and s' take the place of the accelerations.
+Every row contains one link and its joints, so that the numbers of operations and of nonzeros grow linearly with the
+number of links, provided that the coordinates are absolute angles of the links: a relative angle enters the positions of
+all links beyond its joint.  In an impact the jumps of v and s' take the place of the accelerations.
 """
 
 from typing import NamedTuple

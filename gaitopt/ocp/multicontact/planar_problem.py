@@ -19,7 +19,6 @@ from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import DEFAULT_INTERVALS, check_count
 from gaitopt.parameters import check_type
 
-
 MOST_RECURSIVE = 10
 """Largest number of coordinates for which the recursive equations are chosen: eight links on a floating base."""
 
@@ -52,7 +51,7 @@ class PlanarProblem:
         `intervals` is the number of intervals of each phase; a single number counts for every phase.
     equations : str
         ``"recursive"`` or ``"lifted"`` Newton-Euler equations.  In the lifted form accelerations and forces of the
-        joints are unknowns, so that the cost of an iteration grows linearly with the number of links, if the coordinates
+        joints are unknowns, so that the number of nonzeros grows linearly with the number of links, if the coordinates
         are absolute angles of the links.  By default ``"by size"``: recursive up to 10 coordinates.
     name : str
 
