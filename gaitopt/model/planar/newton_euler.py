@@ -12,8 +12,8 @@ sigma = s'', and the forces that the joints transmit, lambda, are unknowns as we
     E u    = phi_q^T lambda + psi_q^T F + R  with the forces R of springs and dampers
 
 Every row contains one link and its joints, so that the numbers of operations and of nonzeros grow linearly with the
-number of links, provided that the coordinates are absolute angles of the links: a relative angle enters the positions of
-all links beyond its joint.  In an impact the jumps of v and s' take the place of the accelerations.
+number of links, provided that the coordinates are absolute angles of the links: a relative angle enters the positions
+of all links beyond its joint.  In an impact the jumps of v and s' take the place of the accelerations.
 """
 
 from typing import NamedTuple

@@ -181,7 +181,7 @@ def _add_phase(layout: Layout, structure: PlanarStructure, phase: GridPhase) -> 
 
 
 def solution_keys(structure: PlanarStructure, phase: GridPhase) -> list[Key]:
-    """Return the keys of z (accelerations, normal forces, tangential forces of the sticking bodies) and of the joints."""
+    """Return the keys of z: accelerations, normal forces, tangential forces of sticking bodies; then of the joints."""
     accelerations = [Key(Kind.ACCELERATION, name) for name in structure.robot.coordinates]
     forces = [Key(Kind.CONTACT_FORCE, name) for name in constraint_names(structure.robot, phase)]
     return accelerations + forces + joint_keys(structure, Kind.JOINT_ACCELERATION, Kind.JOINT_FORCE)

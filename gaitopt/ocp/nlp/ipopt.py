@@ -171,8 +171,8 @@ class Ipopt:
             "ipopt.obj_scaling_factor": 1 / nlp.typical,
             "error_on_fail": False,
         }
-        if self.linear_solver == "mumps" and not self.permute:
-            options["ipopt.mumps_permuting_scaling"] = 0
+        if self.linear_solver == "mumps" and (nlp.dissect or not self.permute):
+            options["ipopt.mumps_permuting_scaling"] = 0  # with a permutation, dissected systems are solved inaccurately
         if self.linear_solver == "mumps" and nlp.dissect:
             options["ipopt.mumps_pivot_order"] = METIS
         if barrier is not None:
