@@ -172,7 +172,7 @@ class Ipopt:
             "error_on_fail": False,
         }
         if self.linear_solver == "mumps" and (nlp.dissect or not self.permute):
-            options["ipopt.mumps_permuting_scaling"] = 0  # with a permutation, dissected systems are solved inaccurately
+            options["ipopt.mumps_permuting_scaling"] = 0  # nested dissection is inaccurate with it
         if self.linear_solver == "mumps" and nlp.dissect:
             options["ipopt.mumps_pivot_order"] = METIS
         if barrier is not None:
