@@ -44,7 +44,7 @@ def exponent(values):
 
 @pytest.mark.parametrize(("intervals", "most"), [(4, 1.2), (12, None)])
 def test_time_per_iteration_of_a_chain(benchmark, record, intervals, most):
-    """The factorisation takes most of the time; on coarse grids nested dissection divides the chain instead of the time."""
+    """The factorisation takes most of the time; on a coarse grid nested dissection divides the chain, not the time."""
     walkers = {links: Walker(links, intervals, "lifted") for links in LINKS}
     seconds = {links: [] for links in LINKS}
 

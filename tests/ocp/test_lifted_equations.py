@@ -37,6 +37,7 @@ def test_the_form_depends_on_the_number_of_coordinates():
     assert not stride().lifted
     assert not walk().replace(equations="recursive").lifted
     assert stride(equations="lifted").lifted
+    assert march(9).describe()["equations"] == "lifted"
 
 
 def test_linear_systems_of_the_lifted_form_are_ordered_by_nested_dissection():

@@ -159,6 +159,7 @@ class PlanarProblem:
             "guess": self.guess.describe(),
             "transcription": self.transcription.name,
             "intervals": list(self.counts),
+            "equations": "lifted" if self.lifted else "recursive",
         }
 
     def _check_robot(self) -> None:
