@@ -43,7 +43,7 @@ class NewtonEuler(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """What the equations balance.
+    """Inertia and forces in the equations of a robot.
 
     Attributes
     ----------
