@@ -83,6 +83,11 @@ class Mechanics:
         Gravitational acceleration in the slope-fixed frame [m/s^2].
     forces : sequence of Spring, Damper, Potential or RotorInertia
 
+    Attributes
+    ----------
+    entries, inertia, fall : SX, shape (n_r, 1)
+        The vector r, its inertia D and the acceleration of gravity of each entry.
+
     Examples
     --------
     >>> import casadi as ca
@@ -100,11 +105,11 @@ class Mechanics:
         links = [body for body in bodies if isinstance(body, RigidLink)]
         rotors = [force for force in forces if isinstance(force, RotorInertia)]
         self._places = ca.vertcat(ca.SX(0, 1), *(body.position for body in bodies))
-        self._entries = ca.vertcat(self._places, *(part.angle for part in links), *(part.coordinate for part in rotors))
+        self.entries = ca.vertcat(self._places, *(part.angle for part in links), *(part.coordinate for part in rotors))
         masses = [mass for body in bodies for mass in (body.mass, body.mass)]
         reflected = [rotor.reflected for rotor in rotors]
-        self._inertia = ca.vertcat(ca.SX(0, 1), *masses, *(link.inertia for link in links), *reflected)
-        self._fall = ca.vertcat(*[gravity] * len(bodies), ca.SX(len(links) + len(rotors), 1))
+        self.inertia = ca.vertcat(ca.SX(0, 1), *masses, *(link.inertia for link in links), *reflected)
+        self.fall = ca.vertcat(*[gravity] * len(bodies), ca.SX(len(links) + len(rotors), 1))
 
     def require(self, acceleration: ca.SX) -> ca.SX:
         """Return the generalised forces that accelerations require, M a + h, shape (n_q, 1) [N, N m].
@@ -119,16 +124,16 @@ class Mechanics:
             Rates of v [m/s^2, rad/s^2].
         """
         rates = ca.jtimes(self._rates, ca.vertcat(self._q, self._v), ca.vertcat(self._v, acceleration))
-        forces = ca.jtimes(self._entries, self._q, self._inertia * (rates - self._fall), True)
-        return forces + self._resistance
+        forces = ca.jtimes(self.entries, self._q, self.inertia * (rates - self.fall), True)
+        return forces + self.resistance
 
     @functools.cached_property
     def mass_matrix(self) -> ca.SX:
         """Mass matrix M, shape (n_q, n_q)."""
-        jacobian, count = ca.jacobian(self._entries, self._q), 2 * len(self._bodies)
+        jacobian, count = ca.jacobian(self.entries, self._q), 2 * len(self._bodies)
         rows = [jacobian[k : k + 2, :] for k in range(0, count, 2)]
         rows += [jacobian[k, :] for k in range(count, jacobian.shape[0])]
-        inertias = [ca.SX(body.mass) for body in self._bodies] + ca.vertsplit(self._inertia[count:])
+        inertias = [ca.SX(body.mass) for body in self._bodies] + ca.vertsplit(self.inertia[count:])
         products = (inertia * (part.T @ part) for inertia, part in zip(inertias, rows, strict=True))
         return ca.triu2symm(ca.triu(ca.simplify(sum(products, ca.SX(*2 * self._q.shape[:1])))))
 
@@ -140,22 +145,22 @@ class Mechanics:
     @functools.cached_property
     def kinetic(self) -> ca.SX:
         """Kinetic energy [J]."""
-        return ca.dot(self._inertia * self._rates, self._rates) / 2
+        return ca.dot(self.inertia * self._rates, self._rates) / 2
 
     @functools.cached_property
     def potential(self) -> ca.SX:
         """Potential energy, that of springs and potentials included [J]."""
-        return self.elastic - ca.dot(self._inertia * self._fall, self._entries)
+        return self.elastic - ca.dot(self.inertia * self.fall, self.entries)
 
     @functools.cached_property
     def momentum(self) -> ca.SX:
         """Linear momentum, summed over the bodies, independent of the mass matrix, shape (2, 1) [kg m/s]."""
-        return ca.sum2(ca.reshape((self._inertia * self._rates)[: self._places.numel()], 2, -1))
+        return ca.sum2(ca.reshape((self.inertia * self._rates)[: self._places.numel()], 2, -1))
 
     @functools.cached_property
     def angular_momentum(self) -> ca.SX:
         """Angular momentum about the origin of the frame [kg m^2/s], positive for increasing angle (clockwise)."""
-        count, momenta = len(self._bodies), self._inertia * self._rates
+        count, momenta = len(self._bodies), self.inertia * self._rates
         # Angles are clockwise from the vertical, and so is the moment: r_y p_x - r_x p_y.
         moment = sum((self._moment(momenta, k) for k in range(count)), ca.SX(0))
         links = sum(isinstance(body, RigidLink) for body in self._bodies)
@@ -183,7 +188,7 @@ class Mechanics:
 
     @functools.cached_property
     def _rates(self) -> ca.SX:
-        return ca.jtimes(self._entries, self._q, self._v)
+        return ca.jtimes(self.entries, self._q, self._v)
 
     @functools.cached_property
     def _dampers(self) -> list[tuple[Damper, ca.SX]]:
@@ -192,7 +197,7 @@ class Mechanics:
         return [(damper, ca.jtimes(damper.coordinate, self._q, self._v)) for damper in dampers]
 
     @functools.cached_property
-    def _resistance(self) -> ca.SX:
+    def resistance(self) -> ca.SX:
         """Generalised forces required by springs, potentials and dampers, shape (n_q, 1)."""
         total = ca.SX(*self._q.shape)
         if any(isinstance(force, Spring | Potential) for force in self._forces):

@@ -194,6 +194,49 @@ def five_link():
     )
 
 
+def walker_of(links):
+    """A walker with `links` links: a torso and two legs whose links have absolute angles from straight down."""
+    names = {leg: [f"{leg}{k}" for k in range((links - 1) // 2)] for leg in "ab"}
+    gravity = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")
+    c = PlanarCoordinates(("x", "y", "torso", *names["a"], *names["b"]), [gravity])
+    hip, torso, length = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("torso"), 0.8 / len(names["a"])
+    bodies = [RigidLink(12.0, hip + 0.24 * ca.vertcat(ca.sin(torso), ca.cos(torso)), 1.33, torso)]
+    contacts, actuators, mass = {}, {}, 10.0 / len(names["a"])
+    for leg, angles in names.items():
+        joint, before = hip, -torso
+        for k, name in enumerate(angles):
+            angle = c.coordinate(name)
+            along = length * ca.vertcat(ca.sin(angle), -ca.cos(angle))
+            bodies.append(RigidLink(mass, joint + 0.4 * along, mass * length**2 / 6, -angle))
+            actuators[f"joint {k} {leg.upper()}"] = angle - before
+            joint, before = joint + along, angle
+        contacts[f"foot {leg.upper()}"] = PointContact(joint)
+    mirror = {"foot A": "foot B"} | {f"a{k}": f"b{k}" for k in range(len(names["a"]))}
+    mirror |= {f"joint {k} A": f"joint {k} B" for k in range(len(names["a"]))}
+    return assemble_planar(
+        f"walker of {links} links", c, bodies=bodies, contacts=contacts, actuators=actuators, mirror=mirror
+    )
+
+
+def march(links, **changes):
+    robot = walker_of(links)
+    bounds = dict.fromkeys(robot.coordinates[3:], (-1, 1.2)) | {"torso": (-1, 1)}
+    options = {
+        "friction": 0.6,
+        "limits": PlanarLimits(coordinate=bounds),
+        "margins": attrs.evolve(NONE, touchdown_rate=0.05),
+        "transcription": Collocation(intervals=12, tolerance=np.inf),
+    }
+    return PlanarProblem(
+        robot=robot,
+        sequence="stick | stick",
+        speed=0.7,
+        step_length=0.4,
+        objective="torque_squared",
+        **(options | changes),
+    )
+
+
 def stride(**changes):
     bounds = {"torso": (-1, 1), **dict.fromkeys(("thigh_a", "thigh_b"), (-1, 1.2))}
     options = {

@@ -1,5 +1,6 @@
 """Assembly of a planar robot with any contacts from its symbolic description."""
 
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
@@ -13,7 +14,9 @@ from gaitopt.model.contacts.contact import ArcContact, Contact
 from gaitopt.model.forces import Force, Potential
 from gaitopt.model.mechanics import Body, Mechanics, derive
 from gaitopt.model.planar.joint_stop import JointStop, SwitchedSpring
+from gaitopt.model.planar.joint_sums import JointSums, find_joints
 from gaitopt.model.planar.mirror import make_mirror
+from gaitopt.model.planar.newton_euler import Balance, NewtonEuler, derive_newton_euler
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.model.planar.planar_robot import ContactEntry, PlanarRobot
 
@@ -104,6 +107,7 @@ def assemble_planar(
         links=tuple((index[a], index[b]) for a, b in drawing.links),
         **_motion(inputs, mechanics, actuators),
         **_contacts(inputs, list(contacts.values()), springs),
+        **_newton_euler(inputs, mechanics, list(contacts.values()), actuators),
         figure=_later("figure", _without_rates(inputs), {"points": ca.horzcat(*places.values())}),
     )
 
@@ -122,6 +126,22 @@ def _motion(inputs: dict[str, ca.SX], parts: Mechanics, actuators: Mapping[str, 
         "force_powers": _later("force_powers", inputs, powers),
         "joint_rates": _later("joint_rates", inputs, {"rates": joint @ v}),
     }
+
+
+def _newton_euler(
+    inputs: dict[str, ca.SX], mechanics: Mechanics, contacts: Sequence[AnyContact], actuators: Mapping[str, ca.SX]
+) -> dict[str, Any]:
+    """Return the equations without a mass matrix, recursive and lifted."""
+    places = [part.coordinates if isinstance(part, Contact) else ca.vertcat(0, part.gap) for part in contacts]
+
+    def build(*, lifted: bool) -> NewtonEuler:
+        outputs = ca.vertcat(mechanics.entries, *places)
+        sums = find_joints(outputs) if lifted else JointSums(ca.SX(0, 1), ca.SX(0, 1), ca.densify(outputs))
+        angles = ca.vertcat(ca.SX(0, 1), *actuators.values())
+        balance = Balance(mechanics.inertia, mechanics.fall, mechanics.resistance, angles)
+        return derive_newton_euler(sums, balance, (inputs["q"], inputs["v"], inputs["p"]))
+
+    return {name: Deferred(functools.partial(build, lifted=name == "lifted")) for name in ("recursive", "lifted")}
 
 
 def _contacts(

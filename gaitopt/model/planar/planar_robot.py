@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.planar.mirror import Mirror
+from gaitopt.model.planar.newton_euler import NewtonEuler
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -88,6 +89,8 @@ class PlanarRobot(LazyRecord):
     joint_rates : (q, v, p) -> (n_u) rates on which the actuators do work
     figure : (q, p) -> (2, n_points) positions of the points in figures [m]
     rims : (q, p) -> (4, n_c) centre [m], radius [m] and clockwise angle [rad] of each contact's rim; nan for a stop
+    recursive, lifted : NewtonEuler
+        Equations without a mass matrix.
 
     Examples
     --------
@@ -119,6 +122,8 @@ class PlanarRobot(LazyRecord):
     joint_rates: LazyField[ca.Function] = LazyField()
     figure: LazyField[ca.Function] = LazyField()
     rims: LazyField[ca.Function] = LazyField()
+    recursive: LazyField[NewtonEuler] = LazyField()
+    lifted: LazyField[NewtonEuler] = LazyField()
 
     def __repr__(self) -> str:
         return f"PlanarRobot({self.name!r}, coordinates={self.coordinates}, contacts={self.contact_names})"

@@ -16,6 +16,7 @@ from gaitopt.ocp.multicontact.phase_grid import GridPhase, opening_bodies
 from gaitopt.ocp.multicontact.planar_builder import (
     PlanarBuilder,
     event_place,
+    joint_keys,
     solution_keys,
 )
 from gaitopt.ocp.multicontact.planar_objective import planar_power_split
@@ -47,8 +48,8 @@ def planar_end_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
         local.add("z", builder.variables[Unknown.ACCELERATION, phase.number][:, last]),
         p,
     )
-    rows = dynamics_rows(builder, phase, solution_keys(builder.robot, phase))
-    conditions: list[Condition] = list(zip(rows, ca.vertsplit(motion_residual(phase, point)), strict=True))
+    rows = dynamics_rows(builder, phase, solution_keys(builder.structure, phase))
+    conditions: list[Condition] = list(zip(rows, ca.vertsplit(motion_residual(builder, phase, point)), strict=True))
     changes = [] if phase.outcome is not None else _changes(builder, phase, point)
     ended = frozenset(i for i, _ in changes)
     conditions += [condition for _, several in changes for condition in several]
@@ -150,11 +151,14 @@ def _impact_conditions(builder: PlanarBuilder, phase: GridPhase, parts: tuple[ca
     robot, outcome, names = builder.robot, list(phase.outcome or ()), builder.robot.contact_names
     closed = tuple(i for i, mode in enumerate(outcome) if mode is not Mode.FREE)
     sticking = group_sticking(robot, outcome)
-    mass, (normal, tangent) = robot.dynamics(q, v, p)[0], robot.rows(q, v, p)[:2]
+    normal, tangent = robot.rows(q, v, p)[:2]
     impulses = contact_forces(robot, outcome, closed, sticking, ca.vertcat(after, impulse), p)
-    balance = mass @ (after - v) - tangent.T @ impulses[0, :].T - normal.T @ impulses[1, :].T
+    joints = impulse[len(closed) + len(sticking) :]
+    balance = builder.structure.equations.impact(q, after - v, impulses, joints, p)
     approach, slip = normal @ after, tangent @ after
     momentum = [equation(Kind.MOMENTUM, name) for name in robot.coordinates]
+    keys = joint_keys(builder.structure, Kind.JOINT_JUMP, Kind.JOINT_IMPULSE)
+    momentum += [equation(key.kind, key.of) for key in keys]
     conditions: list[Condition] = list(zip(momentum, ca.vertsplit(balance), strict=True))
     conditions += [(equation(Kind.CONTACT_RATE, names[i]), approach[i]) for i in closed]
     for members in sticking:

@@ -60,9 +60,9 @@ class _PhaseIntervals:
         """Return the block."""
         builder, phase = self.builder, self.phase
         for inner, point in enumerate(self.points[:-1]):
-            keys = solution_keys(builder.robot, phase)
+            keys = solution_keys(builder.structure, phase)
             rows = [row._replace(key=row.key.at(inner)) for row in dynamics_rows(builder, phase, keys)]
-            self.conditions += zip(rows, ca.vertsplit(motion_residual(phase, point)), strict=True)
+            self.conditions += zip(rows, ca.vertsplit(motion_residual(builder, phase, point)), strict=True)
             path = path_conditions(builder, phase, point)
             self.conditions += [(row._replace(key=row.key.at(inner)), value) for row, value in path]
         self._add_constraints()

@@ -28,6 +28,7 @@ def planar_structure(problem: PlanarProblem) -> PlanarStructure:
         powered=tuple(i for i, limit in enumerate(limits) if limit > 0),
         infinite=math.isinf(problem.friction),
         points=tuple(problem.limits.height),
+        lifted=problem.lifted,
     )
 
 

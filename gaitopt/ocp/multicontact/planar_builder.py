@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.newton_euler import NewtonEuler
 from gaitopt.model.planar.phase_system import group_sticking
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import PhaseSequence
@@ -37,6 +38,8 @@ class PlanarStructure:
         Whether friction is infinite.
     points : tuple of str
         Points of the robot whose height is constrained.
+    lifted : bool
+        Whether accelerations and forces of the joints are unknowns.
     """
 
     robot: PlanarRobot
@@ -47,6 +50,12 @@ class PlanarStructure:
     powered: tuple[int, ...]
     infinite: bool
     points: tuple[str, ...] = ()
+    lifted: bool = False
+
+    @property
+    def equations(self) -> NewtonEuler:
+        """Equations of motion and of impacts."""
+        return self.robot.lifted if self.lifted else self.robot.recursive
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +154,7 @@ def lay_out_unknowns(structure: PlanarStructure, phases: Sequence[GridPhase]) ->
         layout.add((Unknown.TORQUE, phase.number), torques, places)
         _add_phase(layout, structure, phase)
         if phase.outcome is not None:
-            layout.add((Unknown.IMPULSE, phase.number), impulse_keys(robot, phase), [event_place(phase)])
+            layout.add((Unknown.IMPULSE, phase.number), impulse_keys(structure, phase), [event_place(phase)])
     layout.add(Unknown.DURATION, [Key(Kind.DURATION)], [phase.place() for phase in phases])
     if structure.objective.per_weight_and_travel:
         layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
@@ -157,7 +166,7 @@ def _add_phase(layout: Layout, structure: PlanarStructure, phase: GridPhase) -> 
     robot, number, inner = structure.robot, phase.number, range(1, structure.scheme.points - 1)
     nodes = [phase.place(k) for k in range(phase.count + 1)]
     between = [phase.place(k, between=True) for k in range(phase.count)]
-    keys = solution_keys(robot, phase)
+    keys = solution_keys(structure, phase)
     layout.add((Unknown.ACCELERATION, number), keys, nodes)
     layout.add((Unknown.INNER_ACCELERATION, number), [key.at(i) for i in inner for key in keys], between)
     rows = constraint_names(robot, phase)
@@ -171,10 +180,16 @@ def _add_phase(layout: Layout, structure: PlanarStructure, phase: GridPhase) -> 
         layout.add((Unknown.INNER_POWER, number), [key.at(i) for i in inner for key in powers], between)
 
 
-def solution_keys(robot: PlanarRobot, phase: GridPhase) -> list[Key]:
-    """Return the keys of z: accelerations, normal forces, tangential forces of the sticking bodies."""
-    accelerations = [Key(Kind.ACCELERATION, name) for name in robot.coordinates]
-    return accelerations + [Key(Kind.CONTACT_FORCE, name) for name in constraint_names(robot, phase)]
+def solution_keys(structure: PlanarStructure, phase: GridPhase) -> list[Key]:
+    """Return the keys of z: accelerations, normal forces, tangential forces of sticking bodies; then of the joints."""
+    accelerations = [Key(Kind.ACCELERATION, name) for name in structure.robot.coordinates]
+    forces = [Key(Kind.CONTACT_FORCE, name) for name in constraint_names(structure.robot, phase)]
+    return accelerations + forces + joint_keys(structure, Kind.JOINT_ACCELERATION, Kind.JOINT_FORCE)
+
+
+def joint_keys(structure: PlanarStructure, *kinds: Kind) -> list[Key]:
+    """Return the keys of quantities of the joints, kind by kind; none in the recursive form."""
+    return [Key(kind, str(k + 1)) for kind in kinds for k in range(structure.equations.n_j)]
 
 
 def constraint_names(robot: PlanarRobot, phase: GridPhase) -> list[str]:
@@ -183,12 +198,13 @@ def constraint_names(robot: PlanarRobot, phase: GridPhase) -> list[str]:
     return [names[i] for i in system.closed] + [f"{names[members[0]]}, tangential" for members in system.sticking]
 
 
-def impulse_keys(robot: PlanarRobot, phase: GridPhase) -> list[Key]:
-    """Return the keys of the impulses of an impact: normal, then tangential of the sticking bodies."""
-    names = robot.contact_names
-    bodies = group_sticking(robot, list(phase.outcome or ()))
+def impulse_keys(structure: PlanarStructure, phase: GridPhase) -> list[Key]:
+    """Return the keys of the impulses of an impact: normal, tangential of the sticking bodies, those of the joints."""
+    names = structure.robot.contact_names
+    bodies = group_sticking(structure.robot, list(phase.outcome or ()))
     tangential = [f"{names[members[0]]}, tangential" for members in bodies]
-    return [Key(Kind.IMPULSE, name) for name in [names[i] for i in impact_contacts(phase)] + tangential]
+    impulses = [Key(Kind.IMPULSE, name) for name in [names[i] for i in impact_contacts(phase)] + tangential]
+    return impulses + joint_keys(structure, Kind.JOINT_JUMP, Kind.JOINT_IMPULSE)
 
 
 def impact_contacts(phase: GridPhase) -> list[int]:

@@ -1,5 +1,6 @@
 """Initial guesses for the gaits of planar robots: poses at the events, keyframes, and earlier gaits."""
 
+import functools
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -241,6 +242,7 @@ def _interpolate(time: Array, values: Array, at: Array) -> Array:
     return curve
 
 
+@functools.lru_cache(maxsize=8)
 def find_poses(setting: PlanarSetting) -> tuple[Array, Array]:
     """Return the coordinates at the beginning and at the end of a period.
 

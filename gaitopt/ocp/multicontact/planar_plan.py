@@ -58,7 +58,10 @@ def reconstruct_planar_motion(transcription: PlanarTranscription, values: dict[s
 def sample_phase(
     transcription: PlanarTranscription, phase: GridPhase, x: Array
 ) -> tuple[Array, tuple[Array, Array, Array, Array]]:
-    """Return the fractions of a phase and q, v, u, z at its nodes and inner points, with K columns each."""
+    """Return the fractions of a phase and q, v, u, z at its nodes and inner points, with K columns each.
+
+    The first rows of z are those of the equations of the phase; rows of the joints follow in the lifted form.
+    """
     builder, points = transcription.builder, transcription.structure.scheme.points
     q, v, u = (x[part(phase)] for part in (builder.coordinates, builder.velocities, builder.torques))
     nodes, inner = (
@@ -91,9 +94,9 @@ def _segment(transcription: PlanarTranscription, phase: GridPhase, x: Array, p: 
     robot, n_u = transcription.structure.robot, transcription.structure.robot.n_u
     duration = float(x[transcription.variables[Unknown.DURATION][0, phase.number]])
     fractions, (q, v, u, z) = sample_phase(transcription, phase, x)
-    size = fractions.size
+    size, n_z = fractions.size, phase.system.system.size1_out(0)
     finite = np.where(np.isinf(p), 1.0, p)  # no force contains an infinite coefficient of friction
-    _, powers, forces = (np.array(part) for part in phase.system.outputs.map(size)(q, v, u, z, finite))
+    _, powers, forces = (np.array(part) for part in phase.system.outputs.map(size)(q, v, u, z[:n_z], finite))
     works = _integrate_samples(powers, transcription.structure.scheme.points, duration / phase.count)
     kinetic, potential = (np.array(part).ravel() for part in robot.energy.map(size)(q, v, p))
     state = tuple(zip(robot.contact_names, phase.state, strict=True))

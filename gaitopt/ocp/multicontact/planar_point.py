@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.phase_system import contact_forces
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
 from gaitopt.ocp.nlp.keys import Key, Kind, Row, equation
@@ -21,7 +22,7 @@ class PlanarPoint:
     Attributes
     ----------
     q, v, u, z : SX
-        Coordinates, rates, torques; accelerations and forces.
+        Coordinates, rates, torques; accelerations and forces, those of the contacts and then those of the joints.
     p : SX
         Parameters and switches.
     """
@@ -42,15 +43,27 @@ class PlanarPoint:
         return replace(self, q=q, v=v, u=u, z=z)
 
 
-def motion_residual(phase: GridPhase, point: PlanarPoint) -> ca.SX:
-    """Return the residual of the equations of motion and of the accelerations of the contacts, shape (n_z, 1)."""
-    matrix, right = phase.system.system(point.q, point.v, point.u, point.p)
-    return matrix @ point.z - right
+def motion_residual(builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint) -> ca.SX:
+    """Return the residual of the equations of motion, of the accelerations of the contacts and of the joints."""
+    robot, system, n, n_z = builder.robot, phase.system, builder.robot.n_q, count_solution(phase)
+    forces = contact_forces(robot, list(phase.state), system.closed, system.sticking, point.z, point.p)
+    balance, contacts = builder.structure.equations.motion(
+        point.q, point.v, point.u, point.acceleration, forces, point.z[n_z:], point.p
+    )
+    normal = [contacts[1, i] for i in system.closed]
+    tangential = [contacts[0, members[0]] for members in system.sticking]
+    return ca.vertcat(balance[:n], *normal, *tangential, balance[n:])
+
+
+def count_solution(phase: GridPhase) -> int:
+    """Return the number n_z of accelerations and contact forces of a phase."""
+    return int(phase.system.system.size1_out(0))
 
 
 def point_outputs(phase: GridPhase, point: PlanarPoint) -> tuple[ca.SX, ca.SX]:
     """Return the power of each actuator, and the forces (f_t, f_n) of the contacts, shape (2, n_c)."""
-    _, work_rates, forces = phase.system.outputs(point.q, point.v, point.u, point.z, point.p)
+    z = point.z[: count_solution(phase)]
+    _, work_rates, forces = phase.system.outputs(point.q, point.v, point.u, z, point.p)
     return work_rates[: point.u.numel()], forces
 
 
@@ -129,6 +142,7 @@ def first_of_bodies(builder: PlanarBuilder, modes: tuple[Mode, ...]) -> list[int
 
 def dynamics_rows(builder: PlanarBuilder, phase: GridPhase, keys: list[Key]) -> list[Row]:
     """Return the rows of the residual, from the keys of z."""
-    n = builder.robot.n_q
+    n, n_z = builder.robot.n_q, count_solution(phase)
     motion = [equation(Kind.EQUATION_OF_MOTION, key.of) for key in keys[:n]]
-    return motion + [equation(Kind.ACCELERATION, key.of) for key in keys[n:]]
+    contacts = [equation(Kind.ACCELERATION, key.of) for key in keys[n:n_z]]
+    return motion + contacts + [equation(key.kind, key.of) for key in keys[n_z:]]

@@ -19,6 +19,11 @@ from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import DEFAULT_INTERVALS, check_count
 from gaitopt.parameters import check_type
 
+MOST_RECURSIVE = 10
+"""Largest number of coordinates for which the recursive equations are chosen: eight links on a floating base."""
+
+EQUATIONS = ("by size", "recursive", "lifted")
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarProblem:
@@ -44,6 +49,10 @@ class PlanarProblem:
     guess : PlanarGuess
     transcription : Collocation
         `intervals` is the number of intervals of each phase; a single number counts for every phase.
+    equations : str
+        ``"recursive"`` or ``"lifted"`` Newton-Euler equations.  In the lifted form accelerations and forces of the
+        joints are unknowns, so that the number of nonzeros grows linearly with the number of links, if the coordinates
+        are absolute angles of the links.  By default ``"by size"``: recursive up to 10 coordinates.
     name : str
 
     Raises
@@ -74,6 +83,7 @@ class PlanarProblem:
     margins: Margins = field(default_factory=Margins)
     guess: PlanarGuess = field(default_factory=PoseGuess)
     transcription: Collocation = field(default_factory=Collocation)
+    equations: str = "by size"
     name: str = "gait"
 
     def __post_init__(self) -> None:
@@ -81,6 +91,8 @@ class PlanarProblem:
         for name, kind in (("limits", PlanarLimits), ("margins", Margins), ("guess", PlanarGuess)):
             check_type(name, getattr(self, name), kind, f"a {kind.__name__}")
         check_type("transcription", self.transcription, Collocation, "a Collocation(...)")
+        if self.equations not in EQUATIONS:
+            raise InputError(f"equations must be one of {EQUATIONS}, got {self.equations!r}.")
         set_ = object.__setattr__
         set_(self, "sequence", PhaseSequence.parse(self.sequence, self.robot))
         set_(self, "objective", objective_named(self.objective))
@@ -100,6 +112,13 @@ class PlanarProblem:
     def values(self) -> dict[str, float]:
         """Every parameter of robot and ground by name (SI units)."""
         return {**self.parameters, "slope": self.slope, "friction": self.friction}
+
+    @property
+    def lifted(self) -> bool:
+        """Whether accelerations and forces of the joints are unknowns."""
+        if self.equations == "by size":
+            return self.robot.n_q > MOST_RECURSIVE and self.robot.lifted.n_j > 0
+        return self.equations == "lifted"
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -140,6 +159,7 @@ class PlanarProblem:
             "guess": self.guess.describe(),
             "transcription": self.transcription.name,
             "intervals": list(self.counts),
+            "equations": "lifted" if self.lifted else "recursive",
         }
 
     def _check_robot(self) -> None:

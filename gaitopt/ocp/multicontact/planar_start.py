@@ -7,6 +7,7 @@ from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_bounds import planar_data, weight_of
 from gaitopt.ocp.multicontact.planar_guess import TYPICAL_SPEED, PlanarSample, PlanarSetting
+from gaitopt.ocp.multicontact.planar_point import count_solution
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Key, Unknown, table_name
@@ -80,7 +81,7 @@ def _set_accelerations(
     """Set accelerations and forces of the nodes, or of an inner point: of the motion, or the weight on the feet."""
     layout, robot, closed, (inner, x) = transcription.variables, problem.robot, phase.system.closed, target
     nodes, between = (layout[table, phase.number] for table in (Unknown.ACCELERATION, Unknown.INNER_ACCELERATION))
-    size = nodes.shape[0]
+    size, n_z = nodes.shape[0], count_solution(phase)
     place = nodes if inner == 0 else between[(inner - 1) * size : inner * size]
     p = planar_data(problem)[: len(robot.parameters)]
     if sample.torque is not None:
@@ -88,11 +89,30 @@ def _set_accelerations(
             matrix, right = (
                 np.array(part) for part in phase.system.system(sample.q[:, k], sample.v[:, k], sample.torque[:, k], p)
             )
-            x[place[:, k]] = np.linalg.lstsq(matrix, right.ravel(), rcond=1e-12)[0]
-        return
-    feet = [k for k, i in enumerate(closed) if robot.contacts[i].kind != "stop"]
-    for k in feet:
-        x[place[robot.n_q + k]] = weight_of(problem) / len(feet)
+            x[place[:n_z, k]] = np.linalg.lstsq(matrix, right.ravel(), rcond=1e-12)[0]
+    else:
+        feet = [k for k, i in enumerate(closed) if robot.contacts[i].kind != "stop"]
+        for k in feet:
+            x[place[robot.n_q + k]] = weight_of(problem) / len(feet)
+    x[place[n_z:]] = _find_joint_values(transcription, phase, sample, x[place[:n_z]], p)
+
+
+def _find_joint_values(
+    transcription: PlanarTranscription, phase: GridPhase, sample: PlanarSample, z: Array, p: Array
+) -> Array:
+    """Return accelerations and forces of the joints for given accelerations and contact forces, shape (2 n_j, K).
+
+    Each depends on those nearer to the base or to the end of a leg, so that repeated evaluation ends at their values.
+    """
+    equations, (n, count) = transcription.structure.equations, sample.q.shape
+    joints = np.zeros((2 * equations.n_j, count))
+    if equations.n_j:
+        u = np.zeros((transcription.structure.robot.n_u, count)) if sample.torque is None else sample.torque
+        forces = np.array(phase.system.outputs.map(count)(sample.q, sample.v, u, z, p)[2])
+        motion = equations.motion.map(count)
+        for _ in range(joints.shape[0]):
+            joints += np.array(motion(sample.q, sample.v, u, z[:n], forces, joints, p)[0])[n:]
+    return joints
 
 
 def tabulate_solution(

@@ -72,6 +72,12 @@ def transcribe_planar(structure: PlanarStructure) -> PlanarTranscription:
         constraints=rows.layout,
         row_bounds=rows.bounds(),
         nlp=assemble_nlp(
-            blocks, data, variables.size, rows.layout.size, typical=objective.typical, smooth=objective.smooth
+            blocks,
+            data,
+            variables.size,
+            rows.layout.size,
+            typical=objective.typical,
+            smooth=objective.smooth,
+            dissect=structure.lifted,
         ),
     )

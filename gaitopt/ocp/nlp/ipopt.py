@@ -46,6 +46,9 @@ LINEAR_SOLVERS = ("mumps", "spral", "ma27", "ma57", "ma77", "ma86", "pardiso")
 """Linear solvers accepted by the Ipopt of CasADi's wheel; the first two are part of it (MA97 crashes the process)."""
 
 
+METIS = 5
+"""Number of the ordering by nested dissection in MUMPS, which is part of CasADi's wheel."""
+
 MOST_ITERATIONS = 2**31 - 1
 """Largest iteration count of Ipopt, a 32-bit integer."""
 
@@ -157,7 +160,7 @@ class Ipopt:
             multipliers=(np.asarray(answer["lam_x"]).ravel(), np.asarray(answer["lam_g"]).ravel()),
         )
 
-    def _options(self, typical: float, barrier: float | None) -> dict[str, Any]:
+    def _options(self, nlp: Nlp, barrier: float | None) -> dict[str, Any]:
         options: dict[str, Any] = {
             "ipopt.tol": float(self.tolerance),
             "ipopt.max_iter": int(self.max_iterations),
@@ -165,11 +168,13 @@ class Ipopt:
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
             "ipopt.mu_strategy": "adaptive",
-            "ipopt.obj_scaling_factor": 1 / typical,
+            "ipopt.obj_scaling_factor": 1 / nlp.typical,
             "error_on_fail": False,
         }
-        if self.linear_solver == "mumps" and not self.permute:
-            options["ipopt.mumps_permuting_scaling"] = 0
+        if self.linear_solver == "mumps" and (nlp.dissect or not self.permute):
+            options["ipopt.mumps_permuting_scaling"] = 0  # nested dissection is inaccurate with it
+        if self.linear_solver == "mumps" and nlp.dissect:
+            options["ipopt.mumps_pivot_order"] = METIS
         if barrier is not None:
             kinds = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
             options |= {f"ipopt.warm_start_{kind}": barrier / 10 for kind in kinds}
@@ -202,5 +207,5 @@ def _lock_solves() -> Iterator[None]:
 def _compile(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, IterationCallback]:
     """Return the solver of an NLP and its iteration callback; built once for equal options."""
     callback = IterationCallback(nlp)
-    settings = {**options._options(nlp.typical, barrier), "iteration_callback": callback}
+    settings = {**options._options(nlp, barrier), "iteration_callback": callback}
     return nlp.solver("gait", "ipopt", settings), callback

@@ -38,6 +38,9 @@ class Nlp:
         Typical size of the objective, by which a solver scales it.
     smooth : bool
         Whether optima are smooth functions of the data; otherwise torques may switch on and off.
+    dissect : bool
+        Whether linear systems are ordered by nested dissection, which has less fill-in than minimum degree if every
+        unknown is coupled to few others of its link and of its interval.
     """
 
     functions: LazyField[dict[str, ca.MX]] = LazyField()
@@ -47,6 +50,7 @@ class Nlp:
     n_constraints: int
     typical: float = 1.0
     smooth: bool = False
+    dissect: bool = False
 
     @functools.cached_property
     def values(self) -> ca.Function:
@@ -70,6 +74,7 @@ def assemble_nlp(
     n_numbers: int = 0,
     typical: float = 1.0,
     smooth: bool = False,
+    dissect: bool = False,
 ) -> Nlp:
     """Assemble blocks into one NLP.
 
@@ -86,6 +91,8 @@ def assemble_nlp(
         Size of the objective.
     smooth : bool
         Whether optima are smooth functions of the data.
+    dissect : bool
+        Whether linear systems are ordered by nested dissection.
 
     Returns
     -------
@@ -94,7 +101,7 @@ def assemble_nlp(
     assembly = _Assembly(data.numel(), n_numbers, n_variables, n_constraints)
     for block in join_single_blocks(blocks):
         assembly.add(block, derive_block(block, data))
-    return assembly.finish(typical, smooth)
+    return assembly.finish(typical, smooth=smooth, dissect=dissect)
 
 
 class _Assembly:
@@ -143,7 +150,7 @@ class _Assembly:
             diagonal = rows.ravel(order="F")[twice]
             self.hessian.add(diagonal, diagonal, ca.vec(values)[twice.tolist()])
 
-    def finish(self, typical: float, smooth: bool) -> Nlp:
+    def finish(self, typical: float, *, smooth: bool, dissect: bool) -> Nlp:
         """Return the NLP."""
         x, z, n, m = self.x, self.z, self.x.numel(), self.lam_g.numel()
         g = self.constraints.vector(m)
@@ -168,6 +175,7 @@ class _Assembly:
             n_constraints=m,
             typical=typical,
             smooth=smooth,
+            dissect=dissect,
         )
 
     def _functions(self) -> dict[str, ca.MX]:

@@ -1,0 +1,66 @@
+"""Walkers of 5 to 21 links: ``pytest tests/benchmarks/test_chain_growth.py --benchmark-only -s``, a minute.
+
+A torso and two legs of equal links, whose coordinates are absolute angles, in PlanarProblem with lifted equations.
+"""
+
+import numpy as np
+import pytest
+
+from gaitopt import Collocation, Ipopt
+from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
+from gaitopt.ocp.multicontact.planar_start import planar_start
+from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
+from gaitopt.progress import silent
+from tests.benchmarks.conftest import timed
+from tests.ocp.multicontact_examples import march
+
+LINKS, ROUNDS = (5, 7, 9, 13, 17, 21), 3
+
+
+class Walker:
+    """The NLP of a walker and its initial point."""
+
+    def __init__(self, links, intervals, equations):
+        method = Collocation(intervals=intervals, tolerance=np.inf)
+        self.problem = march(links, transcription=method, equations=equations)
+        self.transcription = transcribe_planar(planar_structure(self.problem))
+        derivatives = self.transcription.nlp.derivatives
+        jacobian, hessian = derivatives["jac_g"].nnz_out(1), derivatives["hess_lag"].nnz_out(0)
+        self.nonzeros = hessian + jacobian + self.transcription.nlp.n_variables
+
+    def solve(self):
+        """Return the processor's seconds per iteration of Ipopt from the initial guess to the optimum."""
+        transcription, problem = self.transcription, self.problem
+        x, bounds = planar_start(transcription, problem), planar_bounds(transcription, problem)
+        solver, data = Ipopt(), planar_data(problem)
+        taken, _, result = timed(lambda: solver.minimise(transcription.nlp, x, data, bounds, silent))
+        assert result.status.ok
+        return taken / result.iterations
+
+
+def exponent(values):
+    return float(np.polyfit(np.log(LINKS), np.log(values), 1)[0])
+
+
+@pytest.mark.parametrize(("intervals", "most"), [(4, 1.2), (12, None)])
+def test_time_per_iteration_of_a_chain(benchmark, record, intervals, most):
+    """The factorisation takes most of the time; on a coarse grid nested dissection divides the chain, not the time."""
+    walkers = {links: Walker(links, intervals, "lifted") for links in LINKS}
+    seconds = {links: [] for links in LINKS}
+
+    def once():
+        for links, walker in walkers.items():
+            seconds[links].append(walker.solve())
+
+    benchmark.pedantic(once, rounds=ROUNDS, warmup_rounds=1)
+    least = [min(seconds[links]) for links in LINKS]  # what other users of the machine take only adds
+    nonzeros = [walkers[links].nonzeros for links in LINKS]
+    growth = {"time": exponent(least), "nonzeros": exponent(nonzeros)}
+    table = {links: [1e3 * value, count] for links, value, count in zip(LINKS, least, nonzeros, strict=True)}
+    record(f"chain, {intervals} intervals", {"links: ms per iteration, KKT nonzeros": table, "exponents": growth})
+    print(f"\n{intervals} intervals: links, ms per iteration, KKT nonzeros")
+    for links, (milliseconds, count) in table.items():
+        print(f"{links:3d} {milliseconds:8.2f} {count:8d}")
+    print(f"exponents: time {growth['time']:.2f}, nonzeros {growth['nonzeros']:.2f}")
+    assert growth["nonzeros"] <= 1.2
+    assert most is None or growth["time"] <= most
