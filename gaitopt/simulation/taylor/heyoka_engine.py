@@ -62,22 +62,14 @@ class HeyokaEngine:
         """Integrate the variational equations; see :class:`gaitopt.simulation.engine.Engine`."""
         robot = loop.robot
         integrator = mode_integrator(robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
-        program = program_with_variations(robot, mode, integrator.control, self.tolerance, get_ident())
-        n, y = len(program.entries), np.array(state, dtype=float)
-        program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
-        within = np.ix_(program.entries, program.entries)
+        variations = program_with_variations(robot, mode, integrator.control, self.tolerance, get_ident())
+        y = np.array(state, dtype=float)
+        variations.begin(y)
         for column, begin, end, jump in integrator.intervals(clock, y, until):
             if jump is not None:
-                program.state[n:] = (jump[within] @ program.state[n:].reshape(n, n)).ravel()
-            program.numbers[:] = program.parameters(loop.p, column, y)
-            program.integrator.time = begin
-            program.integrator.propagate_until(end)
-        # Constant entries drift at their rate, which is zero along the path but not for varied initial states.
-        matrix = np.eye(y.size)
-        matrix[: robot.n_q, robot.n_q : 2 * robot.n_q] = max(until - clock, 0) * np.eye(robot.n_q)
-        matrix[program.entries] = 0
-        matrix[within] = program.state[n:].reshape(n, n)
-        return matrix
+                variations.apply(jump)
+            variations.propagate(loop.p, column, y, (begin, end))
+        return variations.matrix(max(until - clock, 0))
 
 
 class _Recorder:

@@ -35,6 +35,10 @@ expressions of the integrator are summed in another order than those of the law.
 MAX_TAYLOR_STEPS = 10_000
 """Maximum number of Taylor steps between two checks that the integrator makes progress."""
 
+_TOUCHDOWN, _LAW_SWITCH = EventKind.TOUCHDOWN, EventKind.LAW_SWITCH
+_PAINLEVE, _REST = EventKind.PAINLEVE, EventKind.REST
+# Names of the module are ten times faster than attributes of an Enum.
+
 IntervalObserver = Callable[[Array, Array, Array, int], None]
 
 
@@ -157,7 +161,7 @@ class ModeIntegrator:
             if code < 0 and code >= -len(values):
                 y[program.entries] = program.state
                 current[0], event = integrator.time, self._events[~code]
-                if event.kind is not EventKind.TOUCHDOWN or watch.evaluate().item(-1) > 0:
+                if event.kind is not _TOUCHDOWN or watch.evaluate().item(-1) > 0:
                     return event, steps
             elif code == self._time_limit:
                 y[program.entries] = program.state
@@ -170,22 +174,25 @@ class ModeIntegrator:
     def _check_guards_at_start(self, values: list[float], armed: bool, first: bool) -> HybridEvent | None:
         """Shift guards that start at zero such that they are no event, or return the event of a negative guard."""
         for i, value in enumerate(values):
+            if value > LIMIT_TOLERANCE:
+                continue
             event = self._events[i]
-            if abs(value) < LIMIT_TOLERANCE and event.kind is EventKind.LAW_SWITCH:
+            kind = event.kind
+            if kind is _LAW_SWITCH and abs(value) < LIMIT_TOLERANCE:
                 self._shifts[i] = LIMIT_TOLERANCE / 10 - min(value, 0)
                 continue
             if value > GUARD_TOLERANCE:
                 continue
-            if event.kind is EventKind.PAINLEVE and value <= 0:
+            if kind is _PAINLEVE and value <= 0:
                 return event
-            if first and event.kind is EventKind.TOUCHDOWN:
+            if first and kind is _TOUCHDOWN:
                 # A touchdown is no event at the start: the guard must rise above zero first.
                 if abs(value) < TOUCHDOWN_TOLERANCE and (value <= 0 or not armed):
                     self._shifts[i] = -1e-15 - value
             elif -GUARD_TOLERANCE <= value <= 0:
                 # The guard falls through the shifted zero immediately or rises; a resting foot has exactly zero speed.
-                self._shifts[i] = (1e-16 if event.kind is EventKind.REST else 1e-14 * max(1, *map(abs, values))) - value
-            elif value < -GUARD_TOLERANCE and event.kind is not EventKind.TOUCHDOWN:
+                self._shifts[i] = (1e-16 if kind is _REST else 1e-14 * max(1, *map(abs, values))) - value
+            elif value < -GUARD_TOLERANCE and kind is not _TOUCHDOWN:
                 return event
         return None
 
