@@ -32,7 +32,7 @@ from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
-STARTS = 32
+STARTS = 24
 """Default number of random starts."""
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
@@ -171,8 +171,7 @@ class _CycleSearch:
         walks = []
         for walk in random_walks(self._walker, self._section, count, self._length, seed):
             walks.append(walk)
-            for point in walk[:2]:
-                yield from self._converge(point, 1, self._known)
+            yield from self._converge(walk[0], 1, self._known)
         yield from self._find_longer(walks)
 
     def find_from(self, starts: Iterable[Array]) -> Iterator[Cycle]:

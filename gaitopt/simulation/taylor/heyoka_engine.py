@@ -11,7 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
-from gaitopt.simulation.taylor.compiled_programs import program_with_outputs, program_with_variations
+from gaitopt.simulation.taylor.compiled_programs import program_with_outputs
 from gaitopt.simulation.taylor.mode_integrator import ModeIntegrator, mode_integrator
 
 
@@ -60,10 +60,10 @@ class HeyokaEngine:
 
     def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.engine.Engine`."""
-        robot = loop.robot
-        integrator = mode_integrator(robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
-        variations = program_with_variations(robot, mode, integrator.control, self.tolerance, get_ident())
-        y = np.array(state, dtype=float)
+        integrator = mode_integrator(
+            loop.robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident()
+        )
+        variations, y = integrator.variations, np.array(state, dtype=float)
         variations.begin(y)
         for column, begin, end, jump in integrator.intervals(clock, y, until):
             if jump is not None:

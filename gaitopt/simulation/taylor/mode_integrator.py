@@ -22,7 +22,11 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.active_piece import ActivePiece, pieces
 from gaitopt.simulation.closed_loop import ClosedLoop, mode_equations
-from gaitopt.simulation.taylor.compiled_programs import program_with_events
+from gaitopt.simulation.taylor.compiled_programs import (
+    VariationalProgram,
+    program_with_events,
+    program_with_variations,
+)
 from gaitopt.simulation.taylor.expression_conversion import heyoka_module
 
 GUARD_TOLERANCE = 1e-9
@@ -70,6 +74,7 @@ class ModeIntegrator:
         memory = np.zeros(1 + loop.size + guards.numel_in(2))
         self.current, self._data = memory[: 1 + loop.size], memory[1 + loop.size :]
         self._y, self._watch = self.current[1:], FastCall(guards, loop.p, shared=memory)
+        self._tolerance = tolerance
         self._program = program_with_events(robot, mode, self.control, tolerance, compact_mode, get_ident())
         self._events = self.equations.events
         self._shifts = self._program.numbers[-len(self._events) :]
@@ -78,6 +83,11 @@ class ModeIntegrator:
         self._ready: dict[tuple[int, tuple[float, ...]], tuple[Array, Array | None]] = {}
         outcomes = heyoka_module().taylor_outcome
         self._time_limit, self._step_limit = int(outcomes.time_limit), int(outcomes.step_limit)
+
+    @functools.cached_property
+    def variations(self) -> VariationalProgram:
+        """Integrator of the motion and its derivatives, without events."""
+        return program_with_variations(self.loop.robot, self.equations.mode, self.control, self._tolerance, get_ident())
 
     def intervals(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float, Array | None]]:
         """Yield data, begin, end and jump of each interval between two clock times.
