@@ -12,14 +12,14 @@ from gaitopt.model.section_coordinate import undo_exchange
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.section import Section
-from gaitopt.stability.section_walk import natural_rate, take_walk
+from gaitopt.stability.section_walk import SectionWalk, natural_rate, take_walk
 
 DRAWS_PER_START = 40
 """Largest number of random states drawn for each start."""
 
 
-def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[Array]:
-    """Yield the points of walks of at least one step from random starts, each of shape (K, n_z).
+def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[SectionWalk]:
+    """Yield walks of at least one step from random starts.
 
     A start is the state after a touchdown in a random pose with random rates, so that its angles, rates and foot speed
     are consistent with the impact, as in every gait.  Before every other touchdown the trailing foot slips.
@@ -38,7 +38,7 @@ def random_walks(walker: Walker, section: Section, count: int, steps: int, seed:
     samples = (rng.uniform(-1, 1, sampler.size) for _ in range(DRAWS_PER_START * count))
     states = (sampler.state_after(sample, at_rest=i % 2 == 0) for i, sample in enumerate(samples))
     walks = (take_walk(walker, section, section.project(state), steps) for state in states if state is not None)
-    complete = (walk for walk in walks if len(walk) > 1)
+    complete = (walk for walk in walks if len(walk.points) > 1)
     for _ in range(count):
         with defer_interrupt():
             walk = next(complete, None)
