@@ -135,7 +135,7 @@ class Linearisation:
 
     def _event(self, mode: Mode, following: Mode, arc: Arc) -> Array:
         """Return the jump of a deviation at an event that ends an arc, (n_y, n_y)."""
-        loop, event = self.walker.loop, arc.event
+        event = arc.event
         if event is None:
             raise ValueError("an arc that ended at the time limit has no saltation")
         clock, state = arc.time.item(-1), arc.states[:, -1]

@@ -65,7 +65,8 @@ class _TouchdownSampler:
         robot, p, self._section = walker.robot, walker.p, section
         entries, self.size = robot.state_entries, 2 * len(robot.angles)
         self._n_q, self._free, self._z = robot.n_q, len(robot.angles) - 1, np.zeros(len(section.names))
-        self._angles, self._rates, self._slip_velocity = list(entries.angles), list(entries.rates), entries.slip_velocity
+        self._angles, self._rates = list(entries.angles), list(entries.rates)
+        self._slip_velocity = entries.slip_velocity
         self._before = FastCall(undo_exchange(robot), p)
         self._collision, self._momentum = FastCall(robot.collision, p), FastCall(robot.momentum, p)
         self._touchdown, self._natural = TouchdownMap(robot, p), natural_rate(robot, p)
