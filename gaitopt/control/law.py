@@ -117,7 +117,7 @@ class Law:
 
     def data(self, clock: float, y: Array) -> Array:
         """Return the active column of the table at a clock time in a state y, shape (n_d,)."""
-        return self.table[:, self.piece(self.measure(clock, y))]
+        return self.table[:, 0 if self.breakpoints.size == 1 else self.piece(self.measure(clock, y))]
 
     def split(self, points: Array) -> "Law":
         """Return the same law with its pieces split at further points."""

@@ -14,6 +14,7 @@ from gaitopt.simulation.closed_loop import torque_of
 
 MAX_SWITCHES = 20
 """Maximum number of changes of the piece or of an actuator's side at one instant."""
+_LAW_SWITCH = EventKind.LAW_SWITCH
 
 
 class ActivePiece:
@@ -47,7 +48,8 @@ class ActivePiece:
     def begin(self) -> None:
         """Determine the active piece and the sides at the start of a motion."""
         self._switched, self._repeats = np.nan, 0
-        self._enter(bisect_right(self._breaks, self._current.item(self._measure)) - 1)
+        if self._last or self._demand is not None:
+            self._enter(bisect_right(self._breaks, self._current.item(self._measure)) - 1)
 
     @property
     def data(self) -> Array:
@@ -68,7 +70,7 @@ class ActivePiece:
         """
         if event is None:
             self._enter(self.piece + 1)
-        elif event.kind is EventKind.LAW_SWITCH:
+        elif event.kind is _LAW_SWITCH:
             self._repeats = self._repeats + 1 if self._current[0] == self._switched else 0
             self._switched = self._current[0]
             if self._repeats > MAX_SWITCHES:

@@ -16,6 +16,7 @@ from gaitopt.simulation.closed_loop import ClosedLoop, torque_of
 
 REST_SPEED = 1e-12
 """Foot speeds below this value [m/s] count as rest; impacts and located events produce exact zeros."""
+_STICK, _SLIP_FORWARD, _SLIP_BACKWARD = Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD
 
 
 class ContactChoice:
@@ -32,6 +33,7 @@ class ContactChoice:
     def __init__(self, loop: ClosedLoop) -> None:
         robot, law = loop.robot, loop.law
         self.friction = float(robot.static_friction(loop.p))
+        self._unlimited = math.isinf(self.friction)
         self._loop, self._speed = loop, 1 + robot.state_entries.slip_velocity
         self._breaks, self._index = law.breakpoints.tolist(), law.index
         self._forces: dict[int, FastCall] = {}
@@ -57,19 +59,21 @@ class ContactChoice:
         current[0], current[1:] = clock, y
         speed = current.item(self._speed)
         if abs(speed) > REST_SPEED:
-            if math.isinf(self.friction):
+            if self._unlimited:
                 raise InputError(
                     "A foot with infinite friction cannot slide: its velocity (v[0], or foot_speed on the section) "
                     f"must be 0, got {speed:g} m/s."
                 )
-            return Mode.slipping(speed)
+            return _SLIP_FORWARD if speed > 0 else _SLIP_BACKWARD
+        if self._unlimited:
+            return _STICK
         measure = clock if self._index is None else current.item(1 + self._index)
         piece = max(bisect_right(self._breaks, measure) - 1, 0)  # equivalent to Law.piece, ten times faster
         tangential, normal = (self._forces.get(piece) or self._force(piece)).evaluate().tolist()
-        if abs(tangential) <= self.friction * normal or math.isinf(self.friction):
-            return Mode.STICK
-        chosen = Mode.slipping(-tangential)
-        return Mode.STICK if chosen is leaving else chosen
+        if abs(tangential) <= self.friction * normal:
+            return _STICK
+        chosen = _SLIP_FORWARD if tangential < 0 else _SLIP_BACKWARD
+        return _STICK if chosen is leaving else chosen
 
     def _force(self, piece: int) -> FastCall:
         """Return the Function of the sticking force (f_t, f_n) [N] in a piece of the law."""

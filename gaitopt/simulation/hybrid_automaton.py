@@ -28,6 +28,7 @@ STOPS = {
     EventKind.SINGULAR: Stop.SINGULAR,
 }
 """Events that end a walk, and the reason reported."""
+_TOUCHDOWN, _PAINLEVE, _LAW_EVENT = EventKind.TOUCHDOWN, EventKind.PAINLEVE, EventKind.LAW_EVENT
 Flow = Callable[[Mode, float, Array, float, bool], Arc]
 """(mode, clock, y, until, record) -> arc, as :meth:`Engine.flow` for one closed loop."""
 
@@ -141,14 +142,15 @@ class Walker:
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
             if event is None:
                 return Stride(tuple(arcs), Stop.NO_TOUCHDOWN, None, None)
-            if event.kind is EventKind.TOUCHDOWN:
+            kind = event.kind
+            if kind is _TOUCHDOWN:
                 impact, following = self._landing.solve(state[: 2 * self.robot.n_q])
                 return Stride(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
-            if event.kind in STOPS:
-                if event.kind is EventKind.PAINLEVE and clock == began:
+            if kind in STOPS:
+                if kind is _PAINLEVE and clock == began:
                     arcs.pop()  # the mode has no duration
-                return Stride(tuple(arcs), STOPS[event.kind], None, None)
-            if event.kind is EventKind.LAW_EVENT:
+                return Stride(tuple(arcs), STOPS[kind], None, None)
+            if kind is _LAW_EVENT:
                 state = self.memory.apply_event(event.number, clock, state)
                 mode = choose(clock, state)
                 continue

@@ -30,6 +30,7 @@ def find_cycle(
     options: FixedPointOptions | None = None,
     deflation: Deflation | None = None,
     linearisation: Linearisation | None = None,
+    passage: Passage | None = None,
 ) -> Cycle | None:
     """Return the periodic gait to which Newton's method converges from a point of the section, or None.
 
@@ -45,12 +46,14 @@ def find_cycle(
         Known gaits, to which the iteration does not converge; ignored for complete slip.
     linearisation : Linearisation, optional
         Derivatives of the walker's steps, if several calls share them.
+    passage : Passage, optional
+        The steps from the start, if they have already been simulated.
     """
     section = search_section(walker)
     z = z[: len(section.names)]
     return_map = ReturnMap(walker, section, steps, linearisation)
-    passage: Passage | None = return_map(z)
-    if passage is None or passage.end is None:
+    passage = passage or return_map(z)
+    if passage.end is None:
         return None
     complete_slip = _slips_completely(passage)
     if complete_slip:

@@ -6,6 +6,7 @@ multiplier near or below -1, and from points of walks to which the walk returns 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,18 +29,20 @@ from gaitopt.stability.fixed_point import FixedPointOptions
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.period_doubling import doubled_starts, locate_doubled_gaits
 from gaitopt.stability.random_starts import random_walks
-from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.return_map import Passage, ReturnMap
 from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
-STARTS = 32
+STARTS = 24
 """Default number of random starts."""
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
 LARGEST_FACTOR = 1e4
 """Factor of the deflation above which a start is considered a known gait."""
-ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 27, reduction=3)
+ITERATION = FixedPointOptions(max_iterations=12, smallest_step=1 / 27, reduction=3)
 """Newton's method in the search: most starts are far from any gait, so each is abandoned early."""
+LONGER_ITERATION = replace(ITERATION, max_iterations=15)
+"""Newton's method for gaits of two and more steps, whose starts are fewer and closer."""
 WALK_PERIODS = 4
 """Length of the walks in which close returns are sought, relative to the longest period."""
 MAX_STEP_TIME = 20.0
@@ -170,9 +173,8 @@ class _CycleSearch:
         """Yield gaits of one step from random starts, then gaits of more steps."""
         walks = []
         for walk in random_walks(self._walker, self._section, count, self._length, seed):
-            walks.append(walk)
-            for point in walk[:2]:
-                yield from self._converge(point, 1, self._known)
+            walks.append(walk.points)
+            yield from self._converge(walk.points[0], 1, self._known, passage=walk.first)
         yield from self._find_longer(walks)
 
     def find_from(self, starts: Iterable[Array]) -> Iterator[Cycle]:
@@ -180,7 +182,7 @@ class _CycleSearch:
         walks = []
         for z in starts:
             with defer_interrupt():
-                walks.append(take_walk(self._walker, self._section, z, self._length))
+                walks.append(take_walk(self._walker, self._section, z, self._length).points)
             for period in range(1, self._steps + 1):
                 yield from self._converge(z, period, self._known)
         yield from self._find_longer(walks)
@@ -213,7 +215,13 @@ class _CycleSearch:
             yield from self._converge(self._lift(cycle, z), period, [cycle], size)
 
     def _converge(
-        self, z: Array, period: int, deflated: Iterable[Cycle], repulsion: float = REPULSION
+        self,
+        z: Array,
+        period: int,
+        deflated: Iterable[Cycle],
+        repulsion: float = REPULSION,
+        *,
+        passage: Passage | None = None,
     ) -> Iterator[Cycle]:
         """Yield the gait to which Newton's method, deflated by some gaits, converges from a start, if it is new."""
         cycles = [cycle for cycle in deflated if period % len(cycle.points) == 0]
@@ -222,7 +230,7 @@ class _CycleSearch:
         if not deflation.factor(z) < LARGEST_FACTOR:
             return
         with defer_interrupt():
-            cycle = self._iterate(z, period, deflation)
+            cycle = self._iterate(z, period, deflation, passage)
             if cycle is not None and (shortest := shortest_period(cycle)) < period:
                 cycle = self._iterate(self._lift(cycle, cycle.z), shortest)
         if cycle is not None and not any(same_gait(cycle, other) for other in self._known):
@@ -231,9 +239,18 @@ class _CycleSearch:
             self._known[cycle] = tuple(map(KnownPoint, points, scales))
             yield cycle
 
-    def _iterate(self, z: Array, period: int, deflation: Deflation | None = None) -> Cycle | None:
-        shared = self._linearisation
-        return find_cycle(self._walker, z, period, options=ITERATION, deflation=deflation, linearisation=shared)
+    def _iterate(
+        self, z: Array, period: int, deflation: Deflation | None = None, passage: Passage | None = None
+    ) -> Cycle | None:
+        return find_cycle(
+            self._walker,
+            z,
+            period,
+            options=LONGER_ITERATION if period > 1 else ITERATION,
+            deflation=deflation,
+            linearisation=self._linearisation,
+            passage=passage,
+        )
 
     def _lift(self, cycle: Cycle, z: Array) -> Array:
         """Return a point of a gait's section as a point of the section of the search."""

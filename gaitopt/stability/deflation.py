@@ -48,8 +48,12 @@ class Deflation:
 
     def factor(self, z: Array) -> float:
         """Return m(z), which is infinite at a known point."""
-        with np.errstate(divide="ignore"):
-            return float(np.prod([1 + 1 / np.sum(((z - k.z) / k.scale) ** 2) for k in self._points]))
+        factor = 1.0
+        for known in self._points:
+            offset = (z - known.z) / known.scale
+            square = float(offset @ offset)
+            factor *= 1 + 1 / square if square else np.inf
+        return factor
 
     def step_ratio(self, z: Array, direction: Array) -> float:
         """Return the ratio of the Newton step of m F to the Newton step d of F, which are parallel.

@@ -9,7 +9,6 @@ The step ends on the section, where the clock is reset: dy+ = DR (dy + f dt).
 
 import functools
 import itertools
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -22,6 +21,7 @@ from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 
@@ -29,12 +29,40 @@ JUMP_THRESHOLD = 1e-7
 """A guard further below zero than this (N, m/s, rad) at its event was crossed by a jump of the law's torque."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Slopes:
-    """Flow and guard gradients of a mode as numerical functions."""
+class _ModeSlopes:
+    """Flow, guards and guard gradients of a contact mode of a closed loop at a clock time in a state."""
 
-    flow: FastCall
-    guards: FastCall
+    def __init__(self, loop: ClosedLoop, mode: Mode) -> None:
+        equations, self._loop = loop.equations(mode), loop
+        self._places, count = {event: i for i, event in enumerate(equations.events)}, len(equations.events)
+        self._memory = np.zeros(1 + loop.size + loop.law.table.shape[0])
+        self._flow = FastCall(_move_parameters_last(equations.flow), loop.p, shared=self._memory)
+        self._slopes = FastCall(_slopes_at_event(equations.flow, equations.guards), loop.p, shared=self._memory)
+        ends = np.cumsum([loop.size, count, count * loop.size]).tolist()
+        self._guards, self._rates = slice(ends[0], ends[1]), slice(ends[2], None)
+        self._gradients = slice(ends[1], ends[2])
+
+    def flow(self, clock: float, y: Array) -> Array:
+        """Return dy/dt, shape (n_y,)."""
+        self._fill(clock, y)
+        return self._flow.evaluate()
+
+    def time_shift(self, event: HybridEvent, clock: float, y: Array) -> tuple[Array, Array]:
+        """Return the flow before an event that ends the mode, and d (event time) / d y, each of shape (n_y,).
+
+        A guard far below zero was crossed by a jump of the torque at a change of the law's piece.
+        """
+        self._fill(clock, y)
+        values, place, size = self._slopes.evaluate(), self._places[event], self._loop.size
+        before = values[:size].copy()
+        if values[self._guards][place] < -JUMP_THRESHOLD:
+            return before, self._loop.piece_shift(before)
+        row = values[self._gradients].reshape(size, -1)[:, place]  # CasADi stores by column
+        return before, -row / (row @ before + values[self._rates][place])
+
+    def _fill(self, clock: float, y: Array) -> None:
+        memory, size = self._memory, self._loop.size
+        memory[0], memory[1 : 1 + size], memory[1 + size :] = clock, y, self._loop.data(clock, y)
 
 
 class Linearisation:
@@ -57,8 +85,9 @@ class Linearisation:
                 "Use a Walker."
             )
         self.walker = walker
-        self._cached_slopes: dict[Mode, _Slopes] = {}
-        self._resets: dict[Mode, FastCall] = {}
+        self._slopes_in: dict[Mode, _ModeSlopes] = {}
+        self._landings: dict[Mode, FastCall] = {}
+        self._resets: dict[tuple[Mode, HybridEvent], Array] = {}
 
     def derivative(self, state: Array, stride: Stride, *, impact: Mode | None = None) -> Array:
         """Return d (state after the step) / d (state before it), shape (2 n_q, 2 n_q).
@@ -91,13 +120,13 @@ class Linearisation:
         if outcome is None:
             raise InputError("A step has a derivative only if it ends in a touchdown; this one does not.")
         mode, arc = stride.arcs[-1]
-        return [*matrices, self._touchdown(mode, outcome, float(arc.time[-1]), arc.states[:, -1])]
+        return [*matrices, self._touchdown(mode, outcome, arc.time.item(-1), arc.states[:, -1])]
 
     def _propagate(self, stride: Stride, matrix: Array, impact: Mode | None) -> Array:
         """Propagate deviations, the columns of a matrix of shape (n_y, k), over a step."""
         walker, clock = self.walker, 0.0
         for (mode, arc), jump in zip(stride.arcs, self.saltations(stride, impact=impact), strict=True):
-            until, start = float(arc.time[-1]), arc.states[:, 0]
+            until, start = arc.time.item(-1), arc.states[:, 0]
             if until > clock:
                 flow = walker.engine.sensitivity(walker.loop, mode, clock, start, until=until)
                 matrix = flow @ matrix
@@ -106,52 +135,40 @@ class Linearisation:
 
     def _event(self, mode: Mode, following: Mode, arc: Arc) -> Array:
         """Return the jump of a deviation at an event that ends an arc, (n_y, n_y)."""
-        loop, event = self.walker.loop, arc.event
+        event = arc.event
         if event is None:
             raise ValueError("an arc that ended at the time limit has no saltation")
-        clock, state = float(arc.time[-1]), arc.states[:, -1]
+        clock, state = arc.time.item(-1), arc.states[:, -1]
+        before, shift = self._slopes(mode).time_shift(event, clock, state)
         if event.kind is EventKind.LAW_EVENT:
             reset, drift = self.walker.memory.slopes(event.number, clock, state)
             next_state = self.walker.memory.apply_event(event.number, clock, state)
-        else:
-            robot, drift = self.walker.robot, np.zeros(state.size)
-            reset = robot.contact_model.at(mode, event).reset(robot.state_entries.slip_velocity, state.size)
-            next_state = reset @ state
-        before, shift = self._time_shift(mode, event, clock, state)
-        after = self._slopes(following).flow(clock, next_state, loop.data(clock, next_state))[0]
-        return saltation(reset, before, after - drift, shift)
+            return saltation(reset, before, self._slopes(following).flow(clock, next_state) - drift, shift)
+        reset = self._reset(mode, event, state.size)
+        return saltation(reset, before, self._slopes(following).flow(clock, reset @ state), shift)
+
+    def _reset(self, mode: Mode, event: HybridEvent, size: int) -> Array:
+        """Return the derivative of the reset at a transition of the contact, (n_y, n_y)."""
+        if (mode, event) not in self._resets:
+            robot = self.walker.robot
+            transition = robot.contact_model.at(mode, event)
+            self._resets[mode, event] = transition.reset(robot.state_entries.slip_velocity, size)
+        return self._resets[mode, event]
 
     def _touchdown(self, mode: Mode, outcome: Mode, clock: float, state: Array) -> Array:
-        n = self.walker.robot.n_q
-        before, shift = self._time_shift(mode, TOUCHDOWN, clock, state)
-        if outcome not in self._resets:
-            self._resets[outcome] = FastCall(reset_slope(self.walker.robot, outcome), self.walker.p)
-        reset = self._resets[outcome](state[:n], state[n : 2 * n])[0].reshape(2 * n, 2 * n).T
+        size = 2 * self.walker.robot.n_q
+        before, shift = self._slopes(mode).time_shift(TOUCHDOWN, clock, state)
+        if outcome not in self._landings:
+            self._landings[outcome] = FastCall(reset_slope(self.walker.robot, outcome), self.walker.p)
+        reset = np.zeros((size, state.size))
+        reset[:, :size] = self._landings[outcome].evaluate_packed(state[:size]).reshape(size, size).T
         # The clock is reset at touchdown, so the flow after the touchdown does not enter.
-        return reset @ saltation(np.eye(2 * n, state.size), before, np.zeros(2 * n), shift)
+        return saltation(reset, before, np.zeros(size), shift)
 
-    def _time_shift(self, mode: Mode, event: HybridEvent, clock: float, state: Array) -> tuple[Array, Array]:
-        """Return the flow before an event, and d (event time) / d y, each of shape (n_y,).
-
-        A guard far below zero was crossed by a jump of the torque at a change of the law's piece.
-        """
-        loop, slopes = self.walker.loop, self._slopes(mode)
-        data = loop.data(clock, state)
-        before = slopes.flow(clock, state, data)[0].copy()
-        values, gradient, drift = slopes.guards(clock, state, data)
-        events = loop.equations(mode).events
-        which = events.index(event)
-        if values[which] < -JUMP_THRESHOLD:
-            return before, loop.piece_shift(before)
-        row = gradient.reshape(state.size, len(events))[:, which]
-        return before, -row / (row @ before + drift[which])
-
-    def _slopes(self, mode: Mode) -> _Slopes:
-        if mode not in self._cached_slopes:
-            p, equations = self.walker.p, self.walker.loop.equations(mode)
-            flow = _move_parameters_last(equations.flow)
-            self._cached_slopes[mode] = _Slopes(FastCall(flow, p), FastCall(_guard_slopes(equations.guards), p))
-        return self._cached_slopes[mode]
+    def _slopes(self, mode: Mode) -> _ModeSlopes:
+        if mode not in self._slopes_in:
+            self._slopes_in[mode] = _ModeSlopes(self.walker.loop, mode)
+        return self._slopes_in[mode]
 
 
 @functools.lru_cache(maxsize=128)
@@ -162,12 +179,12 @@ def _move_parameters_last(function: ca.Function) -> ca.Function:
 
 
 @functools.lru_cache(maxsize=128)
-def _guard_slopes(function: ca.Function) -> ca.Function:
-    """Return (t, y, data, p) -> guards (n), their gradients (n, n_y) and their rates at constant y (n)."""
+def _slopes_at_event(flow: ca.Function, function: ca.Function) -> ca.Function:
+    """Return (t, y, data, p) -> flow (n_y), guards (n), their gradients (n, n_y) and their rates at constant y (n)."""
     t, y, p, data = function.sx_in()
     guards = function(t, y, p, data)[0]
-    outputs = [guards, ca.densify(ca.jacobian(guards, y)), ca.densify(ca.jacobian(guards, t))]
-    return ca.Function("guard_slopes", [t, y, data, p], outputs)
+    slopes = [ca.densify(ca.jacobian(guards, argument)) for argument in (y, t)]
+    return ca.Function("slopes_at_event", [t, y, data, p], ca.cse([flow(t, y, p, data), guards, *slopes]))
 
 
 @functools.lru_cache(maxsize=64)

@@ -12,14 +12,14 @@ from gaitopt.model.section_coordinate import undo_exchange
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.section import Section
-from gaitopt.stability.section_walk import natural_rate, take_walk
+from gaitopt.stability.section_walk import SectionWalk, natural_rate, take_walk
 
 DRAWS_PER_START = 40
 """Largest number of random states drawn for each start."""
 
 
-def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[Array]:
-    """Yield the points of walks of at least one step from random starts, each of shape (K, n_z).
+def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[SectionWalk]:
+    """Yield walks of at least one step from random starts.
 
     A start is the state after a touchdown in a random pose with random rates, so that its angles, rates and foot speed
     are consistent with the impact, as in every gait.  Before every other touchdown the trailing foot slips.
@@ -38,7 +38,7 @@ def random_walks(walker: Walker, section: Section, count: int, steps: int, seed:
     samples = (rng.uniform(-1, 1, sampler.size) for _ in range(DRAWS_PER_START * count))
     states = (sampler.state_after(sample, at_rest=i % 2 == 0) for i, sample in enumerate(samples))
     walks = (take_walk(walker, section, section.project(state), steps) for state in states if state is not None)
-    complete = (walk for walk in walks if len(walk) > 1)
+    complete = (walk for walk in walks if len(walk.points) > 1)
     for _ in range(count):
         with defer_interrupt():
             walk = next(complete, None)
@@ -63,7 +63,10 @@ class _TouchdownSampler:
 
     def __init__(self, walker: Walker, section: Section) -> None:
         robot, p, self._section = walker.robot, walker.p, section
-        self._entries, self.size = robot.state_entries, 2 * len(robot.angles)
+        entries, self.size = robot.state_entries, 2 * len(robot.angles)
+        self._n_q, self._free, self._z = robot.n_q, len(robot.angles) - 1, np.zeros(len(section.names))
+        self._angles, self._rates = list(entries.angles), list(entries.rates)
+        self._slip_velocity = entries.slip_velocity
         self._before = FastCall(undo_exchange(robot), p)
         self._collision, self._momentum = FastCall(robot.collision, p), FastCall(robot.momentum, p)
         self._touchdown, self._natural = TouchdownMap(robot, p), natural_rate(robot, p)
@@ -82,20 +85,18 @@ class _TouchdownSampler:
         at_rest : bool
             Whether the trailing foot is at rest before the touchdown.
         """
-        entries, section, (natural, height) = self._entries, self._section, self._natural
-        angles, rates, free = list(entries.angles), list(entries.rates), len(entries.angles) - 1
-        z = np.zeros(len(section.names))
-        z[:free] = 0.24 * sample[:free] - 0.26
-        pose, state = section.embed(z), np.zeros(2 * entries.n_q)
-        q, v = np.split(state, 2)  # views: they change with the state
+        section, (natural, height) = self._section, self._natural
+        state, free = np.zeros(2 * self._n_q), self._free
+        self._z[:free] = 0.24 * sample[:free] - 0.26
+        pose = section.embed(self._z)
         size = 3 * natural * abs(pose[section.dependent_entry])
-        state[angles] = self._before.evaluate_packed(pose[angles])
-        state[rates] = size * sample[free:-1]
+        state[self._angles] = self._before.evaluate_packed(pose[self._angles])
+        state[self._rates] = size * sample[free:-1]
         if section.sliding and not at_rest:
-            state[entries.slip_velocity] = size * height * sample[-1]
-        if self._collision(q, v)[0][GAP] > 0:
-            v *= -1  # the front foot moves down
+            state[self._slip_velocity] = size * height * sample[-1]
+        if self._collision.evaluate_packed(state)[GAP] > 0:
+            state[self._n_q :] *= -1  # the front foot moves down
         following = self._touchdown.solve(state)[1]
         if following is None:
             return None
-        return following if self._momentum(*np.split(following, 2))[0][SLIDE] > 0 else None
+        return following if self._momentum.evaluate_packed(following)[SLIDE] > 0 else None

@@ -61,6 +61,16 @@ class Section:
     def _free(self) -> list[int]:
         return [entry for entry in self.robot.state_entries.angles if entry != self.dependent_entry]
 
+    @functools.cached_property
+    def _key(self) -> bytes:
+        return self.p.tobytes()
+
+    @functools.cached_property
+    def _basis(self) -> Array:
+        basis = np.zeros((2 * self.robot.n_q, len(self.places)))
+        basis[self.places, range(len(self.places))] = 1.0
+        return basis
+
     def embed(self, z: Array) -> Array:
         """Return the state y = (q, v) of a point of the section, shape (2 n_q,).
 
@@ -77,18 +87,16 @@ class Section:
         y = np.zeros(2 * self.robot.n_q)
         y[self.robot.state_entries.slip_velocity] = self.foot_speed
         y[self.places] = z
-        angle, _ = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
+        angle, _ = _compile_dependent_angle(self.robot, self._key, threading.get_ident())
         y[self.dependent_entry] = angle.evaluate_packed(y[self._free])[0]
         return y
 
     def tangent(self, z: Array) -> Array:
         """Return d embed / d z, shape (2 n_q, n_z)."""
-        places, others = self.places, len(self._free)
-        basis = np.zeros((2 * self.robot.n_q, len(places)))
-        basis[places, range(len(places))] = 1.0
+        basis, others = self._basis.copy(), len(self._free)
         if others:
-            _, slope = _compile_dependent_angle(self.robot, self.p.tobytes(), threading.get_ident())
-            basis[self.dependent_entry, :others] = slope.evaluate_packed(self.embed(z)[self._free])
+            _, slope = _compile_dependent_angle(self.robot, self._key, threading.get_ident())
+            basis[self.dependent_entry, :others] = slope.evaluate_packed(np.asarray(z, dtype=float)[:others])
         return basis
 
     def project(self, y: Array) -> Array:

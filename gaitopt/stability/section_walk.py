@@ -1,28 +1,44 @@
 """Points of walks on the section, and the natural size of a walker's motions."""
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.return_map import Passage
 from gaitopt.stability.section import Section
 
 
-def take_walk(walker: Walker, section: Section, z: Array, steps: int) -> Array:
-    """Return the points of a walk on the section, the start and the state after each step, shape (K, n_z).
+class SectionWalk(NamedTuple):
+    """A walk from a point of the section.
+
+    Attributes
+    ----------
+    points : (K, n_z) array
+        The start and the point after each step.
+    first : Passage
+        The first step.
+    """
+
+    points: Array
+    first: Passage
+
+
+def take_walk(walker: Walker, section: Section, z: Array, steps: int) -> SectionWalk:
+    """Return a walk of at least one step from a point of the section.
 
     The walk ends early if a step does not reach its touchdown.
     """
-    state, points = section.embed(z), [z]
-    for _ in range(steps):
-        following = walker.stride(state).following
-        if following is None:
-            break
-        state = following
-        points.append(section.project(state))
-    return np.array(points)
+    start = section.embed(z)
+    stride = walker.stride(start)
+    points, following = [z], stride.following
+    while following is not None:
+        points.append(section.project(following))
+        following = walker.stride(following).following if len(points) <= steps else None
+    return SectionWalk(np.array(points), Passage(points[1] if len(points) > 1 else None, (start,), (stride,)))
 
 
 def natural_rate(robot: Robot, p: Array) -> tuple[float, float]:

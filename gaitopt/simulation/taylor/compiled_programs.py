@@ -55,6 +55,51 @@ class Program:
         return parameters
 
 
+class VariationalProgram:
+    """A compiled integrator of the motion and its derivatives by the initial state, for one thread.
+
+    Parameters
+    ----------
+    program : Program
+        Integrates some entries of y and, row by row, their derivatives by the initial values of the same entries.
+    n_q, size : int
+        Numbers of coordinates and of entries of y.
+    """
+
+    def __init__(self, program: Program, n_q: int, size: int) -> None:
+        self._program, entries = program, program.entries
+        self._moving, self._within = program.state[: entries.size], np.ix_(entries, entries)
+        self._slopes, self._identity = program.state[entries.size :].reshape(2 * (entries.size,)), np.eye(entries.size)
+        self._frame, self._constant = np.eye(size), np.setdiff1d(np.arange(n_q), entries)
+        self._frame[entries] = 0
+        self._rates = self._constant + n_q
+
+    def begin(self, y: Array) -> None:
+        """Start at a state with the identity as derivative."""
+        self._moving[:], self._slopes[:] = y[self._program.entries], self._identity
+
+    def apply(self, jump: Array) -> None:
+        """Apply the jump of a deviation, (n_y, n_y)."""
+        self._slopes[:] = jump[self._within] @ self._slopes
+
+    def propagate(self, p: Array, data: Array, y: Array, span: tuple[float, float]) -> None:
+        """Integrate between two clock times with a parameter vector, a law's data and the constant entries of y."""
+        program = self._program
+        program.numbers[:] = program.parameters(p, data, y)
+        program.integrator.time = span[0]
+        program.integrator.propagate_until(span[1])
+
+    def matrix(self, duration: float) -> Array:
+        """Return the derivative of y by its initial value, (n_y, n_y), after some time.
+
+        Constant entries drift at their rate, which is zero along the path but not for varied initial states.
+        """
+        matrix = self._frame.copy()
+        matrix[self._constant, self._rates] = duration
+        matrix[self._within] = self._slopes
+        return matrix
+
+
 @functools.lru_cache(maxsize=128)
 def program_with_events(
     robot: Robot, mode: Mode, control: ca.Function, tolerance: float, compact_mode: bool, thread: int
@@ -82,13 +127,16 @@ def program_with_outputs(robot: Robot, mode: Mode, control: ca.Function, toleran
 
 
 @functools.lru_cache(maxsize=128)
-def program_with_variations(robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int) -> Program:
+def program_with_variations(
+    robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int
+) -> VariationalProgram:
     """Return the integrator of the motion and its derivatives by the initial state, row by row."""
     equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
     entries = _list_influential_entries(equations)
     split, states, (rates,) = _translate(equations, entries, ())
     system = heyoka.var_ode_sys(list(zip(states, rates, strict=True)), states, order=1)
-    return Program(split, entries, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
+    program = Program(split, entries, heyoka.taylor_adaptive(system, tol=tolerance, compact_mode=True))
+    return VariationalProgram(program, robot.n_q, equations.size)
 
 
 def _translate(

@@ -11,7 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
-from gaitopt.simulation.taylor.compiled_programs import program_with_outputs, program_with_variations
+from gaitopt.simulation.taylor.compiled_programs import program_with_outputs
 from gaitopt.simulation.taylor.mode_integrator import ModeIntegrator, mode_integrator
 
 
@@ -60,24 +60,16 @@ class HeyokaEngine:
 
     def sensitivity(self, loop: ClosedLoop, mode: Mode, clock: float, state: Array, *, until: float) -> Array:
         """Integrate the variational equations; see :class:`gaitopt.simulation.engine.Engine`."""
-        robot = loop.robot
-        integrator = mode_integrator(robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident())
-        program = program_with_variations(robot, mode, integrator.control, self.tolerance, get_ident())
-        n, y = len(program.entries), np.array(state, dtype=float)
-        program.state[:n], program.state[n:] = y[program.entries], np.eye(n).ravel()
-        within = np.ix_(program.entries, program.entries)
+        integrator = mode_integrator(
+            loop.robot, loop.law, mode, loop.key, self.tolerance, self.compact_mode, get_ident()
+        )
+        variations, y = integrator.variations, np.array(state, dtype=float)
+        variations.begin(y)
         for column, begin, end, jump in integrator.intervals(clock, y, until):
             if jump is not None:
-                program.state[n:] = (jump[within] @ program.state[n:].reshape(n, n)).ravel()
-            program.numbers[:] = program.parameters(loop.p, column, y)
-            program.integrator.time = begin
-            program.integrator.propagate_until(end)
-        # Constant entries drift at their rate, which is zero along the path but not for varied initial states.
-        matrix = np.eye(y.size)
-        matrix[: robot.n_q, robot.n_q : 2 * robot.n_q] = max(until - clock, 0) * np.eye(robot.n_q)
-        matrix[program.entries] = 0
-        matrix[within] = program.state[n:].reshape(n, n)
-        return matrix
+                variations.apply(jump)
+            variations.propagate(loop.p, column, y, (begin, end))
+        return variations.matrix(max(until - clock, 0))
 
 
 class _Recorder:

@@ -22,7 +22,11 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.active_piece import ActivePiece, pieces
 from gaitopt.simulation.closed_loop import ClosedLoop, mode_equations
-from gaitopt.simulation.taylor.compiled_programs import program_with_events
+from gaitopt.simulation.taylor.compiled_programs import (
+    VariationalProgram,
+    program_with_events,
+    program_with_variations,
+)
 from gaitopt.simulation.taylor.expression_conversion import heyoka_module
 
 GUARD_TOLERANCE = 1e-9
@@ -34,6 +38,10 @@ LIMIT_TOLERANCE = 1e-7
 expressions of the integrator are summed in another order than those of the law."""
 MAX_TAYLOR_STEPS = 10_000
 """Maximum number of Taylor steps between two checks that the integrator makes progress."""
+
+_TOUCHDOWN, _LAW_SWITCH = EventKind.TOUCHDOWN, EventKind.LAW_SWITCH
+_PAINLEVE, _REST = EventKind.PAINLEVE, EventKind.REST
+# Names of the module are ten times faster than attributes of an Enum.
 
 IntervalObserver = Callable[[Array, Array, Array, int], None]
 
@@ -66,6 +74,7 @@ class ModeIntegrator:
         memory = np.zeros(1 + loop.size + guards.numel_in(2))
         self.current, self._data = memory[: 1 + loop.size], memory[1 + loop.size :]
         self._y, self._watch = self.current[1:], FastCall(guards, loop.p, shared=memory)
+        self._tolerance = tolerance
         self._program = program_with_events(robot, mode, self.control, tolerance, compact_mode, get_ident())
         self._events = self.equations.events
         self._shifts = self._program.numbers[-len(self._events) :]
@@ -74,6 +83,11 @@ class ModeIntegrator:
         self._ready: dict[tuple[int, tuple[float, ...]], tuple[Array, Array | None]] = {}
         outcomes = heyoka_module().taylor_outcome
         self._time_limit, self._step_limit = int(outcomes.time_limit), int(outcomes.step_limit)
+
+    @functools.cached_property
+    def variations(self) -> VariationalProgram:
+        """Integrator of the motion and its derivatives, without events."""
+        return program_with_variations(self.loop.robot, self.equations.mode, self.control, self._tolerance, get_ident())
 
     def intervals(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float, Array | None]]:
         """Yield data, begin, end and jump of each interval between two clock times.
@@ -157,7 +171,7 @@ class ModeIntegrator:
             if code < 0 and code >= -len(values):
                 y[program.entries] = program.state
                 current[0], event = integrator.time, self._events[~code]
-                if event.kind is not EventKind.TOUCHDOWN or watch.evaluate().item(-1) > 0:
+                if event.kind is not _TOUCHDOWN or watch.evaluate().item(-1) > 0:
                     return event, steps
             elif code == self._time_limit:
                 y[program.entries] = program.state
@@ -170,22 +184,25 @@ class ModeIntegrator:
     def _check_guards_at_start(self, values: list[float], armed: bool, first: bool) -> HybridEvent | None:
         """Shift guards that start at zero such that they are no event, or return the event of a negative guard."""
         for i, value in enumerate(values):
+            if value > LIMIT_TOLERANCE:
+                continue
             event = self._events[i]
-            if abs(value) < LIMIT_TOLERANCE and event.kind is EventKind.LAW_SWITCH:
+            kind = event.kind
+            if kind is _LAW_SWITCH and abs(value) < LIMIT_TOLERANCE:
                 self._shifts[i] = LIMIT_TOLERANCE / 10 - min(value, 0)
                 continue
             if value > GUARD_TOLERANCE:
                 continue
-            if event.kind is EventKind.PAINLEVE and value <= 0:
+            if kind is _PAINLEVE and value <= 0:
                 return event
-            if first and event.kind is EventKind.TOUCHDOWN:
+            if first and kind is _TOUCHDOWN:
                 # A touchdown is no event at the start: the guard must rise above zero first.
                 if abs(value) < TOUCHDOWN_TOLERANCE and (value <= 0 or not armed):
                     self._shifts[i] = -1e-15 - value
             elif -GUARD_TOLERANCE <= value <= 0:
                 # The guard falls through the shifted zero immediately or rises; a resting foot has exactly zero speed.
-                self._shifts[i] = (1e-16 if event.kind is EventKind.REST else 1e-14 * max(1, *map(abs, values))) - value
-            elif value < -GUARD_TOLERANCE and event.kind is not EventKind.TOUCHDOWN:
+                self._shifts[i] = (1e-16 if kind is _REST else 1e-14 * max(1, *map(abs, values))) - value
+            elif value < -GUARD_TOLERANCE and kind is not _TOUCHDOWN:
                 return event
         return None
 
