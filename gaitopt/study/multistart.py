@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from attrs import evolve
@@ -14,7 +15,9 @@ from gaitopt.motion.motion import Motion
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure
+from gaitopt.ocp.solution.node_placement import find_ramps
 from gaitopt.ocp.solution.passive_gait import passive_cycle
 from gaitopt.ocp.solution.single_start import solve_from_start as solve_from
 from gaitopt.ocp.solution.start_selection import is_same_solution
@@ -62,6 +65,17 @@ def solve_start(problem: GaitProblem, start: Gait | Guess, solver: Newton = FINE
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return gait.without_certificate()  # its evaluation takes as long as a solve
+
+
+def estimate_cost_factor(gait: Gait, coarse: Gait) -> Gait:
+    """Return a gait with the error of its objective per variation of the torques, from one on a coarser grid."""
+    if gait.solution is None or coarse.solution is None:
+        return gait
+    ramps = [find_ramps(one.solution) for one in (coarse, gait)]
+    if None in ramps:
+        return gait
+    grids = [GridCost(one.solver.objective, ramp.variation) for one, ramp in zip((coarse, gait), ramps)]
+    return gait.replace_fields(solution=replace(gait.solution, cost_factor=estimate_factor(grids[:1], grids[1])))
 
 
 def default_starts(problem: GaitProblem, count: int) -> list[Guess]:

@@ -93,10 +93,11 @@ def covers_transcription(solution: Solution, transcription: Transcription) -> bo
     )
 
 
-def has_same_grid(solution: Solution, transcription: Transcription) -> bool:
-    """Return whether a solution has the unknowns of an NLP, on the same grid."""
+def has_same_grid(solution: Solution, transcription: Transcription, *, moved: bool = False) -> bool:
+    """Return whether a solution has the unknowns of an NLP on the same grid, whose nodes may be `moved`."""
     layout, known = transcription.variables, solution.unknowns
-    return _has_same_nodes(solution, transcription) and all(
+    same = solution.intervals == transcription.structure.counts if moved else _has_same_nodes(solution, transcription)
+    return same and all(
         name in known
         and known[name].keys == layout.identifiers[key]
         and known[name].values.shape == layout.tables[key].shape

@@ -108,7 +108,8 @@ def minimise_from_solution(
                 break
             following = steps.take(iterate, weight, box)
             if following is not None:
-                iterate, weight, box = following, PROXIMAL, min(BOX, box / math.sqrt(DECREASE))
+                iterate, box = following, min(BOX, box / math.sqrt(DECREASE))
+                weight = PROXIMAL if iterate.error > options.tolerance else FIRST_PROXIMAL
             else:
                 box, rejected = DECREASE * box, rejected + 1
     if interrupt.is_set():

@@ -11,6 +11,7 @@ from gaitopt.study.multistart import (
     best,
     coarsen,
     default_starts,
+    estimate_cost_factor,
     objective,
     select_leading,
     skip_refinement,
@@ -45,7 +46,7 @@ def _solve_default_starts(problem: GaitProblem, starts: int) -> Gait:
     if not leading.status.ok or skip_refinement(problem).transcription == coarsen(problem).transcription:
         return leading
     again = solve_start(skip_refinement(problem), leading, COARSE_SOLVER)
-    return again if again.status.ok else leading
+    return estimate_cost_factor(again, leading) if again.status.ok else leading
 
 
 def _solve_best(problem: GaitProblem, gaits: list[Gait], starts: int) -> Gait:
