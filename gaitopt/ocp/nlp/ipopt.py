@@ -46,6 +46,10 @@ LINEAR_SOLVERS = ("mumps", "spral", "ma27", "ma57", "ma77", "ma86", "pardiso")
 """Linear solvers accepted by the Ipopt of CasADi's wheel; the first two are part of it (MA97 crashes the process)."""
 
 
+LARGE, APPROXIMATE_MINIMUM_FILL = 2000, 2
+"""Number of unknowns beyond which MUMPS orders the matrix for approximate minimum fill, and its number for this: 15 %
+less time at 4000 unknowns, but 7 % more at 500."""
+
 MOST_ITERATIONS = 2**31 - 1
 """Largest iteration count of Ipopt, a 32-bit integer."""
 
@@ -203,4 +207,6 @@ def _compile(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Functi
     """Return the solver of an NLP and its iteration callback; built once for equal options."""
     callback = IterationCallback(nlp)
     settings = {**options._options(nlp.typical, barrier), "iteration_callback": callback}
+    if options.linear_solver == "mumps" and nlp.n_variables > LARGE:
+        settings["ipopt.mumps_pivot_order"] = APPROXIMATE_MINIMUM_FILL
     return nlp.solver("gait", "ipopt", settings), callback
