@@ -99,9 +99,7 @@ def transfer_multipliers(
         (at, lengths), (new_at, new_lengths) = (grid.instants(number, row) for grid in (before, after))
         return np.interp(new_at, at, multipliers / lengths) * new_lengths
     if table in (Group.START, Group.END):
-        along = table is Group.END and (row.kind is Kind.EQUATION_OF_MOTION or number + 1 == len(before.intervals))
-        last = [1 - grid.ends(number)[-2] for grid in (before, after)]
-        return multipliers * last[1] / last[0] if along else multipliers
+        return multipliers
     (at, widths), (new_at, new_widths) = before.places(key, multipliers.size), after.places(key, count)
     if table is not Unknown.SLIDE:
         return np.interp(new_at, at, multipliers / widths) * new_widths

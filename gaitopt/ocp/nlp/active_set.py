@@ -119,8 +119,9 @@ class Newton:
 
         # From the solution on another grid, which has another active set, steps on a large NLP would be wasted.
         result, large = None, nlp.n_variables > LARGE
-        if multipliers is not None and (update_data is not None or not large):
-            result = run_newton(x, multipliers[1], observer)
+        if update_data is not None or not large:
+            initial_multipliers = np.zeros(nlp.n_constraints) if multipliers is None else multipliers[1]
+            result = run_newton(x, initial_multipliers, observer)
         if result is None:
             result = self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
             if result.status.ok and not large:  # full accuracy: an interior point lies slightly outside its bounds
