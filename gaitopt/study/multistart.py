@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from attrs import evolve
@@ -14,7 +15,9 @@ from gaitopt.motion.motion import Motion
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure
+from gaitopt.ocp.solution.node_placement import find_ramps
 from gaitopt.ocp.solution.passive_gait import passive_cycle
 from gaitopt.ocp.solution.single_start import solve_from_start as solve_from
 from gaitopt.ocp.solution.start_selection import is_same_solution
@@ -62,6 +65,21 @@ def solve_start(problem: GaitProblem, start: Gait | Guess, solver: Newton = FINE
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return gait.without_certificate()  # its evaluation takes as long as a solve
+
+
+def estimate_cost_factor(gait: Gait, coarse: Gait) -> Gait:
+    """Return a gait with the error of its objective per variation of the torques.
+
+    It follows from the gait on a coarser grid; gaits that are warm-started from this one are estimated with it.
+    """
+    if gait.solution is None or coarse.solution is None:
+        return gait
+    ramps = find_ramps(coarse.solution), find_ramps(gait.solution)
+    if ramps[0] is None or ramps[1] is None:
+        return gait
+    before = GridCost(coarse.solver.objective, ramps[0].variation)
+    factor = estimate_factor([before], GridCost(gait.solver.objective, ramps[1].variation))
+    return gait.replace_fields(solution=replace(gait.solution, cost_factor=factor))
 
 
 def default_starts(problem: GaitProblem, count: int) -> list[Guess]:
@@ -114,16 +132,16 @@ def solve_fine(problem: GaitProblem, coarse: Sequence[Gait]) -> list[Gait]:
     """Solve the best coarse solutions on the problem's grid, lowest cost first; a failure is returned as it is."""
     if not coarse[0].status.ok:
         return [coarse[0]]
-    return sorted((solve_start(problem, gait) for gait in _select_candidates(coarse)), key=_rank)
+    return sorted((solve_start(problem, gait) for gait in select_candidates(coarse)), key=_rank)
 
 
 def select_leading(problem: GaitProblem, coarse: Sequence[Gait]) -> Gait:
     """Return the coarse solution of lowest cost on the problem's grid, where the order may differ."""
-    candidates = _select_candidates(coarse) if coarse[0].status.ok else []
+    candidates = select_candidates(coarse) if coarse[0].status.ok else []
     return coarse[0] if len(candidates) < 2 else min(candidates, key=lambda gait: _rank(solve_start(problem, gait)))
 
 
-def _select_candidates(coarse: Sequence[Gait]) -> list[Gait]:
+def select_candidates(coarse: Sequence[Gait]) -> list[Gait]:
     """Return the coarse solutions, sorted by cost, that may have the lowest cost on a finer grid."""
     chosen: list[Gait] = []
     for gait in coarse:
@@ -140,17 +158,17 @@ def best(gaits: Sequence[Gait]) -> Gait:
 
 def verify_best(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
     """Return the gait of lowest cost that passes replay, otherwise that of lowest cost, or the explained failure."""
-    result = _verify_by_cost(problem, gaits)
+    result = verify_by_cost(problem, gaits)
     if result.status not in RETRY or result.solver.conflicts:
         return result
     guesses = default_starts(problem, CONCLUDING_STARTS)
     concluded = conclude_failure(problem, result, guesses, CONCLUDE, silent, isolate_conflicts=False)
     if concluded.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    return _verify_by_cost(problem, [concluded.without_certificate()])
+    return verify_by_cost(problem, [concluded.without_certificate()])
 
 
-def _verify_by_cost(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
+def verify_by_cost(problem: GaitProblem, gaits: Sequence[Gait]) -> Gait:
     """Return the gait of lowest cost that passes replay, otherwise that of lowest cost with its verification."""
     verified, engine = [], default_engine(robot=problem.robot)
     for gait in sorted(gaits, key=_rank):

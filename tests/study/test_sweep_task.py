@@ -1,12 +1,14 @@
 """What a task of a sweep solves, and what it spares itself."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import gaitopt.study.sweeps.sweep_task as module
-from gaitopt import Collocation, LinearGuess, Status
+from gaitopt import Collocation, Ipopt, LinearGuess, Status
+from gaitopt.ocp.solution.node_placement import distribute_nodes, find_ramps
 from gaitopt.study.multistart import objective
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint, SweepTask
 from tests.study.conftest import quick_problem
@@ -65,3 +67,83 @@ def test_gaits_from_default_starts_are_continued_on_the_grid_of_the_problem():
         problem = quick_problem(transcription=Collocation(intervals=intervals))
         grid = SweepGrid(problem, (problem.sequence,), {"friction": np.array([0.2])}, 1)
         assert module.solve_task(grid, SweepTask("cold", BEFORE)).problem["intervals"] == expected
+
+
+@pytest.fixture(scope="module")
+def placed():
+    """Return two points on the default grid, and the gait of the first one from its default start."""
+    problem = quick_problem(objective="cost_of_transport", transcription=Collocation())
+    grid = SweepGrid(problem, (problem.sequence,), {"friction": np.linspace(0.1, 0.13, 6)}, 1)
+    return grid, module.solve_task(grid, SweepTask("cold", BEFORE))
+
+
+def continue_forward(grid, gait, before=BEFORE, point=BEHIND):
+    return module.solve_task(grid, SweepTask("forward", point, (("forward", before),)), gait)
+
+
+def test_nodes_follow_the_torques_from_point_to_point(placed, monkeypatch):
+    """The nodes are moved to the jumps of the neighbour, and the known gait still needs no interior-point method."""
+    monkeypatch.setattr(Ipopt, "minimise", lambda *given: pytest.fail("Ipopt was called"))
+    grid, gait = placed
+    for before, point in itertools.pairwise(grid.points()):
+        following = continue_forward(grid, gait, before, point)
+        assert following.status is Status.SOLVED
+        expected = distribute_nodes(find_ramps(gait.solution), gait.solution.intervals)
+        np.testing.assert_allclose(following.solution.fractions[0], expected[0], atol=1e-12)
+        gait = following
+
+
+def test_the_estimate_of_the_cost_error_goes_along(placed, monkeypatch):
+    """No point is refined only because a single grid is known: its nodes and the estimate are those of its chain."""
+    grid, gait = placed
+    following = continue_forward(grid, gait)
+    assert following.solution.cost_factor == gait.solution.cost_factor > 0
+    known = SweepTask("point", BEHIND, (("forward", BEHIND), ("backward", BEHIND)))
+    best = module.solve_task(grid, known, following, following)
+    assert best.verification.passed
+    assert best.solution.fractions == following.solution.fractions
+    assert 0 < best.solver.cost_error <= 0.003
+    exact = module.solve_start(grid.problem_at(BEHIND).replace(transcription=Collocation(intervals=160)), best)
+    assert objective(best) <= 1.003 * objective(exact)
+
+
+def test_another_candidate_is_solved_only_if_the_best_one_fails(smooth, monkeypatch):
+    grid, first, second = smooth
+    task = SweepTask("point", BEFORE, (("forward", BEFORE), ("backward", BEFORE)))
+    other = replace(first, solver=first.solver.replace_fields(objective=1.01 * objective(first)))
+    solved, solve_start = [], module.solve_start
+
+    def record(problem, start, *solver):
+        solved.append(start)
+        return solve_start(problem, start, *solver)
+
+    monkeypatch.setattr(module, "solve_start", record)
+    assert module.solve_task(grid, task, other, first).verification.passed
+    assert solved == [first]
+    verify_by_cost, failed = module.verify_by_cost, []
+
+    def fail_first(problem, gaits):
+        result = verify_by_cost(problem, gaits)
+        if failed:
+            return result
+        failed.append(result)
+        return replace(result, status=Status.UNCONFIRMED)
+
+    monkeypatch.setattr(module, "verify_by_cost", fail_first)
+    solved.clear()
+    assert module.solve_task(grid, task, other, first).verification.passed
+    assert solved == [first, other]
+
+
+def test_branches_are_told_apart_beyond_the_errors_of_their_grids(smooth):
+    """A difference of 0.1 % is another branch on a stated grid, but not where both costs may be off by as much."""
+    grid, first, second = smooth
+    higher = first.replace_fields(
+        solver=first.solver.replace_fields(objective=1.001 * objective(first), cost_error=0.001)
+    )
+    near = second.replace_fields(solver=second.solver.replace_fields(cost_error=0.001))
+    here, there = (grid.problem_at(point) for point in (BEFORE, BEHIND))
+    assert not module.on_one_branch(here, higher, there, near)
+    stated = Collocation(intervals=20, cost_tolerance=0.003)
+    here, there = (problem.replace(transcription=stated) for problem in (here, there))
+    assert module.on_one_branch(here, higher, there, near)

@@ -27,7 +27,7 @@ from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.ipopt import ONE_AT_A_TIME, Ipopt
+from gaitopt.ocp.nlp.ipopt import LARGE, ONE_AT_A_TIME, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
 from gaitopt.ocp.nlp.sqp import minimise_from_solution
@@ -117,11 +117,14 @@ class Newton:
                 raise KeyboardInterrupt  # the interrupt arrived in the last step
             return result
 
-        initial_multipliers = np.zeros(nlp.n_constraints) if multipliers is None else multipliers[1]
-        result = run_newton(x, initial_multipliers, observer)
+        # From the solution on another grid, which has another active set, steps on a large NLP would be wasted.
+        result, large = None, nlp.n_variables > LARGE
+        if update_data is not None or not large:
+            initial_multipliers = np.zeros(nlp.n_constraints) if multipliers is None else multipliers[1]
+            result = run_newton(x, initial_multipliers, observer)
         if result is None:
             result = self.fallback.minimise(nlp, x, data, bounds, observer, multipliers, barrier)
-            if result.status.ok:  # full accuracy: an interior point lies slightly outside its bounds
+            if result.status.ok and not large:  # full accuracy: an interior point lies slightly outside its bounds
                 exact = run_newton(result.x, result.multipliers[1], silent)
                 if exact is not None and exact.status is Status.INTERRUPTED:
                     result = replace(result, status=exact.status, message=exact.message)

@@ -40,7 +40,9 @@ MOST_ITERATIONS = 100
 
 FIRST_PROXIMAL, PROXIMAL = 1e-4, 1e-7
 """Weights r of the squared step in the scaled objective: of the first step, whose multipliers belong to another
-problem, and of the others, small because optima are flat in some directions."""
+problem, and of the others, small because optima are flat in some directions.  Once the gradient of the Lagrangian is
+within the tolerance, the first weight keeps steps from drifting along such directions, which violates the constraints.
+"""
 
 FIRST_BOX, BOX, DECREASE, MOST_REJECTED = 1.0, 3.0, 0.25, 3
 """Largest change of an unknown in the first and in a later step, relative to its size, at least 1; its factor after a
@@ -108,7 +110,8 @@ def minimise_from_solution(
                 break
             following = steps.take(iterate, weight, box)
             if following is not None:
-                iterate, weight, box = following, PROXIMAL, min(BOX, box / math.sqrt(DECREASE))
+                iterate, box = following, min(BOX, box / math.sqrt(DECREASE))
+                weight = PROXIMAL if iterate.error > options.tolerance else FIRST_PROXIMAL
             else:
                 box, rejected = DECREASE * box, rejected + 1
     if interrupt.is_set():

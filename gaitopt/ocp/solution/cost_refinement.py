@@ -21,16 +21,20 @@ NEGLIGIBLE = 1e-6
 
 
 def choose_default_grid(start: SingleStart, method: Method, solution: Solution) -> Method:
-    """Return a method whose nodes are placed by the torques of a solution, if its grid is the default one."""
+    """Return a method whose nodes are placed by the torques of a solution, if its grid is the default one.
+
+    A solution with placed nodes keeps them if the grid is refined later where necessary, and otherwise their number.
+    """
     default = method.intervals is None and method.fractions is None
     if not default or not math.isfinite(method.largest_cost_error):
         return method
-    if solution.fractions is not None:
+    if solution.fractions is not None and _refines(start):
         return method.replace_grid(solution.intervals, solution.fractions)
     ramps = find_ramps(solution)
     if ramps is None or len(ramps.nodes) != len(start.problem.sequence.phases):
         return method
-    counts = allot_intervals(ramps, sum(method.intervals_for(start.problem.sequence)))
+    total = sum(method.intervals_for(start.problem.sequence))
+    counts = allot_intervals(ramps, total) if solution.fractions is None else solution.intervals
     return method.replace_grid(counts, distribute_nodes(ramps, counts))
 
 

@@ -243,7 +243,8 @@ class SingleStart:
         """Solve on one grid, from a solution or otherwise from the guess.
 
         The sign changes of the joint powers in a solution on the same grid become data of the NLP if `locate`;
-        otherwise the absolute work is bounded from above.  If the guess is a gait, the solver may locate them again.
+        otherwise the absolute work is bounded from above.  If the guess is a gait, its nodes may have moved, and the
+        solver may locate the sign changes again.
         """
         problem = self.problem
         started, misses = time.perf_counter(), transcribe.cache_info().misses
@@ -257,11 +258,11 @@ class SingleStart:
                 x, multipliers = initial_point(transcription, problem, self.guess), None
                 if warm_start is not None:
                     x, multipliers = transfer_solution(warm_start, transcription, x)
-        located = locate and warm_start is not None and has_same_grid(warm_start, transcription)
+        known = self.guess.solution_for(problem.sequence) is not None
+        located = locate and warm_start is not None and has_same_grid(warm_start, transcription, moved=known)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
         solver = self.cold_solver if warm_start is None else self.solver
-        near = located and self.guess.solution_for(problem.sequence) is not None
-        update = {"update_data": functools.partial(nlp_data, transcription, problem)} if near else {}
+        update = {"update_data": functools.partial(nlp_data, transcription, problem)} if located and known else {}
         outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier, **update)
         data = data if outcome.data is None else outcome.data
         self.iterations += outcome.iterations

@@ -1,5 +1,6 @@
 """Tasks of a sweep in a worker: gaits continued from point to point, and the verified best gait of a point."""
 
+import math
 from collections.abc import Mapping
 
 from gaitopt.motion.gait import Gait
@@ -11,14 +12,16 @@ from gaitopt.study.multistart import (
     best,
     coarsen,
     default_starts,
+    estimate_cost_factor,
     objective,
+    select_candidates,
     select_leading,
     skip_refinement,
     solve_coarse,
     solve_cold,
-    solve_fine,
     solve_start,
     verify_best,
+    verify_by_cost,
 )
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint, SweepTask
 
@@ -45,14 +48,20 @@ def _solve_default_starts(problem: GaitProblem, starts: int) -> Gait:
     if not leading.status.ok or skip_refinement(problem).transcription == coarsen(problem).transcription:
         return leading
     again = solve_start(skip_refinement(problem), leading, COARSE_SOLVER)
-    return again if again.status.ok else leading
+    return estimate_cost_factor(again, leading) if again.status.ok else leading
 
 
 def _solve_best(problem: GaitProblem, gaits: list[Gait], starts: int) -> Gait:
+    """Return the gait of lowest cost, solved to the tolerance and verified; the next one is solved if this fails."""
     coarse = sorted((gait for gait in gaits if gait.status.ok), key=objective)
-    fine = solve_fine(problem, coarse) if coarse else gaits
+    fine = [] if coarse else list(gaits)
+    for candidate in select_candidates(coarse) if coarse else ():
+        fine.append(solve_start(problem, candidate))
+        result = verify_by_cost(problem, fine[-1:])
+        if result.status.ok:
+            return result
     if not any(gait.status.ok for gait in fine):
-        fine = [*fine, *solve_cold(problem, starts)]
+        fine += solve_cold(problem, starts)
     return verify_best(problem, fine)
 
 
@@ -81,11 +90,18 @@ def on_one_branch(one: GaitProblem, gait: Gait, other: GaitProblem, neighbour: G
 
     The cost predicted from a neighbour to first order (:func:`gaitopt.ocp.initial.cost_prediction.predict_cost`) is
     below the known cost by the curvature of the branch between the two, or since another branch has lower cost.  The
-    curvature of one branch gives the same difference in both directions; two branches do not.
+    curvature of one branch gives the same difference in both directions; two branches do not.  Differences within the
+    estimated errors of the costs are ignored.
     """
     if not gait.status.ok:
         return False
     gain = objective(gait) - predict_cost(skip_refinement(one), neighbour)
     back = objective(neighbour) - predict_cost(skip_refinement(other), gait)
-    tolerance = SAME_COST * abs(objective(gait))
+    tolerance = (SAME_COST + _cost_error(one, gait) + _cost_error(other, neighbour)) * abs(objective(gait))
     return gain <= tolerance or abs(gain - back) <= 2 * tolerance
+
+
+def _cost_error(problem: GaitProblem, gait: Gait) -> float:
+    """Return the estimated relative error of a cost due to its grid, at most the tolerance; 0 on a stated grid."""
+    error, tolerance = gait.solver.cost_error, problem.transcription.largest_cost_error
+    return min(error, tolerance) if math.isfinite(error) and math.isfinite(tolerance) else 0.0
