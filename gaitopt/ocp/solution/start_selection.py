@@ -96,6 +96,8 @@ def solve_from_starts(
     solver: NlpSolver,
     observer: Observer,
     cold_solver: NlpSolver,
+    *,
+    stop_if_same: bool = False,
 ) -> list[Gait]:
     """Return the gaits of the best starts; if the first one fails on the coarsest grid, its failure alone.
 
@@ -111,14 +113,26 @@ def solve_from_starts(
     observer : Observer
     cold_solver : NlpSolver
         Solver of the coarsest grid.
+    stop_if_same : bool
+        Whether no other start is tried if the first two have the same solution.  In 119 random problems in which they
+        had, a third start led to a lower cost in one.
     """
-    return _Starts(problem, solver, observer, cold_solver).solve(starts)
+    return _Starts(problem, solver, observer, cold_solver, stop_if_same=stop_if_same).solve(starts)
 
 
 class _Starts:
     """The starts of a problem, and their solutions on the coarsest grid."""
 
-    def __init__(self, problem: GaitProblem, solver: NlpSolver, observer: Observer, cold_solver: NlpSolver) -> None:
+    def __init__(
+        self,
+        problem: GaitProblem,
+        solver: NlpSolver,
+        observer: Observer,
+        cold_solver: NlpSolver,
+        *,
+        stop_if_same: bool,
+    ) -> None:
+        self._stop_if_same = stop_if_same
         self._problem, self._solver, self._observer, self._cold_solver = problem, solver, observer, cold_solver
         self._began, self._all = time.perf_counter(), list[SingleStart]()
         self._coarse: list[tuple[SingleStart, GridSolution]] = []
@@ -162,7 +176,7 @@ class _Starts:
             self._coarse.append((single, solution))
             if solution.outcome.status is Status.INTERRUPTED:
                 return solution
-            if not self._coarse[0][1].outcome.status.ok:
+            if not self._coarse[0][1].outcome.status.ok or (self._stop_if_same and self._first_two_are_same()):
                 break
         return None
 
@@ -199,6 +213,11 @@ class _Starts:
             if solution.outcome.status.ok and not any(self._are_same(other, solution) for _, other in different):
                 different.append((start, solution))
         return sorted(different, key=lambda entry: rank_of(entry[1].cost))
+
+    def _first_two_are_same(self) -> bool:
+        solutions = [solution for _, solution in self._coarse]
+        solved = len(solutions) == 2 and all(solution.outcome.status.ok for solution in solutions)
+        return solved and self._are_same(*solutions)
 
     def _are_same(self, one: GridSolution, other: GridSolution) -> bool:
         durations = [s.outcome.x[s.transcription.variables[Unknown.DURATION][0]] for s in (one, other)]
