@@ -228,6 +228,8 @@ class _Starts:
 
     def _report_totals(self, gaits: list[Gait]) -> list[Gait]:
         """Return the gaits with the iterations and the time of all starts; if interrupted, only the best one."""
+        if len(self._all) == 1 and self._all[0].problem is self._problem:
+            return gaits  # whose reports are those of their start
         build = sum(start.build_seconds for start in self._all)
         totals = {
             "iterations": sum(start.iterations for start in self._all),
