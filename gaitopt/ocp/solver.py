@@ -84,8 +84,8 @@ def solve(
         Number of starts; the gait of lowest objective is returned.  By default, problems with a guess, a smooth
         objective or an open sequence have one start: the guess or a line from pose to pose.  Others have two or three:
         the gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and, unless these
-        two lead to the same solution, a line with a delayed swing.  With 1, the start is the guess or the line; further
-        starts are the line and random perturbations with fixed seeds.
+        two nearly agree or lead to the same solution, a line with a delayed swing.  With 1, the start is the guess or
+        the line; further starts are the line and random perturbations with fixed seeds.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional

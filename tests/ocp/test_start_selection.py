@@ -96,13 +96,16 @@ def test_an_interrupt_of_a_second_refinement_is_reported_with_the_first_gait(mon
     assert solve(problem, starts=STARTS, observer=stop_in_run(len(iterations(runs)))[0]).status is Status.INTERRUPTED
 
 
-def test_the_last_start_is_not_tried_if_the_first_two_have_the_same_solution(reference_problem, monkeypatch):
+def test_starts_after_equal_motions_or_solutions_are_not_tried(reference_problem, monkeypatch):
     problem = reference_problem(sequence=SLIP)
-    gait, best_of_three = solve(problem), solve(problem, starts=STARTS)
-    assert gait.solver.iterations < best_of_three.solver.iterations
-    assert gait.solver.objective == pytest.approx(best_of_three.solver.objective, rel=1e-9)
+    best_of_three, after_equal_motions = solve(problem, starts=STARTS).solver, solve(problem).solver
+    monkeypatch.setattr(start_selection, "NEAR_ANGLES", 0.0)
+    after_equal_solutions = solve(problem).solver
+    assert after_equal_motions.iterations < after_equal_solutions.iterations < best_of_three.iterations
+    assert after_equal_motions.objective == pytest.approx(best_of_three.objective, rel=1e-9)
+    assert after_equal_solutions.objective == pytest.approx(best_of_three.objective, rel=1e-9)
     monkeypatch.setattr(start_selection, "is_same_solution", lambda *arguments: False)
-    assert solve(problem).solver.iterations >= best_of_three.solver.iterations
+    assert solve(problem).solver.iterations >= best_of_three.iterations
 
 
 def run_starts(problem, observer=silent):
