@@ -166,8 +166,8 @@ def _seen_by_the_tap(g, f):
         math.inf,
         1000,
     )
-    values = {"x": ca.DM([0, 0]), "f": ca.DM(f), "g": ca.DM(g), "lam_x": ca.DM([0, 0]), "lam_g": ca.DM([0, 0])}
-    tap.eval([values.get(name, ca.DM()) for name in OUTPUTS])
+    values = {"x": [0, 0], "f": [f], "g": g, "lam_x": [0, 0], "lam_g": [0, 0]}
+    tap.record({name: np.array(values.get(name, []), dtype=float) for name in OUTPUTS})
     return told[0], tap.best is not None
 
 
