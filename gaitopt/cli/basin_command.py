@@ -28,7 +28,6 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
-from gaitopt.cli.script import load_script, read_script, walk_problem
 from gaitopt.cli.settings import read_numbers
 from gaitopt.cli.workers import WorkerOptions, worker_options
 
@@ -97,6 +96,7 @@ def _basin_inputs(
     """Return the walker of a basin, its axes in SI units, and the other coordinates of the starts."""
     from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
     from gaitopt.cli.inputs import read_input
+    from gaitopt.cli.script import read_script, walk_problem
     from gaitopt.simulation.engine_choice import faster_walks
     from gaitopt.stability.cycle_search import STARTS
     from gaitopt.stability.start import choose_start
@@ -130,6 +130,7 @@ def _find_basin(
     observer: "TaskObserver",
 ) -> "xr.Dataset":
     """Return the basin of a walker, computed or continued from a file."""
+    from gaitopt.cli.script import load_script
     from gaitopt.study.basins.attractor import SettlingCriterion
     from gaitopt.study.basins.basin import basin as find_basin
 

@@ -27,15 +27,14 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import print_json, report_file
 from gaitopt.cli.progress_display import show_progress
-from gaitopt.cli.script import load_gait
 from gaitopt.cli.workers import WorkerOptions, worker_options
-from gaitopt.control.law import Law, feedforward
-from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import check_suffix, check_writable
-from gaitopt.motion.gait import Gait
 from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
+    from gaitopt.control.law import Law
+    from gaitopt.model.robot import Robot
+    from gaitopt.motion.gait import Gait
     from gaitopt.stability.cycle import Cycle
     from gaitopt.stability.recovery import PushTest, Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
@@ -62,6 +61,7 @@ def tune(
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
+    from gaitopt.cli.script import load_gait
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tune import tune_feedback
@@ -125,6 +125,8 @@ def push(
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """
+    from gaitopt.cli.script import load_gait
+    from gaitopt.control.law import feedforward
     from gaitopt.simulation.engine_choice import default_engine
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
@@ -153,7 +155,7 @@ def push(
 
 
 def _basins(
-    gait: Gait, laws: dict[str, Law], ball: float, test: "PushTest", *, hidden: bool
+    gait: "Gait", laws: "dict[str, Law]", ball: float, test: "PushTest", *, hidden: bool
 ) -> "dict[str, Recovery | None]":
     """Return the recovery of a gait from a ball of pushes under each law; None if it has no periodic gait."""
     from gaitopt.stability.gait_recovery import recovery_of
@@ -167,7 +169,7 @@ def _basins(
 
 
 def _margins_of(
-    robot: Robot, law: Law, cycle: "Cycle", steps: int, test: "PushTest", team: WorkerOptions, *, hidden: bool
+    robot: "Robot", law: "Law", cycle: "Cycle", steps: int, test: "PushTest", team: WorkerOptions, *, hidden: bool
 ) -> "tuple[RobustnessMargins, ...]":
     """Return the largest disturbances of each kind that a gait survives under a law."""
     from gaitopt.study.robustness.robustness_margins import WalkTest, assess_robustness

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from gaitopt.cli.script import run_function
 from gaitopt.cli.settings import read_numbers
 from gaitopt.control.law import Law, feedforward
 from gaitopt.control.phase_variable import by_stance_angle
@@ -112,6 +111,8 @@ def custom_design(
     ScriptError
         If the script raises anything else.
     """
+    from gaitopt.cli.script import run_function
+
     made = run_function(script, function, robot, motion, limit)
     design = ControllerFamily.from_law(made) if isinstance(made, Law) else made
     if not isinstance(design, ControllerFamily):

@@ -15,7 +15,6 @@ from typing import Any
 
 from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
-from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
@@ -208,12 +207,16 @@ def load_gait(file: Path, script: Path | None) -> Gait:
     InputError
         If the script states no gait problem, or its robot has other physics than the robot of the gait.
     """
+    from gaitopt.motion.archive import load
+
     gait = load(file)
     return gait if script is None else gait.with_robot(build_problem(script).robot)
 
 
 def load_gaits(files: Mapping[str, Path], script: Path | None) -> dict[str, Gait]:
     """Return gaits by label; those of a robot with the name of the script's robot get that robot, if one is named."""
+    from gaitopt.motion.archive import load
+
     robot = None if script is None else build_problem(script).robot
     gaits = {label: load(file) for label, file in files.items()}
     return {

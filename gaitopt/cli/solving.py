@@ -1,7 +1,10 @@
 """Commands on one problem and its gait: solve, show, verify."""
 
+import contextlib
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +17,25 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
+
+AFTER_THE_SOLVE = ("scipy.integrate", "gaitopt.simulation.verification", "gaitopt.motion.archive")
+"""Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
+
+
+def import_in_background(modules: Sequence[str]) -> threading.Thread:
+    """Import modules in another thread, while Ipopt, which needs no Python, computes in this one.
+
+    A module that fails to be imported fails again, with its error, where it is used.
+    """
+
+    def import_all() -> None:
+        for module in modules:
+            with contextlib.suppress(Exception):
+                import_module(module)
+
+    thread = threading.Thread(target=import_all)
+    thread.start()
+    return thread
 
 
 def solve(
@@ -35,8 +57,7 @@ def solve(
     """
     from gaitopt.cli.planar_solving import report_planar_gait, require_no_file
     from gaitopt.cli.script import optimal_problem, read_script
-    from gaitopt.motion.archive import check_gait_suffix
-    from gaitopt.motion.atomic import check_writable
+    from gaitopt.motion.atomic import check_gait_suffix, check_writable
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.solver import solve as solve_problem
 
@@ -48,6 +69,7 @@ def solve(
         check_gait_suffix(path)
         check_writable(path)  # before the work, not after it
     with show_progress(f"{problem.name}: building", hidden=json) as display:
+        import_in_background(AFTER_THE_SOLVE)
         steps = verbose or not (json or quiet)
         gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
         interrupted = gait.status is Status.INTERRUPTED

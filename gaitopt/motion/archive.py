@@ -12,9 +12,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from gaitopt.errors import ArchiveError, InputError
+from gaitopt.errors import ArchiveError
 from gaitopt.interrupts import hold_interrupt
-from gaitopt.motion.atomic import check_suffix
+from gaitopt.motion.atomic import check_gait_suffix
 from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -36,9 +36,6 @@ Versions 1 and 2 wrote ``word`` where version 3 writes ``sequence``.
 """
 
 _FORMER_KEYS = {"word": "sequence", "words": "sequences"}
-
-SUFFIXES = {".h5": "HDF5", ".hdf5": "HDF5"}
-"""Of gait files."""
 
 _SOLUTION_PARTS = ("unknowns", "constraints")
 
@@ -81,18 +78,6 @@ def save(gait: Gait, path: str | Path) -> Path:
             write_gait(file, gait)
         interrupt.check()
     return path
-
-
-def check_gait_suffix(path: Path) -> None:
-    """Raise InputError unless a path has the suffix of a gait file; the message states what writes other formats."""
-    if path.is_dir():
-        return  # which the writer rejects
-    try:
-        check_suffix(path, SUFFIXES)
-    except InputError as error:
-        raise InputError(
-            f"{error} CSV, JSON and C files are written by 'gaitopt export' or write_csv, write_torques and write_c."
-        ) from None
 
 
 def write_gait(group: h5py.Group, gait: Gait, shared: SharedGroups | None = None) -> None:

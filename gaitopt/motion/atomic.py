@@ -8,6 +8,9 @@ from pathlib import Path
 
 from gaitopt.errors import ArchiveError, InputError
 
+GAIT_SUFFIXES = {".h5": "HDF5", ".hdf5": "HDF5"}
+"""Suffixes of gait files, and their format."""
+
 
 @contextmanager
 def write_atomically(path: str | Path) -> Iterator[Path]:
@@ -91,6 +94,18 @@ def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:
     possible = ", ".join(f"{kind} ({description})" for kind, description in kinds.items())
     wrong = f"the suffix {suffix!r} is not that of a known format" if suffix else "the file name has no suffix"
     raise InputError(f"Cannot write {path}: {wrong}. Use {possible}.")
+
+
+def check_gait_suffix(path: Path) -> None:
+    """Raise InputError unless a path has the suffix of a gait file; the message states what writes other formats."""
+    if path.is_dir():
+        return  # which the writer rejects
+    try:
+        check_suffix(path, GAIT_SUFFIXES)
+    except InputError as error:
+        raise InputError(
+            f"{error} CSV, JSON and C files are written by 'gaitopt export' or write_csv, write_torques and write_c."
+        ) from None
 
 
 def _temporary(path: Path) -> Path:

@@ -179,7 +179,7 @@ class Gait(LazyRecord):
     sequence: ContactSequence
     status: Status
     motion: LazyField[Motion] = LazyField()
-    problem: dict[str, Any]
+    problem: "LazyField[dict[str, Any]]" = LazyField()
     solver: SolverReport
     versions: dict[str, str]
     solution: Solution | None = field(default=None, repr=False)

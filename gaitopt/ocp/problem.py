@@ -21,6 +21,8 @@ from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import Method
 
+_DEFAULT_MARGINS = Margins()
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GaitProblem:
@@ -75,7 +77,7 @@ class GaitProblem:
     step_length: Target = None
     objective: Objective = field(default_factory=CostOfTransport)
     limits: Limits = field(default_factory=Limits)
-    margins: Margins = field(default_factory=Margins)
+    margins: Margins = _DEFAULT_MARGINS
     guess: Guess | None = None
     transcription: Method = field(default_factory=Collocation)
     name: str = "gait"
@@ -235,7 +237,7 @@ class GaitProblem:
                 f"take longer than Limits.longest_step = {self.limits.longest_step:g} s."
             )
         least_step = shortest * speed.lower
-        if step.upper < least_step or not reaches(*pose, least_step):
+        if step.upper < least_step or (least_step > step.lower and not reaches(*pose, least_step)):
             longest_period = min(step.upper, find_longest_reach(*pose)) / speed.lower
             raise InputError(
                 f"speed {speed.lower:g} m/s and step_length leave at most {longest_period:.3g} s for a step, less than "

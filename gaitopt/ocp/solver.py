@@ -83,9 +83,9 @@ def solve(
     starts : int, optional
         Number of starts; the gait of lowest objective is returned.  By default, problems with a guess, a smooth
         objective or an open sequence have one start: the guess or a line from pose to pose.  Others have two or three:
-        the gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and a line with
-        a delayed swing.  With 1, the start is the guess or the line; further starts are the line and random
-        perturbations with fixed seeds.
+        the gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and, unless these
+        two nearly agree or lead to the same solution, a line with a delayed swing.  With 1, the start is the guess or
+        the line; further starts are the line and random perturbations with fixed seeds.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional
@@ -141,7 +141,7 @@ def _solve_first(
 ) -> tuple[list[Gait], list[Gait]]:
     """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
     limited, listed = limit_iterations(solver), list_starts(problem, starts)
-    gaits = solve_from_starts(problem, listed, limit_refinement(solver), observer, limited)
+    gaits = solve_from_starts(problem, listed, limit_refinement(solver), observer, limited, stop_if_same=starts is None)
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []

@@ -133,6 +133,26 @@ def test_importing_gaitopt_loads_no_numerics():
     assert not loaded_by("import gaitopt") & {"casadi", "numpy", "scipy", "h5py"}
 
 
+def test_the_command_line_imports_scipy_and_hdf5_when_they_are_used():
+    assert not loaded_by("import gaitopt.cli.app") & {"scipy", "h5py"}
+
+
+SOLVE = """
+from gaitopt import GaitProblem, Limits, compass_biped, solve
+
+problem = GaitProblem(robot=compass_biped(), sequence="slip+ stick | slip+", friction=0.14, speed=0.633,
+                      step_length=0.4713, limits=Limits(torque=6))
+assert solve(problem).status.ok
+import sys
+assert not {"scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special"} & set(sys.modules)
+"""
+
+
+def test_a_solve_imports_no_part_of_scipy():
+    """The import of any of these parts takes as long as a fifth of the solve."""
+    assert "gaitopt" in loaded_by(SOLVE)
+
+
 NOT_INSTALLED = """
 from importlib import metadata
 

@@ -1,12 +1,13 @@
 """What every command has: an example, --json, --quiet, --verbose, and names that Python knows too."""
 
+import gc
 import json
 
 import pytest
 import typer
 
 import gaitopt
-from gaitopt.cli.app import app
+from gaitopt.cli.app import ALLOCATIONS, app
 
 COMMANDS = typer.main.get_command(app).commands
 GAIT = "docs/examples/compass_slip.h5"
@@ -18,6 +19,14 @@ def test_every_command_has_an_example_and_the_shared_options(name):
     options = {spelled for parameter in command.params for spelled in parameter.opts}
     assert {"--json", "--quiet", "--verbose"} <= options
     assert f"Example: gaitopt {name} " in command.help or command.help.endswith(f"Example: gaitopt {name}")
+
+
+def test_a_command_searches_for_unreachable_objects_seldom_and_restores_the_default(command, monkeypatch):
+    before, during = gc.get_threshold(), []
+    monkeypatch.setattr("gaitopt.cli.listing.print_json", lambda facts: during.append(gc.get_threshold()[0]))
+    assert command("problems", "--json").status == 0
+    assert during == [ALLOCATIONS]
+    assert gc.get_threshold() == before
 
 
 def test_commands_and_python_verbs_have_the_same_names():

@@ -1,9 +1,12 @@
 """gaitopt solve: what it prints, writes and returns."""
 
+import sys
+
 import pytest
 
 from gaitopt import Status, load
 from gaitopt.cli.script import build_problem
+from gaitopt.cli.solving import import_in_background
 from tests.references.storage import reference
 
 KEYS = {  # promised to users
@@ -45,6 +48,12 @@ def demanded(facts):
     assert set(facts["verification"]) >= {"passed", "sequence", "state_error", "cost_of_transport"}
     assert set(facts["solver"]) >= {"iterations", "build_seconds", "solve_seconds"}
     return facts
+
+
+def test_a_module_that_cannot_be_imported_in_the_background_prevents_no_other(monkeypatch):
+    monkeypatch.delitem(sys.modules, "colorsys", raising=False)
+    import_in_background(["no_such_module", "colorsys"]).join()
+    assert "colorsys" in sys.modules
 
 
 def test_the_main_job_at_its_defaults(process, root, folder):

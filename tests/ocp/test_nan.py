@@ -139,7 +139,7 @@ def test_a_start_whose_cost_is_nan_is_not_the_cheapest(quick, monkeypatch, nan_f
     gait = solve(quick)
     costs = [math.nan, 1.0] if nan_first else [1.0, math.nan]
     found = [replace(gait, solver=replace(gait.solver, objective=cost)) for cost in costs]
-    monkeypatch.setattr(solver_module, "solve_from_starts", lambda *_: found)
+    monkeypatch.setattr(solver_module, "solve_from_starts", lambda *_, **__: found)
     monkeypatch.setattr(solver_module, "conclude_failure", lambda problem, failure, *_: failure)
     assert solve(quick, starts=2).solver.objective == 1.0
 
@@ -150,7 +150,7 @@ def test_a_failure_whose_violation_is_nan_is_not_the_nearest(quick, monkeypatch,
     sizes = [math.nan, 1.0] if nan_first else [1.0, math.nan]
     sizes = (*sizes, 2.0, 3.0)
     found = iter([replace(gait, solver=replace(gait.solver, constraint_violation=size)) for size in sizes])
-    monkeypatch.setattr(solver_module, "solve_from_starts", lambda *_: [next(found)])
+    monkeypatch.setattr(solver_module, "solve_from_starts", lambda *_, **__: [next(found)])
     monkeypatch.setattr(solver_module, "solve_from_start", lambda *_: next(found))
     monkeypatch.setattr(solver_module, "conclude_failure", lambda problem, failure, *_: failure)
     assert solve(quick).solver.constraint_violation == 1.0
@@ -166,8 +166,8 @@ def _seen_by_the_tap(g, f):
         math.inf,
         1000,
     )
-    values = {"x": ca.DM([0, 0]), "f": ca.DM(f), "g": ca.DM(g), "lam_x": ca.DM([0, 0]), "lam_g": ca.DM([0, 0])}
-    tap.eval([values.get(name, ca.DM()) for name in OUTPUTS])
+    values = {"x": [0, 0], "f": [f], "g": g, "lam_x": [0, 0], "lam_g": [0, 0]}
+    tap.record({name: np.array(values.get(name, []), dtype=float) for name in OUTPUTS})
     return told[0], tap.best is not None
 
 

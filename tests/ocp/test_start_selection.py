@@ -69,7 +69,7 @@ def test_the_report_counts_the_iterations_of_all_starts(reference_problem):
 def test_an_interrupt_of_a_start_keeps_the_earlier_ones(reference_problem, run):
     """Runs: squared torques, its start; the same of the sticking sequence; delayed swing."""
     observe, seen = stop_in_run(run)
-    gait = solve(reference_problem(sequence=SLIP), observer=observe)
+    gait = solve(reference_problem(sequence=SLIP), starts=STARTS, observer=observe)
     assert gait.status is Status.INTERRUPTED
     assert len(iterations(seen)) == run
     assert gait.solver.iterations == sum(iterations(seen))
@@ -96,6 +96,18 @@ def test_an_interrupt_of_a_second_refinement_is_reported_with_the_first_gait(mon
     assert solve(problem, starts=STARTS, observer=stop_in_run(len(iterations(runs)))[0]).status is Status.INTERRUPTED
 
 
+def test_starts_after_equal_motions_or_solutions_are_not_tried(reference_problem, monkeypatch):
+    problem = reference_problem(sequence=SLIP)
+    best_of_three, after_equal_motions = solve(problem, starts=STARTS).solver, solve(problem).solver
+    monkeypatch.setattr(start_selection, "NEAR_ANGLES", 0.0)
+    after_equal_solutions = solve(problem).solver
+    assert after_equal_motions.iterations < after_equal_solutions.iterations < best_of_three.iterations
+    assert after_equal_motions.objective == pytest.approx(best_of_three.objective, rel=1e-9)
+    assert after_equal_solutions.objective == pytest.approx(best_of_three.objective, rel=1e-9)
+    monkeypatch.setattr(start_selection, "is_same_solution", lambda *arguments: False)
+    assert solve(problem).solver.iterations >= best_of_three.iterations
+
+
 def run_starts(problem, observer=silent):
     """Return the gaits of some starts."""
     return solve_from_starts(problem, list_starts(problem, STARTS), Newton(), observer, limit_iterations(Newton()))
@@ -113,9 +125,9 @@ def test_if_the_first_start_fails_no_other_is_solved(reference_problem):
 def test_after_a_failure_with_a_feasible_motion_the_other_starts_are_solved_too(monkeypatch):
     listed, solved, solve_some = [LinearGuess(), DelayedSwing()], [], solve_from_starts
 
-    def record(problem, starts, *arguments):
+    def record(problem, starts, *arguments, **options):
         solved.append(starts)
-        return solve_some(problem, starts, *arguments)
+        return solve_some(problem, starts, *arguments, **options)
 
     monkeypatch.setattr(solver, "list_starts", lambda problem, count: listed)
     monkeypatch.setattr(solver, "solve_from_starts", record)

@@ -28,6 +28,13 @@ def test_every_variable_and_every_row_has_a_name():
     assert transcription.row_bounds.shape == (2, transcription.constraints.size)
 
 
+def test_grids_and_sequences_share_the_equations_of_motion_of_a_mode():
+    fine, coarse = (example_nlp(SLIPPING, counts, CostOfTransport()) for counts in ((6, 8, 4), (3, 4, 2)))
+    sticking = sized("stick | stick", (5,), TorqueSquared())
+    assert fine.dynamics_of_phases[1] is coarse.dynamics_of_phases[1] is sticking.dynamics_of_phases[0]
+    assert fine.dynamics_of_phases[0] is not fine.dynamics_of_phases[2]
+
+
 def test_sizes_of_a_sticking_problem():
     n = 7
     transcription = sized("stick | stick", (n,), TorqueSquared())

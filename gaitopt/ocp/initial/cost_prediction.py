@@ -40,25 +40,31 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
     limits = bounds(transcription, problem)
     x, (on_bounds, on_rows) = transfer_solution(solution, transcription, np.zeros(transcription.variables.size))
     data = nlp_data(transcription, problem, x)
-    return evaluate_lagrangian(transcription.nlp, x, (on_bounds, on_rows), data, limits)
+    return evaluate_lagrangian(evaluate_nlp(transcription.nlp, x, data), x, (on_bounds, on_rows), limits)
 
 
-def evaluate_lagrangian(nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds) -> float:
+def evaluate_nlp(nlp: Nlp, x: Array, data: Array) -> tuple[float, Array]:
+    """Return the minimised value of an NLP and its rows, shape (n_constraints,)."""
+    cost, rows = nlp.values(x, data)
+    return float(cost), np.asarray(rows).ravel()
+
+
+def evaluate_lagrangian(
+    values: tuple[float, Array], x: Array, multipliers: tuple[Array, Array], bounds: Bounds
+) -> float:
     """Return the Lagrangian: the objective plus multipliers times the excess of unknowns and rows over their bounds.
 
     Parameters
     ----------
-    nlp : Nlp
+    values : (float, (n_constraints,) array)
+        Minimised value and rows at `x`.
     x : (n_variables,) array
     multipliers : (n_variables,), (n_constraints,) arrays
-    data : (n_z,) array
     bounds : Bounds
     """
-    on_bounds, on_rows = multipliers
-    cost, rows = nlp.values(x, data)
-    g = np.asarray(rows).ravel()
+    (cost, g), (on_bounds, on_rows) = values, multipliers
     return (
-        float(cost)
+        cost
         + _complementarity(on_bounds, x, bounds.x_lower, bounds.x_upper)
         + _complementarity(on_rows, g, bounds.g_lower, bounds.g_upper)
     )

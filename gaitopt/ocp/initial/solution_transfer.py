@@ -23,7 +23,7 @@ def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
     def tables(layout: Layout, values: Array, multipliers: Array) -> dict[str, Table]:
         return {
             layout.names[key]: Table(
-                rows=tuple(row.label for row in layout.rows[key]),
+                rows=layout.labels_of_rows[key],
                 values=values[places],
                 multipliers=multipliers[places],
                 keys=layout.identifiers[key],

@@ -4,7 +4,6 @@ import functools
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import DOP853
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.phase_system import PhaseSystem, group_sticking
@@ -14,6 +13,7 @@ from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import impact_contacts
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.solution import runge_kutta
 from gaitopt.ocp.transcription.collocation import integrals, lobatto_points
 from gaitopt.reductions import worst
 
@@ -207,12 +207,12 @@ def _build_step(system: PhaseSystem) -> ca.Function:
     y, before, after = ca.MX.sym("y", 2 * n), ca.MX.sym("before", n_u), ca.MX.sym("after", n_u)
     h, p = ca.MX.sym("h"), ca.MX.sym("p", system.system.size1_in(3))
     slopes: list[ca.MX] = []
-    for row, c in zip(DOP853.A, DOP853.C, strict=True):
+    for row, c in zip(runge_kutta.A, runge_kutta.C, strict=True):
         stage = y
         for weight, slope in zip(row, slopes, strict=False):
             if weight:
                 stage = stage + float(weight) * h * slope
         matrix, right = system.system(stage[:n], stage[n:], before + float(c) * (after - before), p)
         slopes.append(ca.vertcat(stage[n:], ca.solve(matrix, right)[:n]))
-    final = y + h * sum(float(weight) * slope for weight, slope in zip(DOP853.B, slopes, strict=True))
+    final = y + h * sum(float(weight) * slope for weight, slope in zip(runge_kutta.B, slopes, strict=True))
     return ca.Function("step", [y, before, after, h, p], [final])

@@ -162,9 +162,8 @@ class _Run:
         scaled, before = multipliers / self.nlp.typical, (math.inf, math.inf)
         for number in range(self.most_steps + 1):
             numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
-            f, unmet, wrong, mean = numbers.tolist()
-            # CasADi's norms omit nan, which the next iterate contains.
-            finite = math.isfinite(sum(float(part.sum()) for part in (numbers, g, x_after, scaled_after)))
+            f, unmet, wrong, mean, total = numbers.tolist()
+            finite = math.isfinite(f + unmet + wrong + mean + total)
             converged = finite and max(wrong / max(1.0, mean), unmet) <= self.tolerance
             saddle = converged and inertia(matrix) != self.nlp.n_constraints
             # The arrays returned by Functions are overwritten by the next call.
@@ -207,7 +206,7 @@ class _Inertia:
         return ca.Linsol("inertia", "ldl", self._pattern)
 
     def __call__(self, nonzeros: Array) -> int:
-        matrix = ca.DM(self._pattern, nonzeros)
+        matrix = ca.DM(self._pattern, nonzeros.tolist())  # CasADi converts lists faster than arrays
         self._factors.nfact(matrix)
         return int(self._factors.neig(matrix))
 
@@ -216,9 +215,9 @@ class _Inertia:
 def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
     """Return the Function of one iterate, and the count of the negative eigenvalues of its matrix.
 
-    The Function maps (x, scaled multipliers, data, bounds) to four numbers (objective, violation, error of the gradient
-    of the Lagrangian, mean size of the multipliers), the constraints, the multipliers of bounds and constraints, the
-    next x and multipliers, and the matrix.
+    The Function maps (x, scaled multipliers, data, bounds) to five numbers (objective, violation, error of the gradient
+    of the Lagrangian, mean size of the multipliers, a sum that is finite if the iterate and the next one are), the
+    constraints, the multipliers of bounds and constraints, the next x and multipliers, and the matrix.
     """
     x, multipliers = ca.MX.sym("x", nlp.n_variables), ca.MX.sym("lam", nlp.n_constraints)
     data = ca.MX.sym("p", nlp.derivatives["grad_f"].size1_in(1))
@@ -251,8 +250,9 @@ def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
     outside = ca.vertcat(_excess(x, x_lower, x_upper), _excess(g, lower, upper))
     violation = ca.norm_inf(ca.vertcat(unmet, to_bound, outside))
     error = ca.norm_inf((1 - fixed) * slope)
-    numbers = ca.vertcat(f, violation, error, ca.norm_1(lam) / max(1, nlp.n_constraints))
     change, lam_next = ca.vertsplit(newton_step, [0, nlp.n_variables, nlp.n_variables + nlp.n_constraints])
+    total = ca.sum1(g) + ca.sum1(x) + ca.sum1(newton_step)  # CasADi's norms omit nan
+    numbers = ca.vertcat(f, violation, error, ca.norm_1(lam) / max(1, nlp.n_constraints), total)
     following = [x + change, active * lam_next]
     inputs = [x, multipliers, data, x_lower, x_upper, lower, upper]
     function = ca.Function("iterate", inputs, [numbers, g, -fixed * slope, lam, *following, matrix])

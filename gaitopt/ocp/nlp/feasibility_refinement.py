@@ -8,8 +8,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.linalg import splu
+import scipy
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -37,6 +36,7 @@ def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds
     data : (n_z,) array
     bounds : Bounds
     """
+    sp = scipy.sparse  # SciPy imports its parts when they are used
     equal = np.flatnonzero(bounds.g_lower == bounds.g_upper)
     best, x = math.inf, outcome.x
     for _ in range(CORRECTIONS + 1):
@@ -52,7 +52,7 @@ def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds
         entries = (np.array(jacobian.nonzeros()), pattern.row(), pattern.colind())
         rows = sp.csc_matrix(entries, shape=jacobian.shape)[equal][:, free]
         system = sp.block_array([[sp.identity(free.size), rows.T], [rows, -NEGLIGIBLE * sp.identity(equal.size)]])
-        correction = splu(system.tocsc()).solve(np.concatenate([np.zeros(free.size), unmet]))[: free.size]
+        correction = sp.linalg.splu(system.tocsc()).solve(np.concatenate([np.zeros(free.size), unmet]))[: free.size]
         x = x.copy()
         x[free] += correction
     return outcome

@@ -159,7 +159,7 @@ class Ipopt:
             message=message,
             x=np.asarray(answer["x"]).ravel(),
             g=np.asarray(answer["g"]).ravel(),
-            objective=float(answer["f"]),
+            objective=float(np.asarray(answer["f"]).item()),
             iterations=int(stats.get("iter_count", 0)),
             multipliers=(np.asarray(answer["lam_x"]).ravel(), np.asarray(answer["lam_g"]).ravel()),
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Iteration, Observer
@@ -27,7 +28,7 @@ class BestIterate:
     """An iterate and its number."""
 
     number: int
-    values: dict[str, ca.DM]
+    values: dict[str, Array]
 
 
 class IterationCallback(ca.Callback):
@@ -92,18 +93,26 @@ class IterationCallback(ca.Callback):
         """Return the size of a value that CasADi passes."""
         return ca.Sparsity.dense(self._sizes[ca.nlpsol_out(i)], 1)
 
-    def eval(self, arguments: list[ca.DM]) -> list[int]:
-        """Record an iterate and report it; return [1] to stop the solver."""
+    def has_eval_buffer(self) -> bool:
+        """Return whether values are passed as memory, which takes a fifth of the time of matrices."""
+        return True
+
+    def eval_buffer(self, arguments: tuple[memoryview | None, ...], results: tuple[memoryview, ...]) -> int:
+        """Record an iterate and report it; a result of 1 stops the solver."""
+        values = {name: np.frombuffer(part or b"") for name, part in zip(OUTPUTS, arguments, strict=True)}
+        np.frombuffer(results[0])[:] = self.record(values)
+        return 0
+
+    def record(self, values: dict[str, Array]) -> bool:
+        """Record an iterate, whose values are overwritten later, and report it; return whether the solver stops."""
         if self._observer is None:
-            return [0]
+            return False
         try:
-            values = dict(zip(OUTPUTS, arguments, strict=True))
-            g, (lower, upper) = np.asarray(values["g"]).ravel(), self._limits
+            g, (lower, upper), objective = values["g"], self._limits, float(values["f"][0])
             excess = worst(0.0, lower - g, g - upper)
-            objective = float(values["f"])
-            better = self.best is None or objective < float(self.best.values["f"])
+            better = self.best is None or objective < self.best.values["f"][0]
             if excess <= FEASIBLE and math.isfinite(objective) and better:
-                self.best = BestIterate(self._count, values)
+                self.best = BestIterate(self._count, {name: part.copy() for name, part in values.items()})
             self._observer(Iteration(self._count, objective, excess))
             self._check_limits(excess)
             self._count += 1
@@ -112,7 +121,7 @@ class IterationCallback(ca.Callback):
         except Exception as failure:  # CasADi would print and discard it
             self.failure = failure
             self.interrupt()
-        return [int(self.interrupted or bool(self.stop_message))]
+        return self.interrupted or bool(self.stop_message)
 
     def _check_limits(self, excess: float) -> None:
         """Set the message of a stop if a limit of the solve is reached."""

@@ -23,8 +23,8 @@ class Layout:
     rows : dict of TableKey to tuple of Key
     names : dict of TableKey to str
         Names of the tables in files.
-    identifiers : dict of TableKey to tuple of str
-        Texts of the rows in files.
+    labels_of_rows, identifiers : dict of TableKey to tuple of str
+        Printed labels of the rows, and their texts in files.
     entries : list of (Place, Key)
         Place and quantity of each entry of the vector.
 
@@ -45,6 +45,7 @@ class Layout:
     tables: dict[TableKey, Index] = field(default_factory=dict)
     rows: dict[TableKey, tuple[Key, ...]] = field(default_factory=dict)
     names: dict[TableKey, str] = field(default_factory=dict)
+    labels_of_rows: dict[TableKey, tuple[str, ...]] = field(default_factory=dict)
     identifiers: dict[TableKey, tuple[str, ...]] = field(default_factory=dict)
     entries: list[tuple[Place, Key]] = field(default_factory=list)
     _found: dict[tuple[Kind, str | None], Index] = field(default_factory=dict, repr=False)
@@ -54,7 +55,8 @@ class Layout:
         count = len(rows) * len(places)
         index = np.arange(self.size, self.size + count).reshape(len(places), len(rows)).T
         self.tables[table], self.rows[table] = index, tuple(rows)
-        self.names[table], self.identifiers[table] = table_name(table), tuple(row.identifier for row in rows)
+        self.names[table], self.labels_of_rows[table] = table_name(table), tuple(row.label for row in rows)
+        self.identifiers[table] = tuple(row.identifier for row in rows)
         self.entries += [(place, row) for place in places for row in rows]
         self.size += count
         self._found.clear()

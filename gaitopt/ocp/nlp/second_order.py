@@ -12,18 +12,21 @@ linear program in a small box around the solution then determines which constrai
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-import scipy
-import scipy.sparse as sp
-from scipy.sparse.linalg import SuperLU, splu
+import scipy  # which imports its parts when they are used
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.linalg import SuperLU
 
 SMALL = 1e-7
 """Scaled multiplier, and distance from a bound, that count as zero."""
@@ -134,11 +137,11 @@ class _Conditions:
         self, nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds, sizes: Array
     ) -> None:
         self.nlp, self.x, self.data, self.bounds = nlp, x, data, bounds
-        self.sizes, scaling = sizes, sp.diags(sizes)
+        self.sizes, scaling = sizes, scipy.sparse.diags(sizes)
         with defer_interrupt():
             g, jacobian = nlp.derivatives["jac_g"](x, data)
         self.jacobian = _sparse(jacobian)
-        self.gradients = sp.vstack([sp.identity(x.size), self.jacobian], format="csr")
+        self.gradients = scipy.sparse.vstack([scipy.sparse.identity(x.size), self.jacobian], format="csr")
         self.scaled_gradients = (self.gradients @ scaling).tocsr()
         self.multipliers = np.concatenate(multipliers) / nlp.typical
         self.lower = np.concatenate([bounds.x_lower, bounds.g_lower])
@@ -156,9 +159,9 @@ class _Conditions:
         """Return the result."""
         with defer_interrupt():
             upper = self.nlp.derivatives["hess_lag"](self.x, self.data, 1 / self.nlp.typical, self._on_rows())
-        scaling = sp.diags(self.sizes)
+        scaling = scipy.sparse.diags(self.sizes)
         hessian = scaling @ _sparse(upper) @ scaling
-        hessian = (hessian + sp.triu(hessian, 1).T).tocsr()
+        hessian = (hessian + scipy.sparse.triu(hessian, 1).T).tocsr()
         least = CURVED * max(1.0, float(np.abs(hessian).max()))
         basis = _null_space(self.scaled_gradients[self.equal | self.strong])
         weakly = _restrict(basis, self.scaled_gradients[self.active & ~self.strong])
@@ -191,7 +194,7 @@ class _Conditions:
         above, below = ~equal & np.isfinite(self.upper[n:]), ~equal & np.isfinite(self.lower[n:])
         answer = scipy.optimize.linprog(
             slope,
-            A_ub=sp.vstack([self.jacobian[above], -self.jacobian[below]]),
+            A_ub=scipy.sparse.vstack([self.jacobian[above], -self.jacobian[below]]),
             b_ub=np.concatenate([(self.upper[n:] - rows)[above], (rows - self.lower[n:])[below]]),
             A_eq=self.jacobian[equal],
             b_eq=(self.lower[n:] - rows)[equal],
@@ -222,14 +225,14 @@ class _Conditions:
         return self.multipliers[self.x.size :]
 
 
-def _sparse(matrix: ca.DM) -> sp.csr_matrix:
+def _sparse(matrix: ca.DM) -> "csr_matrix":
     """Return a CasADi matrix as a SciPy matrix."""
     pattern = matrix.sparsity()
     values = np.asarray(matrix.nz[:]).ravel()
-    return sp.csc_matrix((values, pattern.row(), pattern.colind()), shape=matrix.shape).tocsr()
+    return scipy.sparse.csc_matrix((values, pattern.row(), pattern.colind()), shape=matrix.shape).tocsr()
 
 
-def _null_space(gradients: sp.csr_matrix) -> Array:
+def _null_space(gradients: "csr_matrix") -> Array:
     """Return an orthonormal basis of the null space of a sparse matrix, shape (n, dimension).
 
     Random vectors are projected onto the null space until a projection depends linearly on the previous ones.
@@ -240,7 +243,7 @@ def _null_space(gradients: sp.csr_matrix) -> Array:
     fixed[gradients[single].indices] = True
     rows = gradients[~single][:, ~fixed]
     sizes = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
-    rows = sp.diags(1 / sizes[sizes > 0]) @ rows[sizes > 0]
+    rows = scipy.sparse.diags(1 / sizes[sizes > 0]) @ rows[sizes > 0]
     free = n - int(fixed.sum())
     basis = np.empty((free, 0))
     if free:
@@ -260,7 +263,7 @@ def _null_space(gradients: sp.csr_matrix) -> Array:
     return full
 
 
-def _restrict(basis: Array, rows: sp.csr_matrix) -> Array:
+def _restrict(basis: Array, rows: "csr_matrix") -> Array:
     """Return an orthonormal basis of the vectors of a subspace that lie in the null space of some rows."""
     if not (rows.shape[0] and basis.shape[1]):
         return basis
@@ -270,13 +273,16 @@ def _restrict(basis: Array, rows: sp.csr_matrix) -> Array:
     return np.asarray(basis @ vectors[rank:].T)
 
 
-def _projection(rows: sp.csr_matrix) -> Callable[[Array], Array]:
+def _projection(rows: "csr_matrix") -> Callable[[Array], Array]:
     """Return the function that projects columns orthogonally onto the null space of some rows."""
     n, m = rows.shape[1], rows.shape[0]
     if not m:
         return lambda vectors: vectors
-    matrix = sp.bmat([[sp.identity(n), rows.T], [rows, -REGULARISATION * sp.identity(m)]], format="csc")
+    matrix = scipy.sparse.bmat(
+        [[scipy.sparse.identity(n), rows.T], [rows, -REGULARISATION * scipy.sparse.identity(m)]], format="csc"
+    )
     # The matrix is quasi-definite: pivots on its diagonal leave a factor with an eighth of the entries.
+    splu = scipy.sparse.linalg.splu
     factors: SuperLU = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def project(vectors: Array) -> Array:
@@ -287,7 +293,7 @@ def _projection(rows: sp.csr_matrix) -> Callable[[Array], Array]:
     return project
 
 
-def _least_curvature(hessian: sp.csr_matrix, basis: Array) -> float:
+def _least_curvature(hessian: "csr_matrix", basis: Array) -> float:
     """Return the least eigenvalue of a matrix reduced to a subspace; nan if the subspace is {0}."""
     if not basis.shape[1]:
         return float("nan")

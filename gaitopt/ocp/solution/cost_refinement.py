@@ -86,25 +86,30 @@ def _sort_by_cost(solutions: list[GridSolution]) -> list[GridSolution]:
 
 
 def record_cost(start: SingleStart, solution: GridSolution) -> None:
-    """Add the objective and the variation of the torques on a grid to the record of a start."""
-    if solution.outcome.status.ok and (cost := _grid_cost(solution)) is not None:
-        start.grid_costs.append(cost)
+    """Add the solution on a grid to the record of a start."""
+    if solution.outcome.status.ok:
+        start.grid_solutions.append(solution)
 
 
 def cost_factor(start: SingleStart, solution: GridSolution) -> float:
     """Return the error of the objective per variation of the torques; nan if only one grid is known."""
-    last = _grid_cost(solution)
-    factor = math.nan if last is None else estimate_factor(start.grid_costs, last)
+    others = [one for one in start.grid_solutions if one is not solution]
+    last = _grid_cost(solution) if others else None
+    if last is None:
+        return start.known_factor
+    factor = estimate_factor([cost for one in others if (cost := _grid_cost(one)) is not None], last)
     return start.known_factor if math.isnan(factor) else factor
 
 
 def cost_error(start: SingleStart, solution: GridSolution) -> float:
     """Return the estimated relative difference of the objective from its value on an infinitely fine grid, or nan."""
-    last = _grid_cost(solution)
-    if last is None or solution.outcome.status not in (Status.SOLVED, Status.PLAN_INACCURATE):
+    factor = cost_factor(start, solution)
+    if math.isnan(factor) or solution.outcome.status not in (Status.SOLVED, Status.PLAN_INACCURATE):
         return math.nan
-    scale = max(abs(last.cost), NEGLIGIBLE * start.problem.objective.typical)
-    return cost_factor(start, solution) * last.variation / scale
+    last = _grid_cost(solution)
+    if last is None:
+        return math.nan
+    return factor * last.variation / max(abs(last.cost), NEGLIGIBLE * start.problem.objective.typical)
 
 
 def report_cost_error(start: SingleStart, solution: GridSolution, *, failed: bool) -> tuple[str, ...]:

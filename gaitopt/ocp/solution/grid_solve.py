@@ -19,7 +19,6 @@ from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.keys import Group, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.cost_error import GridCost
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, report_short_steps
 from gaitopt.ocp.solution.node_placement import TorqueRamps, make_ramps
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
@@ -193,8 +192,8 @@ class SingleStart:
     ----------
     schedule : GuardSchedule or None
         Schedule of the touchdown guard on the present grid.
-    grid_costs : list of GridCost
-        Objectives and variations of the torques on the grids so far.
+    grid_solutions : list of GridSolution
+        Solutions on the grids so far, from which the error of the objective is estimated.
     known_factor : float
         Error of the objective per variation of the torques of the gait that the solve is warm-started from, or nan.
     refinements : int
@@ -213,7 +212,7 @@ class SingleStart:
         self.cold_solver = solver if cold_solver is None else cold_solver
         self.iterations, self.build_seconds = 0, 0.0
         self.schedule: GuardSchedule | None = None
-        self.grid_costs: list[GridCost] = []
+        self.grid_solutions: list[GridSolution] = []
         self.known_factor = math.nan
         self.refinements = 0
 

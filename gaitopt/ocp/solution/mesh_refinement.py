@@ -91,6 +91,7 @@ def approach_through_coarse_grids(start: SingleStart, coarsest: GridSolution | N
             method = choose_default_grid(start, method, warm_start)
             if coarse is not None and method is not equal:
                 move_schedule(start, coarse, method)
+                barrier = BARRIER_NEARBY_PROBLEM  # on other nodes other constraints are active
         if coarse is None and coarsest is not None:
             solution = coarsest
         else:

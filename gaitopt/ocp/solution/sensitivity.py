@@ -13,7 +13,7 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.certificate import Sensitivity
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector
-from gaitopt.ocp.initial.cost_prediction import evaluate_lagrangian
+from gaitopt.ocp.initial.cost_prediction import evaluate_lagrangian, evaluate_nlp
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.transcription import Transcription
 
@@ -65,11 +65,15 @@ def cost_sensitivities(
         In order of decreasing relative effect.  Numbers without effect are omitted.
     """
 
+    @functools.cache
+    def evaluate_at(numbers: tuple[float, ...]) -> tuple[float, Array]:
+        """Return the values of the NLP, which are the same for all changes of its bounds alone."""
+        return evaluate_nlp(transcription.nlp, x, np.concatenate([numbers, data[len(numbers) :]]))
+
     @defer_interrupt()
     def evaluate(changed: GaitProblem) -> float:
-        numbers = data_vector(changed)
-        values = np.concatenate([numbers, data[numbers.size :]])
-        return evaluate_lagrangian(transcription.nlp, x, multipliers, values, bounds(transcription, changed))
+        values = evaluate_at(tuple(data_vector(changed).tolist()))
+        return evaluate_lagrangian(values, x, multipliers, bounds(transcription, changed))
 
     numbers = [Sensitivity(one.name, one.value, _differentiate(one, evaluate)) for one in list_numbers(problem)]
     least = NEGLIGIBLE * transcription.nlp.typical

@@ -53,6 +53,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, start.guess), nlp_data(transcription, problem)
         )
+    details = start.describe(solution)
     unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
     # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.
     return Gait(
@@ -60,7 +61,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         sequence=problem.sequence,
         status=outcome.status,
         motion=Deferred(lambda: solution.motion),
-        problem=problem.describe() | start.describe(solution),
+        problem=Deferred(lambda: solution.problem.describe() | details),
         solver=SolverReport(
             iterations=start.iterations,
             objective=solution.cost,

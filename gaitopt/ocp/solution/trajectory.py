@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-import scipy
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.transition import PARADOX_MARGIN
@@ -16,6 +15,7 @@ from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, make_motion, make_segment
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution import runge_kutta
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.reductions import worst
@@ -279,11 +279,10 @@ def _build_runge_kutta_step(dynamics: PhaseDynamics) -> ca.Function:
     initial, before, after, data = (ca.MX.sym(name, size) for name, size in zip("xuvp", sizes, strict=True))
     step = ca.MX.sym("h")
     slopes = ca.MX(state.numel(), 0)
-    formula = scipy.integrate.DOP853  # SciPy imports its parts when they are used
-    for row, c in zip(formula.A, formula.C, strict=True):
+    for row, c in zip(runge_kutta.A, runge_kutta.C, strict=True):
         at = initial + step * (slopes @ ca.DM(row[: slopes.shape[1]]))
         slopes = ca.horzcat(slopes, rate(at, before + c * (after - before), data))
-    return ca.Function("step", [initial, before, after, step, data], [initial + step * (slopes @ ca.DM(formula.B))])
+    return ca.Function("step", [initial, before, after, step, data], [initial + step * (slopes @ ca.DM(runge_kutta.B))])
 
 
 def read_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:

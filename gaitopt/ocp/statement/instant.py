@@ -56,16 +56,16 @@ class Instant:
     phase: int
     angles: tuple[str, ...]
     actuators: tuple[str, ...]
-    q: Any
-    v: Any
-    acceleration: Any
+    q: LazyField[Any] = LazyField()
+    v: LazyField[Any] = LazyField()
+    acceleration: LazyField[Any] = LazyField()
     torque: Any
     torque_rate: LazyField[Any] = LazyField()
-    positive: Any
-    negative: Any
+    positive: LazyField[Any] = LazyField()
+    negative: LazyField[Any] = LazyField()
     force: Any
     slip_speed: Any
-    parameters: Mapping[str, Any]
+    parameters: LazyField[Mapping[str, Any]] = LazyField()
     time: LazyField[Any] = LazyField()
 
     def angle(self, name: str) -> Any:
@@ -117,7 +117,7 @@ class StepBoundary:
     impulse: Any
     duration: Any
     travel: Any
-    parameters: Mapping[str, Any]
+    parameters: LazyField[Mapping[str, Any]] = LazyField()
     energy_lost: LazyField[Any] = LazyField()
 
 

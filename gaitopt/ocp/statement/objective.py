@@ -199,7 +199,10 @@ def check_objective(objective: Objective, robot: Robot) -> None:
     """
     for _, term in objective.terms():
         _check_declaration(term)
-        _check_terms(term, robot)
+        if getattr(term, "__dict__", True):
+            _check_terms(term, robot)
+        else:
+            _check_terms_of_class(term, robot)
 
 
 def _check_declaration(objective: Objective) -> None:
@@ -245,6 +248,12 @@ def _check_terms(objective: Objective, robot: Robot) -> None:
         ca.SX(terms["integrand"]), ca.vertcat(point.positive, point.negative)
     ):
         raise InputError(f"The integrand of {kind} contains parts of the joint powers: set uses_power = True.")
+
+
+@functools.lru_cache(maxsize=32)
+def _check_terms_of_class(objective: Objective, robot: Robot) -> None:
+    """Check the terms of an objective without attributes, once for each class and robot."""
+    _check_terms(objective, robot)
 
 
 @functools.lru_cache(maxsize=32)

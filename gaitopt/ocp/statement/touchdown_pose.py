@@ -34,7 +34,13 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
 def reaches(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]], step: float) -> bool:
     """Return whether a step [m] is possible with angles within their bounds [rad]; see :func:`find_longest_reach`."""
     p, box = tuple(robot.vector(values)), tuple(limits)
-    return step <= float(np.nanmax(_sample_distances(robot, p, box)[1])) or step <= _reach(robot, p, box)
+    return step <= _sample_reach(robot, p, box) or step <= _reach(robot, p, box)
+
+
+@functools.lru_cache(maxsize=256)
+def _sample_reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> float:
+    """Return the largest distance between the feet at the points of the box of angles [m]."""
+    return float(np.nanmax(_sample_distances(robot, p, limits)[1]))
 
 
 @functools.lru_cache(maxsize=256)

@@ -81,7 +81,7 @@ def _boundary(
         impulse=impulse,
         duration=duration,
         travel=travel,
-        parameters=name_parameters(builder, p),
+        parameters=Deferred(lambda: name_parameters(builder, p)),
         energy_lost=Deferred(lambda: robot.energy(q, v_minus, p)[0] - robot.energy(q, v_plus, p)[0]),
     )
     return step, v_plus, speed_after

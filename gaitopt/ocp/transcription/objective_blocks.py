@@ -69,28 +69,33 @@ class InstantFactory:
         fraction : float
             Fraction of the interval that begins at the node.
         """
-        robot, powered = self.builder.robot, list(self.builder.powered)
-        positive, negative = ca.SX.zeros(robot.n_u), ca.SX.zeros(robot.n_u)
-        if power is not None:
-            positive[powered], negative[powered] = power[: len(powered)], power[len(powered) :]
-        q, v = self.dynamics.full(point.state)
+        robot, dynamics, count = self.builder.robot, self.dynamics, len(self.builder.powered)
+        positive, negative = (None, None) if power is None else (power[:count], power[count:])
+        # Expressions that the objective does not use are not built.
         return Instant(
             mode=self.phase.mode,
             phase=self.phase.number,
             angles=robot.angles,
             actuators=robot.actuators,
-            q=q,
-            v=v,
-            acceleration=self.dynamics.full_acceleration(point.acceleration),
+            q=Deferred(lambda: dynamics.full(point.state)[0]),
+            v=Deferred(lambda: dynamics.full(point.state)[1]),
+            acceleration=Deferred(lambda: dynamics.full_acceleration(point.acceleration)),
             torque=point.torque,
             torque_rate=rate,
-            positive=positive,
-            negative=negative,
+            positive=Deferred(lambda: self._of_all_actuators(positive)),
+            negative=Deferred(lambda: self._of_all_actuators(negative)),
             force=point.force,
             slip_speed=point.slip_speed,
-            parameters=self._parameters,
+            parameters=Deferred(lambda: self._parameters),
             time=Deferred(lambda: (self._elapsed + fraction * self._length) / self._period),
         )
+
+    def _of_all_actuators(self, parts: ca.SX | None) -> ca.SX:
+        """Return parts of the powers of the actuators that are not idle, or of none, with zeros for the others."""
+        values = ca.SX.zeros(self.builder.robot.n_u)
+        if parts is not None:
+            values[list(self.builder.powered)] = parts
+        return values
 
     @functools.cached_property
     def _parameters(self) -> Mapping[str, ca.SX]:

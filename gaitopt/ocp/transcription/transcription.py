@@ -158,7 +158,7 @@ def transcribe(structure: Structure) -> Transcription:
     """Transcribe a structure into an NLP; equal structures return the NLP built before."""
     robot, objective, nodal = structure.robot, structure.objective, structure.scheme.nodal
     phases = divide_into_phases(structure.sequence, structure.counts)
-    dynamics_of_phases = tuple(PhaseDynamics(robot, phase.mode if nodal else Mode.ANY) for phase in phases)
+    dynamics_of_phases = tuple(_reduce_dynamics(robot, phase.mode if nodal else Mode.ANY) for phase in phases)
     variables, rows = _variables(structure, phases, dynamics_of_phases), Rows()
     data, powered, changes = structure.data(), tuple(robot.actuators.index(name) for name in structure.powered), None
     first = data.numel() + (sum(phase.count + 1 for phase in phases) if structure.placed else 0)
@@ -200,6 +200,12 @@ def transcribe(structure: Structure) -> Transcription:
         ),
         sign_changes=changes,
     )
+
+
+@functools.lru_cache(maxsize=32)
+def _reduce_dynamics(robot: Robot, mode: Mode) -> PhaseDynamics:
+    """Return the equations of motion of a mode; grids and sequences share them, and the Functions built from them."""
+    return PhaseDynamics(robot, mode)
 
 
 def _blocks(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -9,7 +10,9 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.simulation.planar_simulation.placement import place_planar
-from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle, find_planar_cycle
+
+if TYPE_CHECKING:
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 SPREAD, SAME = 0.2, 1e-6
 """Relative standard deviation of random starts, and largest difference of the states of one gait."""
@@ -67,7 +70,7 @@ class PlanarWalkProblem:
             raise InputError(f"robot must be a PlanarRobot such as kneed_walker(), got {self.robot!r}.")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
 
-    def search(self, starts: int = 8, *, seed: int = 0) -> Iterator[PlanarCycle]:
+    def search(self, starts: int = 8, *, seed: int = 0) -> "Iterator[PlanarCycle]":
         """Yield the different periodic gaits to which Newton's method converges, from the given state and random ones.
 
         Parameters
@@ -76,7 +79,8 @@ class PlanarWalkProblem:
             Number of starts.
         seed : int
         """
-        rng, known = np.random.default_rng(seed), list[PlanarCycle]()
+        rng = np.random.default_rng(seed)
+        known: list[PlanarCycle] = []
         for start in range(starts):
             spread = SPREAD if start else 0.0
             cycle = self._find(*(_perturb(values, spread, rng) for values in (self.coordinates, self.rates)))
@@ -89,15 +93,17 @@ class PlanarWalkProblem:
             known.append(cycle)
             yield cycle
 
-    def _find(self, coordinates: Mapping[str, float], rates: Mapping[str, float]) -> PlanarCycle | None:
+    def _find(self, coordinates: Mapping[str, float], rates: Mapping[str, float]) -> "PlanarCycle | None":
         """Return the gait to which Newton's method converges from a start, or None."""
+        from gaitopt.stability.planar_gaits.planar_cycle import find_planar_cycle
+
         try:
             q, v = place_planar(self.robot, coordinates, rates, self.parameters, on=self.on)
             return find_planar_cycle(self.robot, q, v, self.parameters, section=self.section, torque=self.torque)
         except InputError:  # the robot falls, or does not stand on its contacts
             return None
 
-    def _are_same(self, one: PlanarCycle, other: PlanarCycle) -> bool:
+    def _are_same(self, one: "PlanarCycle", other: "PlanarCycle") -> bool:
         """Return whether two gaits have the same state, apart from the place along the ground."""
         names = [name for name in one.state if name != self.robot.travel]
         return all(abs(one.state[name] - other.state[name]) <= SAME for name in names)
