@@ -16,6 +16,7 @@ from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
+from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.mesh_refinement import NEGLIGIBLE, find_coarsest_grid, solve_coarsest_grid
 from gaitopt.ocp.solution.single_start import complete_solve
 from gaitopt.ocp.statement.criteria import TorqueSquared
@@ -96,6 +97,7 @@ def solve_from_starts(
     solver: NlpSolver,
     observer: Observer,
     cold_solver: NlpSolver,
+    plans: InaccuratePlans | None = None,
 ) -> list[Gait]:
     """Return the gaits of the best starts; if the first one fails on the coarsest grid, its failure alone.
 
@@ -111,14 +113,24 @@ def solve_from_starts(
     observer : Observer
     cold_solver : NlpSolver
         Solver of the coarsest grid.
+    plans : InaccuratePlans, optional
+        Inaccurate plans of the problem, to which others are added.
     """
-    return _Starts(problem, solver, observer, cold_solver).solve(starts)
+    return _Starts(problem, solver, observer, cold_solver, plans or InaccuratePlans()).solve(starts)
 
 
 class _Starts:
     """The starts of a problem, and their solutions on the coarsest grid."""
 
-    def __init__(self, problem: GaitProblem, solver: NlpSolver, observer: Observer, cold_solver: NlpSolver) -> None:
+    def __init__(
+        self,
+        problem: GaitProblem,
+        solver: NlpSolver,
+        observer: Observer,
+        cold_solver: NlpSolver,
+        plans: InaccuratePlans,
+    ) -> None:
+        self._plans = plans
         self._problem, self._solver, self._observer, self._cold_solver = problem, solver, observer, cold_solver
         self._began, self._all = time.perf_counter(), list[SingleStart]()
         self._coarse: list[tuple[SingleStart, GridSolution]] = []
@@ -188,6 +200,7 @@ class _Starts:
             if interrupt is not None and solution.outcome.status.ok:
                 solution = solution.mark_stopped(interrupt.outcome)
             gaits.append(complete_solve(start, solution))
+            self._plans.add(solution, gaits[-1])
             if gaits[-1].status is Status.INTERRUPTED:
                 break
         return gaits
