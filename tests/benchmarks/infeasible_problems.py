@@ -89,14 +89,14 @@ def check_conflicts(problem, conflicts):
     """
     alone = bool(conflicts) and conflicts[0].separable
     groups = [[conflict] for conflict in conflicts] if alone else [conflicts] if conflicts else []
-    return [
-        {
-            "limits": list(map(str, group)),
-            "relaxed": solve_changed(problem, group, removed=False),
-            "removed": solve_changed(problem, group, removed=True),
-        }
-        for group in groups
-    ]
+    return [check_group(problem, group) for group in groups]
+
+
+def check_group(problem, group):
+    """Return the limits of a group, and the statuses with their sufficient values and, if not solved, without."""
+    relaxed = solve_changed(problem, group, removed=False)
+    removed = None if relaxed == "solved" else solve_changed(problem, group, removed=True)
+    return {"limits": list(map(str, group)), "relaxed": relaxed, "removed": removed}
 
 
 def solve_changed(problem, group, *, removed):
