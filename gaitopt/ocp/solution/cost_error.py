@@ -2,7 +2,8 @@
 
 The objective on a grid exceeds its limit by about  c times the variation of the torques  (:class:`TorqueRamps`).  The
 factor c follows from the objectives on two grids (Richardson's extrapolation with a measured error term).  Two
-measures of the variation are used, without and with jumps that extend over two intervals; the larger error is taken.
+measures of the variation are used, without and with jumps that extend over two intervals.  The estimate is the root
+mean square of both: each alone is wrong by more than a factor of 3 in two or three of 100 random problems.
 """
 
 import math
@@ -44,11 +45,11 @@ def estimate_factor(grids: Iterable[GridCost], last: GridCost) -> float:
     0.5
     """
     others = list(grids)
-    factors = _list_factors([(one.cost, one.variation) for one in others], last.cost, last.variation)
-    if factors and last.variation > 0:
-        wide = _list_factors([(one.cost, one.wide_variation) for one in others], last.cost, last.wide_variation)
-        factors += [factor * last.wide_variation / last.variation for factor in wide]
-    return max(factors, default=math.nan)
+    narrow = _list_factors([(one.cost, one.variation) for one in others], last.cost, last.variation)
+    wide = _list_factors([(one.cost, one.wide_variation) for one in others], last.cost, last.wide_variation)
+    if not narrow or not wide or last.variation == 0:
+        return max(narrow, default=math.nan)
+    return math.hypot(max(narrow), max(wide) * last.wide_variation / last.variation) / math.sqrt(2)
 
 
 def _list_factors(others: Sequence[tuple[float, float]], cost: float, variation: float) -> list[float]:
