@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, Margins, Status, solve
-from gaitopt.ocp.solution.grid_solve import GridSolution
+from gaitopt import Collocation, Margins, Newton, Status, solve
+from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
 from gaitopt.ocp.solution.inaccurate_plans import EQUAL_COST, InaccuratePlans
+from gaitopt.ocp.solution.mesh_refinement import refine_mesh
 from gaitopt.ocp.solution.trajectory import BetweenNodes
+from gaitopt.ocp.statement.initial_guess import LinearGuess
+from gaitopt.progress import silent
 
 
 @pytest.fixture
@@ -44,3 +47,11 @@ def test_doubling_continues_while_it_reduces_the_violation(problem, monkeypatch,
     gait = solve(problem, starts=1)
     assert gait.status is Status.PLAN_INACCURATE
     assert gait.problem["intervals"] == finest
+
+
+def test_a_grid_has_at_most_four_times_the_intervals_of_the_problem(problem, monkeypatch):
+    monkeypatch.setattr(GridSolution, "between", property(lambda one: BetweenNodes(0.0, 0.1 / one.method.intervals[0])))
+    start = SingleStart(problem, LinearGuess(), Newton(), silent)
+    eight = start.solve_on_grid(problem.transcription.replace_grid((8,)), None, 1e-6)
+    assert eight.outcome.status is Status.SOLVED
+    assert refine_mesh(start, eight).method.intervals == (16,)

@@ -132,7 +132,7 @@ def refine_mesh(start: SingleStart, solution: GridSolution, doublings: int = MOS
         violation = solution.between.outside
         # A violation that a doubling has not reduced remains on finer grids.
         repeat = inaccurate or ROUNDING < violation < least_violation or solution.scuffs()
-        if method is None and doublings and repeat:
+        if method is None and doublings and repeat and _may_double(start, solution):
             method, doublings = solution.method.double_intervals(problem.sequence), doublings - 1
             least_violation = violation
         if method is None:
@@ -143,6 +143,13 @@ def refine_mesh(start: SingleStart, solution: GridSolution, doublings: int = MOS
         if solution.outcome.status in STOPPED:
             return coarse.mark_stopped(solution.outcome)
     return solution.check_finite() if math.isfinite(tolerance) else solution
+
+
+def _may_double(start: SingleStart, solution: GridSolution) -> bool:
+    """Return whether a doubled grid has at most as many intervals as that of the problem after all doublings."""
+    sequence = start.problem.sequence
+    most = 2**MOST_DOUBLINGS * sum(start.problem.transcription.intervals_for(sequence))
+    return 2 * sum(solution.method.intervals_for(sequence)) <= most
 
 
 def _minimise_exact_work(start: SingleStart, solution: GridSolution) -> GridSolution | None:
