@@ -148,7 +148,7 @@ def _solve_first(
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
     guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
-    conclusion = conclude_failure(problem, first, guesses, solver, observer, plans=plans)
+    conclusion = conclude_failure(problem, first, guesses, solver, observer, plans)
     if conclusion is not first:
         others = listed[1:] if conclusion.status.ok else []
         more = solve_from_starts(problem, others, solver, observer, limited, plans) if others else []

@@ -65,9 +65,9 @@ def conclude_failure(
     guesses: Sequence[Guess],
     solver: NlpSolver,
     observer: Observer,
+    plans: InaccuratePlans | None = None,
     *,
     isolate_conflicts: bool = True,
-    plans: InaccuratePlans | None = None,
 ) -> Gait:
     """Return a gait solved from a feasible motion, or the failure with its reason.
 
@@ -85,11 +85,11 @@ def conclude_failure(
     guesses : sequence of Guess
     solver : NlpSolver
     observer : Observer
+    plans : InaccuratePlans, optional
+        Inaccurate plans of the problem, to which others are added.
     isolate_conflicts : bool
         Whether the conflicting limits of an infeasible problem are determined one by one; otherwise those that the
         motion of least excess exceeds are reported, which are a few more in some problems.
-    plans : InaccuratePlans, optional
-        Inaccurate plans of the problem, to which others are added.
     """
     try:
         search = _Search(problem, failure, guesses, solver, observer, InaccuratePlans() if plans is None else plans)
