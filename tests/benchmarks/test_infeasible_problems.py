@@ -1,5 +1,7 @@
 """The infeasible problems: drawn alike in every process, checked by changed limits, and summarised without a solve."""
 
+import json
+
 import pytest
 
 from gaitopt.motion.conflict import Conflict
@@ -76,3 +78,12 @@ def test_shares_are_those_of_the_rows():
     assert summary[-1].endswith("1 with the status `plan_inaccurate`, after at most 8.0 s")
     page = infeasible_problems_page.compose_page(results)
     assert "torque (solved)<br>speed (infeasible; removed: plan inaccurate) |" in page
+
+
+def test_the_stored_results_are_those_of_the_page():
+    results = json.loads(infeasible_problems.RESULTS.read_text(encoding="utf-8"))
+    assert results["seed"] == infeasible_problems.SEED
+    assert infeasible_problems.PAGE.read_text(encoding="utf-8") == infeasible_problems_page.compose_page(results)
+    rows = [row for _, row in infeasible_problems_page.list_infeasible(results)]
+    assert len(rows) == infeasible_problems.COUNT
+    assert sum(map(infeasible_problems_page.is_confirmed, rows)) >= 0.9 * len(rows)
