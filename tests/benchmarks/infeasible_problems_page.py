@@ -45,7 +45,7 @@ def compose_row(number, row, median):
     sequence, objective = row["sequence"].replace("|", "\\|"), row["objective"].replace("_", " ")
     cells = [str(number), f"`{sequence}`", objective, row["status"].replace("_", " ")]
     cells += [f"{row['processor_seconds']:.2f}", f"{row['processor_seconds'] / median:.1f}"]
-    groups = (f"{'; '.join(group['limits'])} ({describe_change(group)})".replace("_", " ") for group in row["groups"])
+    groups = (f"{'; '.join(group['limits'])} ({describe_change(group)})" for group in row["groups"])
     return "| " + " | ".join([*cells, "<br>".join(groups)]) + " |"
 
 
@@ -74,7 +74,8 @@ def summarise(results):
 
 def describe_change(group):
     """Return the statuses of a problem with the sufficient values and, if it was solved, without the limits."""
-    return group["relaxed"] if group["removed"] is None else f"{group['relaxed']}; removed: {group['removed']}"
+    removed = "" if group["removed"] is None else f"; removed: {group['removed']}"
+    return f"{group['relaxed']}{removed}".replace("_", " ")
 
 
 def list_infeasible(results):
