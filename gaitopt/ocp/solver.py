@@ -13,6 +13,7 @@ from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
@@ -126,30 +127,32 @@ def solve(
     require_valid_step(problem.robot)
     if problem.sequence.is_open:
         return _solve_open(problem, starts or 1, solver, homotopy or Homotopy(), observer)
-    gaits, conclusions = _solve_first(problem, starts, solver, observer)
+    plans = InaccuratePlans()
+    gaits, conclusions = _solve_first(problem, starts, solver, observer, plans)
     if any(gait.solver.conflicts for gait in conclusions):
         return conclusions[0]
     if any(gait.status.ok or gait.status is Status.INTERRUPTED for gait in (*gaits, *conclusions)):
         return _best([*gaits, *conclusions])
     while not _is_finished(gaits, conclusions, starts or 1):
-        gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer))
+        gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer, None, plans))
     return _best([*gaits, *conclusions])
 
 
 def _solve_first(
-    problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver
+    problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver, plans: InaccuratePlans
 ) -> tuple[list[Gait], list[Gait]]:
     """Return the gaits of the first starts, or none if they are to be repeated, and the conclusion from a failure."""
     limited, listed = limit_iterations(solver), list_starts(problem, starts)
-    gaits = solve_from_starts(problem, listed, limit_refinement(solver), observer, limited, stop_if_same=starts is None)
+    limited_refinement, same = limit_refinement(solver), starts is None
+    gaits = solve_from_starts(problem, listed, limited_refinement, observer, limited, plans=plans, stop_if_same=same)
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
     guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
-    conclusion = conclude_failure(problem, first, guesses, solver, observer)
+    conclusion = conclude_failure(problem, first, guesses, solver, observer, plans)
     if conclusion is not first:
         others = listed[1:] if conclusion.status.ok else []
-        more = solve_from_starts(problem, others, solver, observer, limited) if others else []
+        more = solve_from_starts(problem, others, solver, observer, limited, plans) if others else []
         return [first], keep_interrupt([conclusion, *more])
     return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
 

@@ -99,8 +99,19 @@ def measure_default(number, starts=None):
             "minimised": find_minimised(gait, results),
             "replayed": float(evaluate(replay(gait).motion)),
             "verified": verified.status.key,
+            "limit": find_limit(problem, gait),
         }
     return row
+
+
+def find_limit(problem, gait):
+    """Return the cost of the local optimum of a gait on 80 and then 160 intervals, the finest that is solved."""
+    limit = None
+    for intervals in (FINE_GRID, FINEST_GRID):
+        finer = solve_start(with_grid(problem, intervals), WarmStart(gait), FINE_SOLVER)
+        if finer.status.ok and verify(finer).status.ok:
+            gait, limit = finer, float(finer.solver.objective)
+    return limit
 
 
 def find_minimised(gait, results):

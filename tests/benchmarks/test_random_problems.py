@@ -57,6 +57,7 @@ ROW = {
     "replayed": 1.004,
     "verified": "solved",
     "estimate": 0.003,
+    "limit": 1.002,
     "seconds": 0.5,
     "processor_seconds": 0.5,
     "build_seconds": 0.1,
@@ -75,7 +76,8 @@ def test_shares_are_those_of_the_rows():
     assert summary[0] == "- solved: 2 of 3; solved, but refused by the replay: 1"
     assert summary[1] == "- within 0.5 % of the best known cost: 1 of 3 with a known gait"
     assert summary[2].endswith("of each other: 1 of 2")
-    assert summary[3] == "- estimate within a factor of 3 of the excess: 1 of 2"
+    assert summary[3] == "- estimate within a factor of 3 of the error of the grid: 1 of 2"
+    assert summary[4] == "- estimate within a factor of 3 of the excess over the best known cost: 1 of 2"
     page = random_problems_page.compose_page(results, best).splitlines()
     (first,) = [line for line in page if line.startswith("| 0 |")]
-    assert first.split(" | ")[5:9] == ["1.004", "1", "0.400", "0.300"]
+    assert first.split(" | ")[5:10] == ["1.004", "1", "0.400", "0.200", "0.300"]

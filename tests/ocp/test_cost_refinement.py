@@ -14,7 +14,9 @@ from gaitopt.ocp.initial.cost_prediction import predict_cost
 from gaitopt.ocp.solution import cost_refinement
 from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
-from gaitopt.ocp.solution.node_placement import allot_intervals, distribute_nodes, find_ramps
+from gaitopt.ocp.solution.node_placement import allot_intervals, distribute_nodes, find_ramps, make_ramps
+from tests.benchmarks.random_problems import BEST_KNOWN, draw_problem
+from tests.benchmarks.random_problems_page import is_right
 
 SLIP = "slip+ stick | slip+"
 TOLERANCE = 0.003
@@ -190,3 +192,42 @@ def test_stated_fractions_are_kept(reference_problem):
     nodes = ((0.0, *(np.linspace(0, 1, 41)[1:-1] ** 1.2).tolist(), 1.0),)
     gait = solve(reference_problem(objective="torque_squared", transcription=Collocation(fractions=nodes)))
     assert gait.solution.fractions == nodes
+
+
+def test_a_finer_grid_determines_the_factor():
+    """Grids of lower variation than the last one exist if a coarser one has a lower cost, or an accurate plan."""
+    last = GridCost(1.2, 0.1)
+    assert estimate_factor([GridCost(3.0, 1.0), GridCost(1.11, 0.01)], last) == pytest.approx(1.0)
+
+
+def test_the_error_is_the_mean_square_of_two_measures():
+    """From 2 to 1.1 the variation falls from 1 to 0.01, which leaves 0.9 / 99, and with double ramps to 0.1: 0.1."""
+    last = GridCost(1.1, 0.01, 0.1)
+    both = math.sqrt((0.1**2 + (0.9 / 99) ** 2) / 2)
+    assert estimate_factor([GridCost(2.0, 1.0, 1.0)], last) * last.variation == pytest.approx(both)
+    assert estimate_factor([GridCost(2.0, 1.0)], last) * last.variation == pytest.approx(0.9 / 99)
+
+
+def test_the_variation_of_a_jump_over_two_intervals():
+    """Twelve times the jump times the variance of the time along the ramp: J (2 l)^2 for two equal parts."""
+    jump = np.array([[0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]])
+    wide = make_ramps([np.linspace(0, 1, 7)], np.array([1.2]), jump)
+    assert wide.wide_variation == pytest.approx(0.4**2)
+    assert wide.variation == pytest.approx(0, abs=1e-15)  # each interval alone continues the other
+    steep = make_ramps([np.linspace(0, 1, 7)], np.array([1.2]), np.round(jump))
+    assert steep.wide_variation == pytest.approx(steep.variation) == pytest.approx(0.2**2)
+
+
+def test_a_torque_of_constant_slope_has_no_jump():
+    line = make_ramps([np.linspace(0, 1, 5), np.linspace(0, 1, 5)], np.array([0.1, 0.7]), np.linspace(0, 8, 9)[None])
+    bent = make_ramps([np.linspace(0, 1, 5)], np.array([0.8]), np.array([[0.0, 1.0, 2.0, 3.0, 4.0]]))
+    assert bent.wide_variation == pytest.approx(0, abs=1e-15)
+    assert line.wide_variation == line.variation  # the slope in time changes at the end of the first phase alone
+
+
+@pytest.mark.parametrize("number", [60, 83, 94])
+def test_the_estimate_of_random_problems(number):
+    """Truth: the lowest cost of several starts on finer grids, stored by `tests.benchmarks.random_problems`."""
+    best = json.loads(BEST_KNOWN.read_text(encoding="utf-8"))["problems"][str(number)]["best"]
+    gait = solve(draw_problem(number))
+    assert is_right(gait.solver.cost_error, abs(gait.solver.objective / best - 1))

@@ -133,4 +133,6 @@ def _refines(start: SingleStart) -> bool:
 
 def _grid_cost(solution: GridSolution) -> GridCost | None:
     ramps = solution.ramps
-    return None if ramps is None or not math.isfinite(solution.cost) else GridCost(solution.cost, ramps.variation)
+    if ramps is None or not math.isfinite(solution.cost):
+        return None
+    return GridCost(solution.cost, ramps.variation, ramps.wide_variation)

@@ -15,6 +15,7 @@ from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.feasibility import ElasticProblem, elastic_solver
+from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.mesh_refinement import STOPPED_EARLY
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess
@@ -64,6 +65,7 @@ def conclude_failure(
     guesses: Sequence[Guess],
     solver: NlpSolver,
     observer: Observer,
+    plans: InaccuratePlans | None = None,
     *,
     isolate_conflicts: bool = True,
 ) -> Gait:
@@ -83,12 +85,15 @@ def conclude_failure(
     guesses : sequence of Guess
     solver : NlpSolver
     observer : Observer
+    plans : InaccuratePlans, optional
+        Inaccurate plans of the problem, to which others are added.
     isolate_conflicts : bool
         Whether the conflicting limits of an infeasible problem are determined one by one; otherwise those that the
         motion of least excess exceeds are reported, which are a few more in some problems.
     """
     try:
-        return _Search(problem, failure, guesses, solver, observer).run(isolate=isolate_conflicts)
+        search = _Search(problem, failure, guesses, solver, observer, InaccuratePlans() if plans is None else plans)
+        return search.run(isolate=isolate_conflicts)
     except KeyboardInterrupt:
         return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
 
@@ -104,8 +109,15 @@ class _Search:
     """The search for a feasible motion near several guesses."""
 
     def __init__(
-        self, problem: GaitProblem, failure: Gait, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer
+        self,
+        problem: GaitProblem,
+        failure: Gait,
+        guesses: Sequence[Guess],
+        solver: NlpSolver,
+        observer: Observer,
+        plans: InaccuratePlans,
     ) -> None:
+        self._plans = plans
         self._problem, self._failure, self._solver, self._observer = problem, failure, solver, observer
         self._grids = problem.transcription.list_grids(problem.sequence)
         self._elastic_solver = elastic_solver(solver, len(problem.sequence.phases))
@@ -207,7 +219,7 @@ class _Search:
         if self._failure.status is Status.ITERATION_LIMIT and not self._unsolved:
             starts.insert(0, self._guesses[0])
         for start in starts:
-            gait = solve_from_start(self._problem, start, self._solver, self._observer)
+            gait = solve_from_start(self._problem, start, self._solver, self._observer, None, self._plans)
             if gait.status.ok or gait.status in STOPPED_EARLY:
                 return gait
             self._unsolved.append(gait)

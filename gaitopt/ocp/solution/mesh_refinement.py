@@ -115,9 +115,9 @@ def approach_through_coarse_grids(start: SingleStart, coarsest: GridSolution | N
     return start.solve_on_grid(grids[-1], None, BARRIER_SAME_PROBLEM)  # a grid finer than the coarsest failed
 
 
-def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
-    """Return the solution refined to the tolerance, or to the end of the refinement."""
-    problem, doublings, resolves = start.problem, MOST_DOUBLINGS, MAX_WORK_RESOLVES
+def refine_mesh(start: SingleStart, solution: GridSolution, doublings: int = MOST_DOUBLINGS) -> GridSolution:
+    """Return the solution refined to the tolerance, or to the end of the refinement after some doublings at most."""
+    problem, resolves, least_violation = start.problem, MAX_WORK_RESOLVES, math.inf
     tolerance = problem.transcription.tolerance
     while solution.outcome.status.ok and math.isfinite(tolerance):
         if resolves and solution.between.drift <= tolerance:
@@ -130,9 +130,12 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
         method, inaccurate = None, not solution.error <= tolerance
         if inaccurate:
             method = solution.method.refine()
-        violated = inaccurate or solution.between.outside > ROUNDING or solution.scuffs()
-        if method is None and doublings and violated:
+        violation = solution.between.outside
+        # A violation that a doubling has not reduced remains on finer grids.
+        repeat = inaccurate or ROUNDING < violation < least_violation or solution.scuffs()
+        if method is None and doublings and repeat and _may_double(start, solution):
             method, doublings = solution.method.double_intervals(problem.sequence), doublings - 1
+            least_violation = violation
         if method is None:
             break
         coarse = solution
@@ -141,6 +144,13 @@ def refine_mesh(start: SingleStart, solution: GridSolution) -> GridSolution:
         if solution.outcome.status in STOPPED:
             return coarse.mark_stopped(solution.outcome)
     return solution.check_finite() if math.isfinite(tolerance) else solution
+
+
+def _may_double(start: SingleStart, solution: GridSolution) -> bool:
+    """Return whether a doubled grid has at most as many intervals as that of the problem after all doublings."""
+    sequence = start.problem.sequence
+    most = 2**MOST_DOUBLINGS * sum(start.problem.transcription.intervals_for(sequence))
+    return 2 * sum(solution.method.intervals_for(sequence)) <= most
 
 
 def _minimise_exact_work(start: SingleStart, solution: GridSolution) -> GridSolution | None:

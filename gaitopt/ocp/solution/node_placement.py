@@ -51,10 +51,7 @@ class TorqueRamps:
         A ramp is steeper or flatter than the intervals on both sides; its jump is the smaller difference from the two.
         Beyond the ends of the step the torque is free.
         """
-        slope = np.diff(self.torque) / self.lengths
-        corners, free = np.abs(np.diff(slope)), np.full((slope.shape[0], 1), np.inf)
-        height = self.lengths * np.minimum(np.hstack([free, corners]), np.hstack([corners, free]))
-        return np.minimum(height, 2 * np.abs(self.torque).max(initial=0.0)).sum(axis=0)
+        return self._heights().sum(axis=0)
 
     def errors(self) -> Array:
         """Return the contributions of the ramps to the error of the objective, up to a factor, shape (n,) [N m s^2].
@@ -62,14 +59,62 @@ class TorqueRamps:
         They are the jumps times the squares of the lengths, relative to the share of the phase in the step: the shorter
         a phase, such as a slip, the larger the effect of its torques.
         """
-        durations = np.array([lengths.sum() for lengths in self._split(self.lengths)])
-        weights = np.repeat(durations.sum() / durations, [at.size - 1 for at in self.nodes])
-        return self.jumps() * self.lengths**2 * weights
+        return self.jumps() * self.lengths**2 * self._weights()
 
     @functools.cached_property
     def variation(self) -> float:
         """Sum of the contributions of all ramps to the error of the objective, up to a factor [N m s^2]."""
         return float(self.errors().sum())
+
+    @functools.cached_property
+    def wide_variation(self) -> float:
+        """Sum like `variation`, with the jumps that extend over two intervals, up to another factor [N m s^2].
+
+        A jump is here at most the increment of the torque.
+        """
+        single = np.minimum(self._heights(), np.abs(np.diff(self.torque))) * self.lengths**2
+        return float((np.maximum(single, self._double_ramps()).sum(axis=0) * self._weights()).sum())
+
+    def _heights(self) -> Array:
+        """Return the jumps of each actuator, shape (n_u, n) [N m]."""
+        slope = np.diff(self.torque) / self.lengths
+        corners, free = np.abs(np.diff(slope)), np.full((slope.shape[0], 1), np.inf)
+        height = self.lengths * np.minimum(np.hstack([free, corners]), np.hstack([corners, free]))
+        return np.minimum(height, 2 * np.abs(self.torque).max(initial=0.0))
+
+    def _double_ramps(self) -> Array:
+        """Return the contributions of ramps over two intervals to the error, shape (n_u, n) [N m s^2].
+
+        The error of a jump J on a ramp is proportional to  12 J  times the variance of the time along the ramp with the
+        increments of the torque as weights: J l^2 for one interval of length l, and for two with the increments i and j
+        i l_1^2 + j l_2^2 + 3 (l_1 + l_2)^2 i j / J.  Increments are relative to the slope of a neighbour, as for one.
+        """
+        rises, first, second = np.diff(self.torque), self.lengths[:-1], self.lengths[1:]
+        errors = np.zeros_like(rises)
+        if self.lengths.size < 3:
+            return errors
+        slope, free = rises / self.lengths, np.full((errors.shape[0], 1), np.inf)
+        mean = (rises[:, :-1] + rises[:, 1:]) / (first + second)
+        before, after = np.hstack([free, slope[:, :-2]]), np.hstack([slope[:, 2:], free])
+        outer = np.where(np.abs(mean - before) < np.abs(mean - after), before, after)
+        sign = np.sign(mean - outer)
+        one = np.clip(sign * (rises[:, :-1] - outer * first), 0, np.abs(rises[:, :-1]))
+        other = np.clip(sign * (rises[:, 1:] - outer * second), 0, np.abs(rises[:, 1:]))
+        jump = np.maximum(one + other, np.finfo(float).tiny)
+        error = one * first**2 + other * second**2 + 3 * (first + second) ** 2 * one * other / jump
+        error *= self._are_in_one_phase()
+        errors[:, :-1] = one / jump * error
+        errors[:, 1:] = np.maximum(errors[:, 1:], other / jump * error)
+        return errors
+
+    def _weights(self) -> Array:
+        """Return the duration of the step relative to that of the phase of each interval, shape (n,)."""
+        durations = np.array([lengths.sum() for lengths in self._split(self.lengths)])
+        return np.repeat(durations.sum() / durations, [at.size - 1 for at in self.nodes])
+
+    def _are_in_one_phase(self) -> Array:
+        """Return whether two successive intervals are in the same phase, shape (n - 1,)."""
+        return np.diff(np.repeat(np.arange(len(self.nodes)), [at.size - 1 for at in self.nodes])) == 0
 
     def amounts(self) -> list[Array]:
         """Return the amount of intervals that each interval is to be divided into, in total 1, phase by phase."""

@@ -16,11 +16,14 @@ from gaitopt.ocp.solution.certification import certify
 from gaitopt.ocp.solution.cost_refinement import cost_error, cost_factor, refine_for_cost, report_cost_error
 from gaitopt.ocp.solution.diagnosis import violations
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
+from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.mesh_refinement import (
+    MOST_DOUBLINGS,
     STOPPED_EARLY,
     approach_through_coarse_grids,
     refine_mesh,
     repair_early_touchdown,
+    solve_coarsest_grid,
 )
 from gaitopt.ocp.solution.problem_checks import report_poor_scaling
 from gaitopt.ocp.statement.initial_guess import Guess
@@ -28,7 +31,12 @@ from gaitopt.progress import Observer
 
 
 def solve_from_start(
-    problem: GaitProblem, guess: Guess, solver: NlpSolver, observer: Observer, cold_solver: NlpSolver | None = None
+    problem: GaitProblem,
+    guess: Guess,
+    solver: NlpSolver,
+    observer: Observer,
+    cold_solver: NlpSolver | None = None,
+    plans: InaccuratePlans | None = None,
 ) -> Gait:
     """Solve a problem with a closed contact sequence from one start.
 
@@ -40,8 +48,19 @@ def solve_from_start(
     observer : Observer
     cold_solver : NlpSolver, optional
         Solver of grids without a warm start, such as `solver` with fewer iterations.
+    plans : InaccuratePlans, optional
+        Inaccurate plans of the problem; a plan is returned if its solution on the coarsest grid is found again.
     """
-    return complete_solve(SingleStart(problem, guess, solver, observer, cold_solver))
+    start = SingleStart(problem, guess, solver, observer, cold_solver)
+    if plans is None or not guess.needs_coarse_grids or guess.solution_for(problem.sequence) is not None:
+        return complete_solve(start)
+    coarsest = solve_coarsest_grid(start)
+    known = plans.find(coarsest)
+    if known is not None:
+        return known
+    gait = complete_solve(start, coarsest)
+    plans.add(coarsest, gait)
+    return gait
 
 
 def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> Gait:
@@ -97,7 +116,8 @@ def _refine(start: SingleStart, solution: GridSolution) -> tuple[GridSolution, b
     results: list[GridSolution] = []
     for one in solutions:
         start.schedule = one.transcription.structure.schedule
-        result = repair_early_touchdown(start, refine_mesh(start, one))
+        # The plan of a finer grid is inaccurate: those of coarser grids are accepted as they are or not at all.
+        result = repair_early_touchdown(start, refine_mesh(start, one, 0 if results else MOST_DOUBLINGS))
         results.append(result.check_plan() if math.isfinite(start.problem.transcription.tolerance) else result)
         status = results[-1].outcome.status
         if status.ok or status in STOPPED_EARLY:
