@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from gaitopt.cli.app import app
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
-KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_foot_walker"))
+KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_feet"))
 
 
 def run(*arguments):
