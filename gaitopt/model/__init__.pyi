@@ -45,4 +45,5 @@ from gaitopt.model.robots.monopod import monopod as monopod
 from gaitopt.model.robots.rimless import rimless_wheel as rimless_wheel
 from gaitopt.model.robots.round_foot_walker import round_foot_walker as round_foot_walker
 from gaitopt.model.robots.spoked_wheel import spoked_wheel as spoked_wheel
+from gaitopt.model.robots.telescoping_biped import telescoping_biped as telescoping_biped
 from gaitopt.model.robots.vertical_hopper import vertical_hopper as vertical_hopper
