@@ -16,6 +16,7 @@ from gaitopt.model import (
     assemble_planar,
     check_planar,
     compass_with_two_feet,
+    flat_foot_walker,
     kneed_walker,
     monopod,
     round_foot_walker,
@@ -32,6 +33,7 @@ from gaitopt.parameters import Parameter
 GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0)
 CATALOGUE = (
     compass_with_two_feet,
+    flat_foot_walker,
     kneed_walker,
     monopod,
     round_foot_walker,
