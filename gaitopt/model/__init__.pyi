@@ -37,6 +37,7 @@ from gaitopt.model.planar.planar_coordinates import PlanarCoordinates as PlanarC
 from gaitopt.model.planar.planar_robot import PlanarRobot as PlanarRobot
 from gaitopt.model.robot import Coordinates as Coordinates
 from gaitopt.model.robot import Robot as Robot
+from gaitopt.model.robots.bounding_quadruped import bounding_quadruped as bounding_quadruped
 from gaitopt.model.robots.catalogue import robot_named as robot_named
 from gaitopt.model.robots.compass import compass_biped as compass_biped
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet as compass_with_two_feet

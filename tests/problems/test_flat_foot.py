@@ -53,7 +53,7 @@ def test_the_actuators_replace_what_the_impacts_take(gait):
     ledger = gait.energy
     assert ledger.gravity == pytest.approx(0, abs=1e-9)
     assert ledger.actuator == pytest.approx(ledger.impact_loss, rel=1e-6)
-    assert gait.solver.objective == pytest.approx(84.83, abs=0.05)  # not published; the optimum that is found
+    assert gait.solver.objective == pytest.approx(84.8, abs=0.3)  # of finer grids too; not published
 
 
 def test_the_ankle_of_the_trailing_foot_pushes_off(gait):

@@ -14,7 +14,7 @@ from gaitopt.parameters import Parameter
 
 PARAMETERS = (
     Parameter("body_mass", 1.0, "kg", "mass of the body", lower=0.0, lower_open=True),
-    Parameter("foot_mass", 0.001, "kg", "mass of a foot", lower=0.0, lower_open=True),
+    Parameter("foot_mass", 0.005, "kg", "mass of a foot", lower=0.0, lower_open=True),
     Parameter("gravity", 1.0, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
 )
 
