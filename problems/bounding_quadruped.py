@@ -1,7 +1,7 @@
 """Quadruped that bounds at a given speed: both back legs, flight, both front legs, flight.
 
-Solve it with ``gaitopt solve problems/bounding_quadruped.py``.  A bound with one flight phase is solved with ``--set
-sequence="back foot stick > flight | front foot stick, back foot stick > flight |"`` only if such a gait exists.
+Solve it with ``gaitopt solve problems/bounding_quadruped.py``.  Each pair of legs has a
+spring and a motor in parallel with it, and motors at the hips.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
-"""Walker with latched knees on level ground, driven by motors at the hip and the knees.
+"""Walker with latched knees and motors at hip and knees, on a slope too gentle for its passive gait.
 
-The swing knee is released at touchdown and latches at its strike.  Without motors the walker needs a slope; see
-kneed_walker.py.  Solve it with ``gaitopt solve problems/kneed_walker_motors.py``.
+The swing knee is released at touchdown and latches at its strike.  The passive gait of kneed_walker.py needs 2.9
+degrees.  Solve it with ``gaitopt solve problems/kneed_walker_motors.py``.
 """
 
 import math
@@ -31,7 +31,7 @@ def swing_guess(step_length, period):
 def problem(
     sequence="foot A stick, knee A latched | foot A stick, knee A latched, knee B latched |",
     friction=1.0,  # Coulomb coefficient
-    slope=0.0,  # downhill [deg]
+    slope=2.0,  # downhill [deg]
     speed=0.7,  # [m/s]
     step_length=0.45,  # [m]
     hip_torque=10.0,  # largest torque of the hip [N m]

@@ -40,6 +40,7 @@ from gaitopt.model.robot import Robot as Robot
 from gaitopt.model.robots.bounding_quadruped import bounding_quadruped as bounding_quadruped
 from gaitopt.model.robots.catalogue import robot_named as robot_named
 from gaitopt.model.robots.compass import compass_biped as compass_biped
+from gaitopt.model.robots.compass_with_torso import compass_with_torso as compass_with_torso
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet as compass_with_two_feet
 from gaitopt.model.robots.flat_foot_walker import flat_foot_walker as flat_foot_walker
 from gaitopt.model.robots.kneed_walker import kneed_walker as kneed_walker
