@@ -26,6 +26,8 @@ from gaitopt.model.forces import Potential as Potential
 from gaitopt.model.forces import RotorInertia as RotorInertia
 from gaitopt.model.forces import Spring as Spring
 from gaitopt.model.ground import Ground as Ground
+from gaitopt.model.importing.planar_import import ImportedRobot as ImportedRobot
+from gaitopt.model.importing.planar_import import import_planar as import_planar
 from gaitopt.model.mechanics import PointMass as PointMass
 from gaitopt.model.mechanics import RigidLink as RigidLink
 from gaitopt.model.planar.joint_stop import JointStop as JointStop

@@ -7,8 +7,8 @@ import casadi as ca
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.forces import Force, Spring
-from gaitopt.model.mechanics import PointMass, RigidLink
-from gaitopt.model.planar.planar_assembly import assemble_planar
+from gaitopt.model.mechanics import Body, PointMass, RigidLink
+from gaitopt.model.planar.planar_assembly import AnyContact, assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.parameters import Parameter
@@ -43,9 +43,9 @@ def bounding_quadruped() -> PlanarRobot:
     names = [f"{pair}_{part}" for pair in pairs for part in ("angle", "length")]
     c = PlanarCoordinates(("x", "y", "pitch", *names), PARAMETERS)
     middle, pitch = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("pitch")
-    bodies, contacts, forces = list[PointMass | RigidLink](), {}, list[Force]()
-    bodies.append(RigidLink(c.parameter("body_mass"), middle, c.parameter("body_inertia"), -pitch))
-    actuators, points = {}, {}
+    bodies: list[Body] = [RigidLink(c.parameter("body_mass"), middle, c.parameter("body_inertia"), -pitch)]
+    contacts, actuators, points = dict[str, AnyContact](), dict[str, ca.SX](), dict[str, ca.SX]()
+    forces: list[Force] = []
     for pair, place in pairs.items():
         angle, length = c.coordinate(f"{pair}_angle"), c.coordinate(f"{pair}_length")
         hip = middle + place * c.parameter("body_length") * ca.vertcat(ca.cos(pitch), ca.sin(pitch))

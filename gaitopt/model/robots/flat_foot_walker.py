@@ -6,7 +6,7 @@ import casadi as ca
 
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
-from gaitopt.model.mechanics import PointMass, RigidLink
+from gaitopt.model.mechanics import Body, PointMass, RigidLink
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -47,7 +47,8 @@ def flat_foot_walker() -> PlanarRobot:
     """
     c = PlanarCoordinates(("x", "y", "a", "ankle_a", "b", "ankle_b"), PARAMETERS)
     hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
-    bodies, contacts, actuators, points = [PointMass(c.parameter("hip_mass"), hip)], {}, {}, {"hip": hip}
+    bodies: list[Body] = [PointMass(c.parameter("hip_mass"), hip)]
+    contacts, actuators, points = {}, {}, {"hip": hip}
     for leg, other in (("a", "b"), ("b", "a")):
         angle, label = c.coordinate(leg), leg.upper()
         pitch = angle + c.coordinate(f"ankle_{leg}")
