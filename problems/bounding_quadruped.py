@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt import Collocation, Margins
-from gaitopt.model import bounding_quadruped
+from gaitopt.model import quadruped
 from gaitopt.ocp import Objective, PlanarKeyframes, PlanarLimits, PlanarProblem
 
 
@@ -56,7 +56,7 @@ def problem(
     angle, length = (-0.9, 0.9), (0.2, 0.45)
     return PlanarProblem(
         name="bounding quadruped",
-        robot=bounding_quadruped(),
+        robot=quadruped(),
         sequence=sequence,
         parameters={"stiffness": stiffness},
         friction=friction,

@@ -39,7 +39,6 @@ from gaitopt.model.planar.planar_coordinates import PlanarCoordinates as PlanarC
 from gaitopt.model.planar.planar_robot import PlanarRobot as PlanarRobot
 from gaitopt.model.robot import Coordinates as Coordinates
 from gaitopt.model.robot import Robot as Robot
-from gaitopt.model.robots.bounding_quadruped import bounding_quadruped as bounding_quadruped
 from gaitopt.model.robots.catalogue import robot_named as robot_named
 from gaitopt.model.robots.compass import compass_biped as compass_biped
 from gaitopt.model.robots.compass_with_torso import compass_with_torso as compass_with_torso
@@ -47,6 +46,7 @@ from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet as 
 from gaitopt.model.robots.flat_foot_walker import flat_foot_walker as flat_foot_walker
 from gaitopt.model.robots.kneed_walker import kneed_walker as kneed_walker
 from gaitopt.model.robots.monopod import monopod as monopod
+from gaitopt.model.robots.quadruped import quadruped as quadruped
 from gaitopt.model.robots.rimless import rimless_wheel as rimless_wheel
 from gaitopt.model.robots.round_foot_walker import round_foot_walker as round_foot_walker
 from gaitopt.model.robots.spoked_wheel import spoked_wheel as spoked_wheel

@@ -14,13 +14,13 @@ from gaitopt.model import (
     RigidLink,
     SwitchedSpring,
     assemble_planar,
-    bounding_quadruped,
     check_planar,
     compass_with_torso,
     compass_with_two_feet,
     flat_foot_walker,
     kneed_walker,
     monopod,
+    quadruped,
     round_foot_walker,
     spoked_wheel,
     telescoping_biped,
@@ -34,12 +34,12 @@ from gaitopt.parameters import Parameter
 
 GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0)
 CATALOGUE = (
-    bounding_quadruped,
     compass_with_torso,
     compass_with_two_feet,
     flat_foot_walker,
     kneed_walker,
     monopod,
+    quadruped,
     round_foot_walker,
     spoked_wheel,
     telescoping_biped,

@@ -1,4 +1,4 @@
-"""The bounding quadruped: a body on two pairs of telescoping legs with springs and hip torques."""
+"""The quadruped: a body on two pairs of telescoping legs with springs and hip torques."""
 
 import functools
 
@@ -25,7 +25,7 @@ PARAMETERS = (
 
 
 @functools.cache
-def bounding_quadruped() -> PlanarRobot:
+def quadruped() -> PlanarRobot:
     """Return the planar quadruped whose back and front legs move in pairs.
 
     Coordinates: middle of the body (x, y), its pitch, positive with the front raised, and for each pair of legs the
@@ -36,7 +36,7 @@ def bounding_quadruped() -> PlanarRobot:
 
     Examples
     --------
-    >>> bounding_quadruped().actuators
+    >>> quadruped().actuators
     ('back leg', 'back hip', 'front leg', 'front hip')
     """
     pairs = {"back": -0.5, "front": 0.5}
@@ -57,7 +57,7 @@ def bounding_quadruped() -> PlanarRobot:
         points |= {f"{pair} hip point": hip, f"{pair} foot": foot}
     links = [("back hip point", "front hip point"), *((f"{pair} hip point", f"{pair} foot") for pair in pairs)]
     return assemble_planar(
-        "bounding_quadruped",
+        "quadruped",
         c,
         bodies=bodies,
         contacts=contacts,
