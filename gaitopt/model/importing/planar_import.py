@@ -70,8 +70,8 @@ def import_planar(
     mirror : mapping of str to str, optional
         Exchange of the legs, see :func:`gaitopt.model.assemble_planar`.
     actuated : sequence of str, optional
-        Joints with an actuator, which has the name of the joint; by default the actuators of the file, or every joint if
-        the file has none.
+        Joints with an actuator, which has the name of the joint; by default the actuators of the file, or every joint
+        if the file has none.
 
     Returns
     -------
