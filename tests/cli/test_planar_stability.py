@@ -44,6 +44,14 @@ def test_the_walker_with_round_feet_has_its_reference_gait():
     assert gait["state"]["a"] == pytest.approx(0.1894382832527, abs=2e-13)
 
 
+def test_gaits_of_all_robots_have_the_same_keys():
+    gaits = [gaits_of(script, "--starts", 1)[0] for script in (KNEES, HOPPER, ROUND_FEET)]
+    for gait, contact in zip(gaits, ("foot A", "sole", "foot A"), strict=True):
+        assert set(gait) == set(gaits[0])
+        assert gait["forces"][contact]["largest_normal"] > 0
+        assert all(len(impulse) == 2 for impact in gait["impacts"] for impulse in impact["impulse"].values())
+
+
 def test_the_critical_friction_is_the_least_at_which_the_gait_does_not_slip():
     (gait,) = gaits_of(KNEES, "--starts", 1)
     least = max(gait["critical_friction"], gait["critical_impact_ratio"])

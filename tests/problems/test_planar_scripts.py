@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from gaitopt import verify
 from gaitopt.cli.script import call_script
+from gaitopt.motion.planar_gait_summary import summarise_planar
+from gaitopt.motion.summary import summarise
 from gaitopt.ocp import solve_planar
 from gaitopt.simulation import verify_planar
 from tests.conftest import ROOT
@@ -98,3 +101,29 @@ def test_the_knee_of_the_kneed_walker_strikes_before_its_foot_lands():
     flexion = gait.robot.coordinates.index("flexion_b")
     assert gait.motion.segments[0].q[flexion].max() > 0.1
     assert gait.motion.segments[1].q[flexion] == pytest.approx(np.zeros(gait.motion.segments[1].time.size), abs=1e-9)
+
+
+def missing(reference, other):
+    """Return the keys of nested dictionaries that the second one lacks, apart from those of the problem."""
+    if isinstance(reference, list) and isinstance(other, list) and reference and other:
+        return missing(reference[0], other[0])
+    if not isinstance(reference, dict) or not isinstance(other, dict):
+        return []
+    lacking = [key for key in reference if key not in other]
+    common = [key for key in reference if key in other and key != "problem"]
+    return lacking + [f"{key}/{below}" for key in common for below in missing(reference[key], other[key])]
+
+
+@every_script
+def test_its_summary_has_the_keys_of_a_robot_with_one_contact(name, slip_gait):
+    reference, summary = summarise(verify(slip_gait)), summarise_planar(gait_of(name))
+    assert missing(reference, summary) == []
+    assert missing(reference["impact"], summary["impact"]) == []
+    assert summary["verification"]["cone_margin"] == pytest.approx(summary["friction_margin"], abs=0.02)
+    assert summary["verification"]["cost_of_transport"] == pytest.approx(summary["cost_of_transport"], rel=5e-3)
+    impact = summary["impact"]
+    assert set(impact["ratio"]) == set(impact["mode"]) == set(impact["impulse"])
+    for contact, (tangential, normal) in impact["impulse"].items():
+        assert impact["ratio"][contact] == pytest.approx(tangential / normal)
+    for phase in summary["phases"]:
+        assert set(phase["largest_normal_force"]) == {n for n, mode in phase["modes"].items() if mode != "free"}
