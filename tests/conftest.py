@@ -67,7 +67,7 @@ def rolling():
     """Return a problem of a biped with round feet, whose robot, slope and parameters other problems may share."""
     from gaitopt.cli.script import build_problem
 
-    return build_problem(ROOT / "problems" / "round_feet.py", [])
+    return build_problem(ROOT / "problems" / "round_feet_slip.py", [])
 
 
 @pytest.fixture(scope="session")
@@ -76,6 +76,16 @@ def rolling_gait(rolling):
     from gaitopt import solve, verify
 
     return verify(solve(rolling))
+
+
+@pytest.fixture(scope="session")
+def passive_rolling(rolling):
+    """Return the walk of a passive walker with round feet, one of them on the ground at a time, on a slope of 0.01."""
+    from gaitopt import WalkProblem
+
+    lengths = {"leg_length": 1.2, "foot_radius": 0.2, "leg_com": 0.7}
+    masses = {"leg_mass": 0.5, "leg_inertia": 0.02, "hip_mass": 1.0, "gravity": 1.0}
+    return WalkProblem(robot=rolling.robot, parameters={**lengths, **masses, "slope": 0.01, "friction": np.inf})
 
 
 @pytest.fixture

@@ -7,6 +7,39 @@ from gaitopt.errors import InputError, suggest
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
+SCRIPT_OF_ROBOT = {
+    "compass_biped": "compass_slip",
+    "rimless_wheel": "rimless_wheel",
+    "compass_with_torso": "compass_with_torso",
+    "compass_with_two_feet": "compass_double_support",
+    "flat_foot_walker": "flat_foot",
+    "kneed_walker": "kneed_walker",
+    "monopod": "monopod",
+    "quadruped": "bounding_quadruped",
+    "round_foot_walker": "round_feet",
+    "telescoping_biped": "telescoping_biped",
+    "vertical_hopper": "hopper",
+}
+"""Script to start from for each robot of the catalogue."""
+
+
+def script_of_robot(name: str) -> str:
+    """Return the script to start from for a robot of the catalogue.
+
+    Raises
+    ------
+    InputError
+        If the catalogue does not contain the robot.
+
+    Examples
+    --------
+    >>> script_of_robot("vertical_hopper")
+    'hopper'
+    """
+    if name not in SCRIPT_OF_ROBOT:
+        raise InputError(f"There is no robot {name!r} in the catalogue. {suggest(name, SCRIPT_OF_ROBOT)}")
+    return SCRIPT_OF_ROBOT[name]
+
 
 def find_scripts_folder() -> Path:
     """Return the folder of the installed scripts: inside the package, or beside it in a checkout of the repository.

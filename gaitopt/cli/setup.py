@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli.installed_scripts import read_scripts
+from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, read_scripts, script_of_robot
 from gaitopt.cli.options import Json, Quiet, Verbose
 from gaitopt.cli.output import out, print_json, report_file, verdict_text
 from gaitopt.errors import InputError
@@ -39,17 +39,25 @@ def new(
         str | None,
         typer.Option("--from", metavar="SCRIPT", help="Script to copy, one of those listed by gaitopt problems."),
     ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", metavar="ROBOT", help=f"Robot of the catalogue: {', '.join(SCRIPT_OF_ROBOT)}."),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Write a commented problem script as a starting point.
 
-    With --from, a copy of an installed script is written, and beside it the scripts that it imports.  An existing file
-    is never overwritten.
+    With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, a
+    copy of the script of a robot.  An existing file is never overwritten.
 
-    Example: gaitopt new my_walker --from compass_slip
+    Example: gaitopt new my_walker --robot compass_biped
     """
+    if robot is not None:
+        if source is not None:
+            raise InputError(f"--robot {robot} and --from {source} exclude each other; give one of them.")
+        source = script_of_robot(robot)
     path = Path(name if name.endswith(".py") else f"{name}.py")
     if path.name.startswith("."):
         raise InputError(f"The name of a script must not be empty or begin with a dot, got {name!r}.")

@@ -26,6 +26,8 @@ from gaitopt.model.forces import Potential as Potential
 from gaitopt.model.forces import RotorInertia as RotorInertia
 from gaitopt.model.forces import Spring as Spring
 from gaitopt.model.ground import Ground as Ground
+from gaitopt.model.importing.planar_import import ImportedRobot as ImportedRobot
+from gaitopt.model.importing.planar_import import import_planar as import_planar
 from gaitopt.model.mechanics import PointMass as PointMass
 from gaitopt.model.mechanics import RigidLink as RigidLink
 from gaitopt.model.planar.joint_stop import JointStop as JointStop
@@ -39,10 +41,14 @@ from gaitopt.model.robot import Coordinates as Coordinates
 from gaitopt.model.robot import Robot as Robot
 from gaitopt.model.robots.catalogue import robot_named as robot_named
 from gaitopt.model.robots.compass import compass_biped as compass_biped
+from gaitopt.model.robots.compass_with_torso import compass_with_torso as compass_with_torso
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet as compass_with_two_feet
+from gaitopt.model.robots.flat_foot_walker import flat_foot_walker as flat_foot_walker
 from gaitopt.model.robots.kneed_walker import kneed_walker as kneed_walker
 from gaitopt.model.robots.monopod import monopod as monopod
+from gaitopt.model.robots.quadruped import quadruped as quadruped
 from gaitopt.model.robots.rimless import rimless_wheel as rimless_wheel
 from gaitopt.model.robots.round_foot_walker import round_foot_walker as round_foot_walker
 from gaitopt.model.robots.spoked_wheel import spoked_wheel as spoked_wheel
+from gaitopt.model.robots.telescoping_biped import telescoping_biped as telescoping_biped
 from gaitopt.model.robots.vertical_hopper import vertical_hopper as vertical_hopper

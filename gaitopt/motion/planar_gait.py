@@ -36,6 +36,10 @@ class PlanarVerification:
         Relative closing error of the replayed energy ledger.
     reasons : tuple of str
         Reasons why it did not pass; empty if it did.
+    cost_of_transport : float
+        Of the replay; nan if it stopped at once, or without travel.
+    cone_margin : float
+        Smallest 1 - abs(f_t) / (mu f_n) of the sticking contacts in the replay; nan without any.
 
     Examples
     --------
@@ -50,6 +54,8 @@ class PlanarVerification:
     period_error: float
     energy_residual: float
     reasons: tuple[str, ...] = ()
+    cost_of_transport: float = float("nan")
+    cone_margin: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

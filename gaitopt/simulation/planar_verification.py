@@ -10,6 +10,7 @@ from gaitopt.control.torque_interpolation import interpolate_torque
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait, PlanarVerification
+from gaitopt.motion.planar_gait_summary import friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarSegment
 from gaitopt.parameters import check_type
 from gaitopt.reductions import worst
@@ -196,6 +197,7 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
     for name, size, limit, unit in checks:
         if not size <= limit:
             reasons.append(f"the {name} differs by {size:.2e}{unit}, more than {limit:g}{unit}")
+    replayed = gait.replace_fields(motion=walked)
     return PlanarVerification(
         passed=not reasons,
         sequence=walked.sequence,
@@ -204,6 +206,8 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
         period_error=period_error,
         energy_residual=residual,
         reasons=tuple(reasons),
+        cost_of_transport=replayed.cost_of_transport if walked.segments else float("nan"),
+        cone_margin=friction_margin(replayed),
     )
 
 

@@ -41,7 +41,7 @@ IRREGULAR = re.compile(
     "begun|brought|built|caught|found|gone|held|kept|laid|led|lost|made|meant|met|sent|shown|spent|stood|swept|taught|told|torn"
 )
 NO_PARTICIPLE = re.compile(
-    "between|biped|coarsen|embed|feed|flatten|lengthen|need|often|open|proceed|screen|seed|shed|shorten|speed|ten|then|token|when"
+    "between|biped|coarsen|embed|feed|flatten|lengthen|need|often|open|proceed|quadruped|screen|seed|shed|shorten|speed|ten|then|token|when"
 )
 VERBS = {"add", "evaluate", "has", "is", "mark", "require", "reset", "select"}
 """Verbs whose object may end in a participle (`select_admitted`); `robot_named`, a lookup by name, is admitted too."""

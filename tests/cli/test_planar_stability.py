@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from gaitopt.cli.app import app
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
-KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_foot_walker"))
+KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_feet"))
 
 
 def run(*arguments):
@@ -42,6 +42,14 @@ def test_the_walker_with_round_feet_has_its_reference_gait():
     assert gait["period"] == pytest.approx(2.427955842630, abs=1e-12)  # source: tests/stability/test_planar_cycles.py
     assert gait["multipliers"][0] == pytest.approx([0.43344487, 0], abs=5e-9)
     assert gait["state"]["a"] == pytest.approx(0.1894382832527, abs=2e-13)
+
+
+def test_gaits_of_all_robots_have_the_same_keys():
+    gaits = [gaits_of(script, "--starts", 1)[0] for script in (KNEES, HOPPER, ROUND_FEET)]
+    for gait, contact in zip(gaits, ("foot A", "sole", "foot A"), strict=True):
+        assert set(gait) == set(gaits[0])
+        assert gait["forces"][contact]["largest_normal"] > 0
+        assert all(len(impulse) == 2 for impact in gait["impacts"] for impulse in impact["impulse"].values())
 
 
 def test_the_critical_friction_is_the_least_at_which_the_gait_does_not_slip():

@@ -11,6 +11,10 @@ import typer
 
 from gaitopt.cli import setup
 from gaitopt.cli.app import app
+from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT
+from gaitopt.cli.script import call_script
+from gaitopt.model import robot_named
+from gaitopt.model.robots.catalogue import CATALOGUE, PLANAR_CATALOGUE
 
 COMMANDS = typer.main.get_command(app).commands
 
@@ -90,6 +94,20 @@ def test_an_installed_script_is_copied_with_what_it_imports(command, folder, roo
         "file": "walkers/other.py"
     }
     assert command("problems", "walkers").status == 0
+
+
+@pytest.mark.parametrize("name", [*CATALOGUE, *PLANAR_CATALOGUE])
+def test_every_robot_of_the_catalogue_has_a_script_to_start_from(command, folder, name):
+    assert set(SCRIPT_OF_ROBOT) == {*CATALOGUE, *PLANAR_CATALOGUE}
+    assert command("new", "mine", "--robot", name).status == 0
+    assert call_script(folder / "mine.py", []).robot is robot_named(name)
+
+
+def test_an_unknown_robot_and_two_sources_are_refused(command, folder):
+    assert "Did you mean 'monopod'?" in command("new", "mine", "--robot", "monopods").err
+    run = command("new", "mine", "--robot", "monopod", "--from", "hopper")
+    assert (run.status, list(folder.iterdir())) == (2, [])
+    assert "--robot monopod and --from hopper exclude each other" in run.err
 
 
 def test_a_copy_overwrites_nothing(command, folder, root):

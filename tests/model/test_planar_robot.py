@@ -15,11 +15,15 @@ from gaitopt.model import (
     SwitchedSpring,
     assemble_planar,
     check_planar,
+    compass_with_torso,
     compass_with_two_feet,
+    flat_foot_walker,
     kneed_walker,
     monopod,
+    quadruped,
     round_foot_walker,
     spoked_wheel,
+    telescoping_biped,
     vertical_hopper,
 )
 from gaitopt.model.contacts.contact_state import ContactState
@@ -29,7 +33,18 @@ from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.parameters import Parameter
 
 GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0)
-CATALOGUE = (compass_with_two_feet, kneed_walker, monopod, round_foot_walker, spoked_wheel, vertical_hopper)
+CATALOGUE = (
+    compass_with_torso,
+    compass_with_two_feet,
+    flat_foot_walker,
+    kneed_walker,
+    monopod,
+    quadruped,
+    round_foot_walker,
+    spoked_wheel,
+    telescoping_biped,
+    vertical_hopper,
+)
 
 
 def biped(c=None, *, mirror=None, contacts=None, **parts):

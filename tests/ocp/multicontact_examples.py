@@ -6,12 +6,11 @@ import attrs
 import casadi as ca
 import numpy as np
 
-from gaitopt import Collocation, Drawing, Margins, Parameter, PointContact, PointMass, RigidLink, Spring
-from gaitopt.model.planar.joint_stop import JointStop
+from gaitopt import Collocation, Drawing, Margins, Parameter, PointContact, RigidLink, Spring
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
-from gaitopt.model.robots.kneed_walker import PARAMETERS as KNEED
+from gaitopt.model.robots.kneed_walker import kneed_walker
 from gaitopt.model.robots.monopod import monopod
 from gaitopt.ocp import Objective, PlanarKeyframes, PlanarLimits, PlanarProblem
 
@@ -117,31 +116,6 @@ def drag(double=0.45, drag=0.35, period=1.8852, step=0.4713):
     )
 
 
-def kneed_walker_with_motor():
-    """The kneed walker of the catalogue with a hip torque."""
-    c = PlanarCoordinates(("x", "y", "a", "flexion_a", "b", "flexion_b"), KNEED)
-    hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
-    bodies, contacts = [PointMass(c.parameter("hip_mass"), hip)], {}
-    for leg, other in (("a", "b"), ("b", "a")):
-        angle, flexion, label = c.coordinate(leg), c.coordinate(f"flexion_{leg}"), leg.upper()
-        thigh = ca.vertcat(ca.sin(angle), -ca.cos(angle))
-        shank = ca.vertcat(ca.sin(angle - flexion), -ca.cos(angle - flexion))
-        knee = hip + c.parameter("thigh_length") * thigh
-        bodies.append(PointMass(c.parameter("thigh_mass"), hip + c.parameter("thigh_com") * thigh))
-        bodies.append(PointMass(c.parameter("shank_mass"), knee + c.parameter("shank_com") * shank))
-        armed = angle - c.coordinate(other) - c.parameter("clearance_angle")
-        contacts[f"foot {label}"] = PointContact(knee + c.parameter("shank_length") * shank, armed=armed)
-        contacts[f"knee {label}"] = JointStop(flexion, latched=True, released_by=f"foot {label} opens")
-    return assemble_planar(
-        "kneed_walker_with_motor",
-        c,
-        bodies=bodies,
-        contacts=contacts,
-        actuators={"hip": c.coordinate("a") - c.coordinate("b")},
-        mirror={"a": "b", "flexion_a": "flexion_b", "foot A": "foot B", "knee A": "knee B", "hip": "-hip"},
-    )
-
-
 def knee_strike():
     """A step downhill from a guess with a bent swing knee."""
     stance = np.array([0.2386, 0.07, -0.03, -0.13, -0.2386])
@@ -154,12 +128,12 @@ def knee_strike():
         "flexion_b": (0, 0.45, 0.4, 0, 0),
     }
     return PlanarProblem(
-        robot=kneed_walker_with_motor(),
+        robot=kneed_walker(),
         sequence="foot A stick, knee A latched | foot A stick, knee A latched, knee B latched |",
         slope=0.0504,
         objective="torque_squared",
         guess=PlanarKeyframes((0, 0.15, 0.25, 0.35, 0.56), coordinates, phases=(0.35, 0.21)),
-        limits=PlanarLimits(clearance=0),
+        limits=PlanarLimits(torque={"knee A": 0, "knee B": 0}, clearance=0),
         margins=attrs.evolve(NONE, touchdown_rate=1e-3),
         transcription=Collocation(intervals=(20, 12)),
     )

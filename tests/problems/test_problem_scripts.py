@@ -3,6 +3,7 @@
 import functools
 import inspect
 import math
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from gaitopt.ocp.transcription.method_names import TRANSCRIPTIONS
 SCRIPTS = [
     path
     for path in sorted((Path(__file__).parents[2] / "problems").glob("*.py"))
-    if "def study(" not in path.read_text()
+    if "def study(" not in path.read_text() and (find_spec("mujoco") or not path.stem.startswith("imported"))
 ]
 OPTIMISED = [path for path in SCRIPTS if isinstance(call_script(path, []), GaitProblem)]
 

@@ -30,16 +30,12 @@ from gaitopt import (
     write_csv,
     write_torques,
 )
-from gaitopt.cli.script import call_script
 from gaitopt.model.contacts.mode import PHYSICAL
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, touchdown_pose
 from gaitopt.study import ending_labels
 from gaitopt.tuning import controller_family_named
-from tests.conftest import ROOT
 from tests.export.test_c_code import CC, call, compiled
 
-SCRIPT = ROOT / "problems" / "round_feet.py"
-PASSIVE = ROOT / "problems" / "round_feet_passive.py"
 FLAT = {"friction": 0.3, "speed": 0.7, "step_length": 0.4, "sequence": "stick | stick"}
 METHODS = [None, MultipleShooting(intervals=30)]
 
@@ -116,8 +112,8 @@ def test_laws_are_tuned(rolling, rolling_gait):
     assert tuned.radius_after < 1
 
 
-def test_the_basin_of_the_passive_walker():
-    walk = call_script(PASSIVE, [])
+def test_the_basin_of_the_passive_walker(passive_rolling):
+    walk = passive_rolling
     start = {"th1": -0.18944, "th2_rate": -0.18761}
     axes = {"th1_rate": [0.1, 0.239, 0.6]}
     found = basin(walk.robot, walk.parameters | start, axes, patience=SettlingCriterion(steps=40, tolerance=1e-3))

@@ -47,7 +47,7 @@ def test_invalid_problems_are_rejected():
 
 
 def test_the_parameters_of_the_scripts_are_those_of_the_robots():
-    for name in ("kneed_walker", "hopper", "round_foot_walker"):
+    for name in ("kneed_walker", "hopper", "round_feet"):
         problem = call_script(ROOT / "problems" / f"{name}.py", [])
         assert isinstance(problem, PlanarWalkProblem)
         assert not problem.sequence

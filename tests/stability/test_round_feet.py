@@ -6,13 +6,10 @@ The walker: hip 1 kg, legs 0.5 kg with 0.02 kg m^2, 1 m from the hip to the cent
 0.5 m below the hip, radius 0.2 m, gravity 1 m/s^2, slope 0.01; the foot does not slip.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from gaitopt import assess_stability, compass_biped, feedforward, find_cycles, joint_pd, lqr, simulate
-from gaitopt.cli.script import call_script
 from gaitopt.control.law import passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
@@ -22,8 +19,6 @@ from gaitopt.stability.cycle_search import find_cycle
 from .conftest import COMPASS
 from .test_multipliers import central_differences
 
-SCRIPT = Path(__file__).parents[2] / "problems" / "round_feet_passive.py"
-
 # The references count angles a (stance) and b (swing) counter-clockwise from straight down: th1 = -a, th2 = b.
 STATE = [-0.1894382832527, 0.2390109878129, -0.1876139814681]
 PERIOD = 2.427955842630
@@ -31,8 +26,8 @@ MULTIPLIERS = [0.37046539 - 0.18370392j, 0.37046539 + 0.18370392j, 0.43344487]
 
 
 @pytest.fixture(scope="module")
-def passive_walk():
-    return call_script(SCRIPT, [])
+def passive_walk(passive_rolling):
+    return passive_rolling
 
 
 @pytest.fixture(scope="module")

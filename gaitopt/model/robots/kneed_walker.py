@@ -28,10 +28,11 @@ PARAMETERS = (
 
 @functools.cache
 def kneed_walker() -> PlanarRobot:
-    """Return the passive kneed walker with point masses and point feet.
+    """Return the kneed walker with point masses and point feet.
 
     Coordinates: hip (x, y), the angles a and b of the thighs from straight down, positive forward, and the flexions of
     the knees, zero if straight.  A knee latches when it is straight and is released when its foot leaves the ground.
+    Torques act at the hip, on a - b, and on the flexions; without them the walker is passive.
     Parameters: hip_mass, thigh_mass, shank_mass [kg], thigh_length, shank_length, thigh_com, shank_com [m],
     clearance_angle [rad], gravity [m/s^2].
 
@@ -63,6 +64,11 @@ def kneed_walker() -> PlanarRobot:
         c,
         bodies=bodies,
         contacts=contacts,
-        mirror={"a": "b", "flexion_a": "flexion_b", "foot A": "foot B", "knee A": "knee B"},
+        actuators={
+            "hip": c.coordinate("a") - c.coordinate("b"),
+            "knee A": c.coordinate("flexion_a"),
+            "knee B": c.coordinate("flexion_b"),
+        },
+        mirror={"a": "b", "flexion_a": "flexion_b", "foot A": "foot B", "knee A": "knee B", "hip": "-hip"},
         drawing=Drawing(points, links),
     )

@@ -1,0 +1,70 @@
+"""Optimal hop of a monopod that is imported from MJCF and cut to the sagittal plane.
+
+It is the robot of monopod.py, with the angle of the leg relative to the body.  Needs ``pip install 'gaitopt[import]'``.
+Solve it with ``gaitopt solve problems/imported_mjcf.py``.  The import accepts the path of a file, too.
+"""
+
+import functools
+
+import monopod
+
+from gaitopt import Collocation, Margins
+from gaitopt.model import import_planar
+from gaitopt.ocp import PlanarLimits, PlanarProblem
+
+MJCF = """<mujoco model="monopod">
+  <worldbody>
+    <body name="body" pos="0 0 0.6">
+      <freejoint/>
+      <inertial pos="0 0 0" mass="8" diaginertia="0.4 0.4 0.4"/>
+      <body name="leg">
+        <joint name="hip" type="hinge" axis="0 -1 0"/>
+        <body name="foot">
+          <joint name="leg" type="slide" axis="0 0 -1" stiffness="3000" springref="0.6"/>
+          <inertial pos="0 0 0" mass="1" diaginertia="1e-9 1e-9 1e-9"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="hip"/><motor joint="leg"/></actuator>
+</mujoco>"""
+
+
+@functools.cache
+def hopper():
+    """Return the monopod and what its import has dropped."""
+    return import_planar(MJCF, contacts={"sole": ("foot", (0, 0, 0))})
+
+
+def problem(
+    sequence="sole stick > flight |",
+    friction=1.0,  # Coulomb coefficient
+    speed=1.5,  # [m/s]
+    step_length=0.6,  # [m]
+    foot_mass=1.0,  # [kg]
+    clearance=2e-3,  # least height of the foot in flight [m]
+    stance_intervals=8,
+    flight_intervals=24,
+):
+    """Return the problem of a hop."""
+    return PlanarProblem(
+        name="imported monopod",
+        robot=hopper().robot,
+        sequence=sequence,
+        parameters={"foot_mass": foot_mass},
+        friction=friction,
+        speed=speed,
+        step_length=step_length,
+        objective=monopod.HopEffort(),
+        limits=PlanarLimits(coordinate={"leg": (0.35, 0.65)}, clearance=clearance),
+        margins=Margins(touchdown_rate=0.1, slip_speed=0, normal_force=0),
+        transcription=Collocation(intervals=(stance_intervals, flight_intervals)),
+    )
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_script
+
+    for line in hopper().dropped:
+        print(line)
+    run_script(__file__)
