@@ -21,7 +21,6 @@ from gaitopt.cli import (
     impact_command,
     listing,
     output,
-    planar_solving,
     planar_walks,
     setup,
     study_output,
@@ -120,7 +119,9 @@ def assess_robustness():
     feedback_output.print_endurance({"law": "lqr", "radius": 0.5, "survived": survived}, {})
 
 
-def planar_gait():
+def gaits():
+    warned = dataclasses.replace(gait().solver, warnings=("speed [m/s] is low",))
+    output.print_gait(dataclasses.replace(gait(), solver=warned))
     limits = PlanarLimits(torque={"ankle B": 0})
     problem = PlanarProblem(
         robot=compass_with_two_feet(),
@@ -132,7 +133,7 @@ def planar_gait():
         limits=limits,
         transcription=Collocation(intervals=5, tolerance=math.inf),
     )
-    planar_solving.print_planar_gait(solve(problem))
+    output.print_gait(solve(problem))
 
 
 def planar_cycles():
@@ -147,11 +148,8 @@ def impact():
 
 
 TABLES = {
-    "print_planar_gait": planar_gait,
+    "print_gait": gaits,
     "print_planar_cycles": planar_cycles,
-    "print_gait": lambda: output.print_gait(
-        dataclasses.replace(gait(), solver=dataclasses.replace(gait().solver, warnings=("speed [m/s] is low",)))
-    ),
     "print_cycles": cycles,
     "print_walk": walk,
     "print_numbers": numbers,
