@@ -40,12 +40,12 @@ def plot(
 
     Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
-    from gaitopt.cli.script import load_walking_gait
+    from gaitopt.motion.archive import load
     from gaitopt.plot.gait_figure import plot_gait
     from gaitopt.plot.saving import save_figure
     from gaitopt.plot.style import FigureStyle
 
-    figure = plot_gait(load_walking_gait(file, None), style=FigureStyle(width=width, font_size=font_size, titled=title))
+    figure = plot_gait(load(file), style=FigureStyle(width=width, font_size=font_size, titled=title))
     report_file(save_figure(figure, output or Path(f"{file.stem}.png")), json=json)
 
 

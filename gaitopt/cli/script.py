@@ -15,9 +15,9 @@ from typing import Any
 
 from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
-from gaitopt.motion.archive import AnyGait, load
+from gaitopt.motion.archive import load
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord

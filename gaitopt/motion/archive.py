@@ -19,12 +19,12 @@ from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.contact_sequence import ContactSequence
-from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation, check_gait
+from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.motion_archive import read_motion, write_motion
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.phase_sequence import PhaseSequence
-from gaitopt.motion.planar_gait import PlanarGait, PlanarVerification
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait, PlanarVerification, check_any_gait
 from gaitopt.motion.planar_motion_archive import read_planar_motion, write_planar_motion
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.robot_archive import SharedGroups, read_robot, write_robot
@@ -42,8 +42,6 @@ Version 1 had a bare vector of unknowns instead of ``solution``; its files are r
 
 PLANAR = "several contacts"
 """Value of the attribute ``robot_kind`` in the files of robots with several contacts; other files have no such one."""
-
-AnyGait = Gait | PlanarGait
 
 _FORMER_KEYS = {"word": "sequence", "words": "sequences"}
 
@@ -83,8 +81,7 @@ def save(gait: AnyGait, path: str | Path) -> Path:
     ...     load(path).sequence == gait.sequence
     True
     """
-    if not isinstance(gait, PlanarGait):
-        check_gait(gait)
+    check_any_gait(gait)
     path = Path(path)
     check_gait_suffix(path)
     with hold_interrupt() as interrupt:

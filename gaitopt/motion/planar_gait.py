@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.motion.energy import Ledger
-from gaitopt.motion.gait import SolverReport
+from gaitopt.motion.gait import Gait, SolverReport, check_gait
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_motion import PlanarMotion
@@ -168,3 +168,12 @@ class PlanarGait(LazyRecord):
         if status in (Status.SOLVED, Status.NOT_VERIFIED):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
         return self.replace_fields(verification=verification, status=status)
+
+
+AnyGait = Gait | PlanarGait
+
+
+def check_any_gait(gait: object, name: str = "gait") -> None:
+    """Raise InputError unless an argument is a gait of any robot."""
+    if not isinstance(gait, PlanarGait):
+        check_gait(gait, name)
