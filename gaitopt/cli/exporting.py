@@ -65,10 +65,10 @@ def animate(
 
     Example: gaitopt animate compass_slip.h5 -o slip.mp4
     """
-    from gaitopt.cli.script import load_walking_gait
+    from gaitopt.motion.archive import load
     from gaitopt.plot.animation import animate as animate_gait
 
-    gait, path = load_walking_gait(file, None), output or Path(f"{file.stem}.gif")
+    gait, path = load(file), output or Path(f"{file.stem}.gif")
     with show_progress("drawing frames", hidden=json, counted=True) as display:
         written = animate_gait(gait, path, steps=steps, slow=slow, observer=display.count)
     report_file(written, json=json)
@@ -98,14 +98,14 @@ def report(
 
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
-    from gaitopt.cli.script import load_gaits, require_walking
+    from gaitopt.cli.script import load_gaits
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
 
     named = label_files(files)
     path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
-    gaits = {label: require_walking(gait, named[label]) for label, gait in load_gaits(named, problem).items()}
+    gaits = load_gaits(named, problem)
     with show_progress("writing the report", hidden=json):
         written = write_report(gaits, path, title=title)
     report_file(written, json=json)
@@ -134,21 +134,25 @@ def export(
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
-    from gaitopt.cli.script import load_walking_gait
+    from gaitopt.cli.script import load_gait, require_walking
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
     contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
-    suffix, gait = check_suffix(output, contents), load_walking_gait(file, problem)
+    suffix, gait = check_suffix(output, contents), load_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return
+    if suffix == ".json" and law == OPEN_LOOP:
+        report_file(write_torques(gait.motion, output), json=json)
+        return
+    gait = require_walking(gait, file)
     robot = gait.robot
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
-        written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
+        written = write_torques(gait.motion, output, law=chosen)
     else:
         written = write_c(robot, chosen, gait.motion.parameters, output)
     report_file(written, json=json)

@@ -179,6 +179,8 @@ class MotionView(LazyRecord):
     links : tuple of pairs of int
     link_contacts : tuple of int or None
         The contact to whose leg each link belongs; None for the body.
+    foot_points : dict of int to int
+        The drawn point of each foot, by the number of the contact.
     joints : tuple of int
         Points drawn as joints.
     parameters : dict of str to float
@@ -211,6 +213,7 @@ class MotionView(LazyRecord):
     points: tuple[str, ...]
     links: tuple[tuple[int, int], ...]
     link_contacts: tuple[int | None, ...]
+    foot_points: dict[int, int]
     joints: tuple[int, ...]
     parameters: dict[str, float]
     total_mass: float
@@ -240,7 +243,13 @@ class MotionView(LazyRecord):
     @property
     def loaded(self) -> tuple[int, ...]:
         """Numbers of the feet that are on the ground at some time."""
-        return tuple(foot for foot in self.feet if any(part.modes[foot] is not Mode.FREE for part in self.segments))
+        return tuple(number for number in self.closing if not self.contacts[number].is_stop)
+
+    @property
+    def closing(self) -> tuple[int, ...]:
+        """Numbers of the contacts that are closed at some time."""
+        numbers = range(len(self.contacts))
+        return tuple(i for i in numbers if any(part.modes[i] is not Mode.FREE for part in self.segments))
 
     @property
     def sliding(self) -> tuple[int, ...]:
@@ -284,4 +293,4 @@ def name_modes(contacts: tuple[str, ...], modes: tuple[Mode, ...]) -> str:
     ('foot stick', 'flight')
     """
     closed = zip(contacts, modes, strict=True)
-    return ", ".join(f"{name} {mode.label}" for name, mode in closed if mode is not Mode.FREE) or "flight"
+    return ", ".join(f"{name} {mode.value}" for name, mode in closed if mode is not Mode.FREE) or "flight"

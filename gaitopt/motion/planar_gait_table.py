@@ -8,6 +8,9 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_slides, friction_margin
 from gaitopt.status import Status
 
+LEAST_IMPULSE = 1e-6
+"""Impulse below which a contact is not listed [N s]."""
+
 
 def tabulate_planar_gait(gait: PlanarGait) -> Facts:
     """Return the facts of a gait as pairs of a name and a text, as :func:`gaitopt.motion.gait_table.tabulate_gait`.
@@ -72,7 +75,7 @@ def _events(gait: PlanarGait) -> Facts:
         impulses = [
             f"{entry.name} ({t:.4g}, {n:.4g}) {'N s' if entry.unit == 'm' else 'N m s'}"
             for entry, (t, n) in zip(gait.motion.contact_entries, event.impulse, strict=True)
-            if t or n
+            if max(abs(t), abs(n)) > LEAST_IMPULSE
         ]
         received = f"; impulse {', '.join(impulses)}" if impulses else ""
         facts.append(("event", f"{event.time:.4g} s  {' & '.join(event.names)}{received}"))

@@ -24,7 +24,7 @@ def draw_mode_bar(axes: "Axes", view: MotionView) -> None:
     axes : matplotlib.axes.Axes
     view : MotionView
     """
-    shown = [i for i in range(len(view.contacts)) if any(part.modes[i] is not Mode.FREE for part in view.segments)]
+    shown = view.closing
     for row, contact in enumerate(shown):
         for start, end, mode in merge_modes(view, contact):
             if mode is not Mode.FREE:
