@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from gaitopt.cli.law_option import OPEN_LOOP, law_for
+from gaitopt.cli.law_option import OPEN_LOOP, find_feedback, law_for
 from gaitopt.cli.options import (
     Figure,
     GainValues,
@@ -145,14 +145,14 @@ def export(
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return
-    if suffix == ".json" and law == OPEN_LOOP:
+    if suffix == ".json" and find_feedback(law, gain, torque_limit, stance_angle) is None:
         report_file(write_torques(gait.motion, output), json=json)
         return
     gait = require_walking(gait, file)
     robot = gait.robot
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
-        written = write_torques(gait.motion, output, law=chosen)
+        written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
     else:
         written = write_c(robot, chosen, gait.motion.parameters, output)
     report_file(written, json=json)

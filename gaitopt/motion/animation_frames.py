@@ -53,6 +53,8 @@ class AnimationFrame:
     time : float [s]
     step : int
         From 0.
+    exchanges : int
+        Number of leg exchanges since the first frame.
     phase : int
         Number of the phase within the step.
     mode : Mode
@@ -75,6 +77,7 @@ class AnimationFrame:
 
     time: float
     step: int
+    exchanges: int
     phase: int
     mode: Mode
     modes: tuple[Mode, ...]
@@ -135,6 +138,7 @@ class AnimationFrames:
         return AnimationFrame(
             time=time - float(self.motion.segments[0].time[0]) + step * self.motion.period,
             step=step,
+            exchanges=step + segment.step,
             phase=phase,
             mode=segment.mode,
             modes=segment.modes,

@@ -275,9 +275,9 @@ class MotionView(LazyRecord):
         rows = [(row, each) for row, each in rows if row != self.distance_row]
         return [] if {each.name for _, each in rows} <= {"y"} else rows
 
-    def owner(self, contact: int, step: int) -> int:
-        """Return the contact that plays the role of a contact of the first step in another step."""
-        return self.exchange[contact] if step % 2 else contact
+    def owner(self, contact: int, exchanges: int) -> int:
+        """Return the contact that plays the role of a contact of the first step after some leg exchanges."""
+        return self.exchange[contact] if exchanges % 2 else contact
 
     def channel(self, name: str) -> Array:
         """Return an array of the segments, such as ``"forces"``, joined along time."""

@@ -49,10 +49,10 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
         "step_length": gait.step_length,
         "period": gait.period,
         "phases": [_phase_facts(motion, segment) for segment in motion.segments],
-        "events": [_event_facts(motion, event) for event in motion.events],
+        "events": [event_facts(motion, event) for event in motion.events],
         "friction_margin": friction_margin(gait),
         "foot_slide": find_slides(gait),
-        "impact": _event_facts(motion, impacts[-1]) if impacts else None,
+        "impact": event_facts(motion, impacts[-1]) if impacts else None,
         "energy": ledger_facts(gait.energy),
         "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
         "proposal": None,
@@ -104,7 +104,8 @@ def _phase_facts(motion: PlanarMotion, segment: PlanarSegment) -> dict[str, Any]
     }
 
 
-def _event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
+def event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
+    """Return an event as plain data, with the impulse by contact [N s]."""
     received = np.flatnonzero(event.impulse.any(axis=1))
     outcome = event.outcome or event.after
     return {

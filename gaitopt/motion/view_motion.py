@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import GAP, SLIDE
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.link_roles import assign_links, classify_links, find_joints
 from gaitopt.motion.motion import Jump, Motion, Segment, check_motion
@@ -67,7 +68,7 @@ def _view_single(motion: Motion, limits: Mapping[str, float]) -> MotionView:
         events=tuple(_touchdown(jump) for jump in motion.jumps),
         tokens=_single_tokens(motion),
         travel=motion.travel,
-        distance_row=0,
+        distance_row=SLIDE,
         energy=Deferred(lambda: ledger(motion)),
         limits=limits,
     )
@@ -82,9 +83,9 @@ def _single_phase(segment: Segment, swing: int) -> PhaseView:
         modes=(segment.mode, Mode.FREE),
         **{name: getattr(segment, name) for name in ("time", "q", "v", "torque", "work", "power", "points", "rims")},
         forces=np.stack([segment.force, np.zeros_like(segment.force)]),
-        slides=np.stack([segment.q[0], zero]),
-        slip_speeds=np.stack([segment.v[0], zero]),
-        gaps=np.stack([segment.q[1], place[1]]),
+        slides=np.stack([segment.q[SLIDE], zero]),
+        slip_speeds=np.stack([segment.v[SLIDE], zero]),
+        gaps=np.stack([segment.q[GAP], place[1]]),
         friction_works=np.stack([segment.friction_work, zero]),
         **{name: getattr(segment, name) for name in ("damping_work", "kinetic", "potential", "elastic")},
         places=np.stack([segment.contact, place], axis=1),

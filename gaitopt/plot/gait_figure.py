@@ -129,7 +129,7 @@ def plot_motion(motion: AnyMotion, *, title: str = "", style: FigureStyle | None
     ['stick figures', 'modes']
     """
     if not is_drawable(motion):
-        raise InputError("A motion without duration, or with numbers that are not finite, cannot be drawn.")
+        raise InputError("The motion has no duration or is not finite; a figure needs finite positions.")
     return _draw_figure(view_motion(motion), title, style or FigureStyle(), None)
 
 

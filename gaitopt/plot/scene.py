@@ -61,7 +61,7 @@ class Scene:
         """Move everything to its position in a frame."""
         points = tilt(frame.points, self._slope)
         for pair, contact, line in self._links:
-            color = BODY if contact is None else self._color(contact, frame.step)
+            color = BODY if contact is None else self._color(contact, frame.exchanges)
             line.set(xdata=points[0, pair], ydata=points[1, pair], color=color)
         if self._arc is not None and frame.rims is not None:
             self._show_rims(frame, self._arc)
@@ -78,16 +78,16 @@ class Scene:
             self._mark(slide)
         self._look(frame)
 
-    def _color(self, contact: int, step: int) -> str:
+    def _color(self, contact: int, exchanges: int) -> str:
         """Return the colour of a foot, which changes its role from step to step."""
-        return contact_color(self._view.feet.index(self._view.owner(contact, step)))
+        return contact_color(self._view.feet.index(self._view.owner(contact, exchanges)))
 
     def _show_rims(self, frame: AnimationFrame, arc: FootArc) -> None:
         """Move the arcs of round feet, their marks, and the legs that end at the centres of arcs."""
         if frame.rims is None:
             return
         for (foot, lines), spoke in zip(self._feet.items(), self._spokes, strict=True):
-            rim, color = frame.rims[:, foot], self._color(foot, frame.step)
+            rim, color = frame.rims[:, foot], self._color(foot, frame.exchanges)
             marks = np.moveaxis(arc.marks(rim), 1, 0)
             for line, places in zip(lines, (arc.outline(rim), *marks), strict=True):
                 x, y = tilt(places, self._slope)

@@ -21,6 +21,7 @@ from gaitopt.cli import (
     impact_command,
     listing,
     output,
+    planar_walk_output,
     planar_walks,
     setup,
     study_output,
@@ -141,6 +142,11 @@ def planar_cycles():
     planar_walks.print_planar_cycles(planar_walks.search_planar(problem, 1, steps=1, engine="auto"))
 
 
+def planar_walk():
+    problem = call_script(Path("problems/hopper.py"), [])
+    planar_walk_output.print_planar_walk(planar_walk_output.simulate_planar_walk(problem, {}, steps=1, engine="auto"))
+
+
 def impact():
     foot = ClosedContact("foot [rad]", np.array([0.0, 1.0]), tangent_row=np.array([1.0, 0.0]))
     outcome = solve_multicontact_impact(np.eye(2), np.array([0.4, -1.0]), [foot], (0.1, 0.1))
@@ -150,6 +156,7 @@ def impact():
 TABLES = {
     "print_gait": gaits,
     "print_planar_cycles": planar_cycles,
+    "print_planar_walk": planar_walk,
     "print_cycles": cycles,
     "print_walk": walk,
     "print_numbers": numbers,
