@@ -134,14 +134,14 @@ def export(
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
-    from gaitopt.cli.script import load_gait, require_walking
+    from gaitopt.cli.script import load_any_gait, require_walking
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
     contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
-    suffix, gait = check_suffix(output, contents), load_gait(file, problem)
+    suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitopt.cli.script import any_walk_problem, load_walking_gait, read_script, require_single_support
+from gaitopt.cli.script import any_walk_problem, load_gait, read_script, require_single_support
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -110,7 +110,7 @@ def read_input(request: Request, starts: int, *, steps: int = 1, first: bool = F
 def _of_gait(request: Request) -> CommandInput:
     if request.settings:
         raise InputError("--set changes the parameters of a script; it is not accepted for a saved gait.")
-    gait = load_walking_gait(request.source, request.script)
+    gait = load_gait(request.source, request.script)
     robot = gait.robot
     law = feedforward(robot, gait.motion) if request.feedback is None else request.feedback(gait, robot)
     engine = engine_named(request.engine, law, robot)

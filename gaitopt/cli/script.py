@@ -206,7 +206,7 @@ def record_script(gait: AnyGait, script: Script) -> AnyGait:
     return gait.replace_fields(problem={**gait.problem, "script": script.record().describe()})
 
 
-def load_gait(file: Path, script: Path | None) -> AnyGait:
+def load_any_gait(file: Path, script: Path | None) -> AnyGait:
     """Return the gait in a file, with the robot of a problem script if one is named.
 
     Raises
@@ -220,15 +220,15 @@ def load_gait(file: Path, script: Path | None) -> AnyGait:
     return gait if script is None else gait.with_robot(_robot_of(script))
 
 
-def load_walking_gait(file: Path, script: Path | None) -> Gait:
-    """Return the gait in a file of a robot with one foot on the ground at a time; errors as :func:`load_gait`.
+def load_gait(file: Path, script: Path | None) -> Gait:
+    """Return the gait in a file of a robot with one foot on the ground at a time; errors as :func:`load_any_gait`.
 
     Raises
     ------
     InputError
         If its robot has several contacts.
     """
-    return require_walking(load_gait(file, script), file)
+    return require_walking(load_any_gait(file, script), file)
 
 
 def require_walking(gait: AnyGait, file: Path) -> Gait:

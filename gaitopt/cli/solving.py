@@ -138,11 +138,11 @@ def verify(
 
     Example: gaitopt verify compass_slip.h5
     """
-    from gaitopt.cli.script import load_gait
+    from gaitopt.cli.script import load_any_gait
     from gaitopt.motion.summary import summarise
     from gaitopt.simulation.verification import verify as verify_gait
 
-    gait = verify_gait(load_gait(file, problem))
+    gait = verify_gait(load_any_gait(file, problem))
     if json:
         print_json(summarise(gait) | {"file": str(file)})
     else:

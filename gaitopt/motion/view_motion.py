@@ -126,7 +126,7 @@ def _view_several(motion: PlanarMotion, limits: Mapping[str, float]) -> MotionVi
         links=motion.links,
         link_contacts=assign_links(motion.links, foot_points),
         foot_points=foot_points,
-        joints=find_joints(motion.links, foot_points.values()),
+        joints=find_joints(motion.links, foot_points.values()) if motion.links else tuple(range(len(motion.points))),
         parameters=motion.parameters,
         total_mass=motion.total_mass,
         segments=segments,

@@ -142,6 +142,7 @@ def leg_look(motion: MotionView, contact: int | None) -> tuple[str, float, float
 def _spacing(figures: Sequence[Array]) -> float:
     """Return the smallest distance between neighbours that keeps them apart [m]."""
     height = max(float(np.ptp(figure[1])) for figure in figures)
+    height = height or max(float(np.max(np.abs(figure[1]))) for figure in figures) or 1.0  # a single point is drawn
     overlap = max(float(left[0].max() - right[0].min()) for left, right in pairwise(figures))
     return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height)
 

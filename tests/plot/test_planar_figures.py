@@ -2,17 +2,20 @@
 
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import FigureStyle, InputError, plot_gait
+from gaitopt import FigureStyle, InputError, animate, plot_gait
 from gaitopt.cli.script import call_script
+from gaitopt.model import PlanarCoordinates, PointContact, PointMass, assemble_planar
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.model.robots.monopod import monopod
 from gaitopt.model.robots.round_foot_walker import round_foot_walker
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.view_motion import view_motion
+from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
 from gaitopt.plot.style import MODE_FILL, contact_color
 from gaitopt.simulation import place_planar, simulate_planar
@@ -115,6 +118,23 @@ def test_round_feet_have_arcs_joined_to_their_legs():
     lines = axes_of(figure)["stick figures"].lines
     assert sum(len(line.get_xdata()) == 49 for line in lines) == 2 * 9
     assert "modes" not in axes_of(figure)  # one foot on the ground, as in figures of other walkers
+
+
+def test_a_robot_without_links_is_drawn_as_its_points(tmp_path):
+    ball = drop_ball()
+    axes = axes_of(plot_motion(ball))["stick figures"]
+    heights = [line.get_ydata()[0] for line in axes.lines if line.get_marker() == "o"]
+    assert max(heights) == pytest.approx(0.2)
+    assert animate(ball, tmp_path / "ball.gif", steps=1, fps=4, slow=1.0).exists()
+
+
+def drop_ball():
+    """Return the fall of a point mass."""
+    gravity = Parameter("gravity", 9.81, "m/s^2", "gravity")
+    c = PlanarCoordinates(("height",), [gravity])
+    place = ca.vertcat(0, c.coordinate("height"))
+    ball = assemble_planar("ball", c, bodies=[PointMass(1.0, place)], contacts={"ground": PointContact(place)})
+    return simulate_planar(ball, [0.2], [0], {}, duration=0.4).motion
 
 
 def test_every_mode_has_a_colour():
