@@ -140,12 +140,12 @@ def assign_links(links: Links, feet: Mapping[int, int]) -> tuple[int | None, ...
     return tuple(owners)
 
 
-def find_joints(links: Links, feet: Iterable[int]) -> tuple[int, ...]:
+def find_joint_points(links: Links, feet: Iterable[int]) -> tuple[int, ...]:
     """Return the points at which links meet, without feet; if there are none, the other ends of the links.
 
     Examples
     --------
-    >>> find_joints(((0, 1), (0, 2)), [1, 2]), find_joints(((0, 1),), [1])
+    >>> find_joint_points(((0, 1), (0, 2)), [1, 2]), find_joint_points(((0, 1),), [1])
     ((0,), (0,))
     """
     ends = [point for link in links for point in link]

@@ -11,7 +11,7 @@ from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import GAP, SLIDE
 from gaitopt.motion.energy import ledger
-from gaitopt.motion.link_roles import assign_links, classify_links, find_joints
+from gaitopt.motion.link_roles import assign_links, classify_links, find_joint_points
 from gaitopt.motion.motion import Jump, Motion, Segment, check_motion
 from gaitopt.motion.motion_view import Channel, ContactView, EventView, MotionView, PhaseView, Token, name_modes
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
@@ -126,7 +126,9 @@ def _view_several(motion: PlanarMotion, limits: Mapping[str, float]) -> MotionVi
         links=motion.links,
         link_contacts=assign_links(motion.links, foot_points),
         foot_points=foot_points,
-        joints=find_joints(motion.links, foot_points.values()) if motion.links else tuple(range(len(motion.points))),
+        joints=find_joint_points(motion.links, foot_points.values())
+        if motion.links
+        else tuple(range(len(motion.points))),
         parameters=motion.parameters,
         total_mass=motion.total_mass,
         segments=segments,
