@@ -5,6 +5,7 @@ from typing import Any
 
 DISPLAYED = {
     "gaitopt.motion.gait": "Gait",
+    "gaitopt.motion.planar_gait": "PlanarGait",
     "gaitopt.simulation.simulator": "Rollout",
     "gaitopt.stability.cycle": "Cycle",
     "gaitopt.study.comparison": "Comparison",

@@ -148,3 +148,15 @@ def not_a_number(slipping):
     )
     motion = replace(slipping.motion, segments=segments)
     return replace(slipping, status=Status.INVALID_NUMBER, motion=motion)
+
+
+@pytest.fixture(scope="session")
+def hop_gait():
+    """Return a verified hop of the monopod, 'foot stick > flight |', on a coarse grid."""
+    from gaitopt import solve, verify
+    from gaitopt.cli.script import call_script
+
+    settings = ["stance_intervals=6", "flight_intervals=16", "clearance=0.02"]
+    gait = verify(solve(call_script(ROOT / "problems" / "monopod.py", settings)))
+    assert gait.verification.passed
+    return gait

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from gaitopt.cli.law_option import OPEN_LOOP, law_for
+from gaitopt.cli.law_option import OPEN_LOOP, find_feedback, law_for
 from gaitopt.cli.options import (
     Figure,
     GainValues,
@@ -134,17 +134,21 @@ def export(
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
-    from gaitopt.cli.script import load_gait
+    from gaitopt.cli.script import load_any_gait, require_walking
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
     contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
-    suffix, gait = check_suffix(output, contents), load_gait(file, problem)
+    suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return
+    if suffix == ".json" and find_feedback(law, gain, torque_limit, stance_angle) is None:
+        report_file(write_torques(gait.motion, output), json=json)
+        return
+    gait = require_walking(gait, file)
     robot = gait.robot
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":

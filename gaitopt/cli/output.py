@@ -13,6 +13,7 @@ from rich.text import Text
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyIteration
 
@@ -48,7 +49,7 @@ def homotopy_lines(step: HomotopyIteration, objective: str) -> list[str]:
     return [head, line] if step.number == 1 else [line]
 
 
-def print_gait(gait: Gait) -> None:
+def print_gait(gait: Gait | PlanarGait) -> None:
     """Print the facts of a gait as a table."""
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
@@ -58,7 +59,7 @@ def print_gait(gait: Gait) -> None:
     out.print(table)
 
 
-def _colour_verdict(gait: Gait, name: str, text: str) -> Text:
+def _colour_verdict(gait: Gait | PlanarGait, name: str, text: str) -> Text:
     """Return a fact with its verdict, the part before the colon, in colour."""
     good = {"status": gait.status.ok, "replay": gait.verification is not None and gait.verification.passed}
     verdict, colon, rest = text.partition(":")

@@ -16,6 +16,7 @@ from typing import Any
 from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
@@ -197,7 +198,14 @@ def any_walk_problem(script: Script) -> WalkProblem | PlanarWalkProblem:
     return problem
 
 
-def load_gait(file: Path, script: Path | None) -> Gait:
+def record_script(gait: AnyGait, script: Script) -> AnyGait:
+    """Return a gait whose problem states the script it comes from."""
+    if gait.problem.get("script"):
+        return gait
+    return gait.replace_fields(problem={**gait.problem, "script": script.record().describe()})
+
+
+def load_any_gait(file: Path, script: Path | None) -> AnyGait:
     """Return the gait in a file, with the robot of a problem script if one is named.
 
     Raises
@@ -210,19 +218,45 @@ def load_gait(file: Path, script: Path | None) -> Gait:
     from gaitopt.motion.archive import load
 
     gait = load(file)
-    return gait if script is None else gait.with_robot(build_problem(script).robot)
+    return gait if script is None else gait.with_robot(_robot_of(script))
 
 
-def load_gaits(files: Mapping[str, Path], script: Path | None) -> dict[str, Gait]:
+def load_gait(file: Path, script: Path | None) -> Gait:
+    """Return the gait in a file of a robot with one foot on the ground at a time; errors as :func:`load_any_gait`.
+
+    Raises
+    ------
+    InputError
+        If its robot has several contacts.
+    """
+    return require_walking(load_any_gait(file, script), file)
+
+
+def require_walking(gait: AnyGait, file: Path) -> Gait:
+    """Return the gait of a file, or raise InputError if its robot has several contacts."""
+    if isinstance(gait, PlanarGait):
+        raise InputError(
+            f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'plot', 'animate', "
+            "'report' and 'export' to CSV or JSON accept it."
+        )
+    return gait
+
+
+def load_gaits(files: Mapping[str, Path], script: Path | None) -> dict[str, AnyGait]:
     """Return gaits by label; those of a robot with the name of the script's robot get that robot, if one is named."""
     from gaitopt.motion.archive import load
 
-    robot = None if script is None else build_problem(script).robot
+    robot = None if script is None else _robot_of(script)
     gaits = {label: load(file) for label, file in files.items()}
     return {
         label: gait if robot is None or gait.robot_name != robot.name else gait.with_robot(robot)
         for label, gait in gaits.items()
     }
+
+
+def _robot_of(script: Path) -> Any:
+    """Return the robot of the gait problem of a script."""
+    return optimal_problem(read_script(script)).robot
 
 
 class _ScriptLoader(SourceFileLoader):

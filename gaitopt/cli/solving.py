@@ -55,30 +55,23 @@ def solve(
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
     """
-    from gaitopt.cli.planar_solving import report_planar_gait, require_no_file
-    from gaitopt.cli.script import optimal_problem, read_script
+    from gaitopt.cli.script import optimal_problem, read_script, record_script
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
-    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.solver import solve as solve_problem
 
-    problem = optimal_problem(read_script(script, setting))
-    path = output or Path(f"{script.stem}.h5")
-    if isinstance(problem, PlanarProblem):
-        require_no_file(output)
-    else:
-        check_gait_suffix(path)
-        check_writable(path)  # before the work, not after it
+    called = read_script(script, setting)
+    problem, path = optimal_problem(called), output or Path(f"{script.stem}.h5")
+    check_gait_suffix(path)
+    check_writable(path)  # before the work, not after it
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         import_in_background(AFTER_THE_SOLVE)
         steps = verbose or not (json or quiet)
         gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
+        gait = record_script(gait, called)
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
             gait, interrupted = _verify_and_certify(gait, display)
-    if isinstance(gait, PlanarGait):
-        report_planar_gait(gait, json=json)
-    else:
-        interrupted |= _save_and_report(gait, path, json=json)
+    interrupted |= _save_and_report(gait, path, json=json)
     if interrupted:
         sys.exit(INTERRUPTED)  # the results are in the table already
     raise typer.Exit(0 if gait.status.ok else 1)
@@ -100,7 +93,7 @@ def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait
     return gait, False
 
 
-def _save_and_report(gait: Gait, path: Path, *, json: bool) -> bool:
+def _save_and_report(gait: Gait | PlanarGait, path: Path, *, json: bool) -> bool:
     """Write a solved gait and print it; return whether writing was interrupted."""
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
@@ -167,11 +160,11 @@ def verify(
 
     Example: gaitopt verify compass_slip.h5
     """
-    from gaitopt.cli.script import load_gait
+    from gaitopt.cli.script import load_any_gait
     from gaitopt.motion.summary import summarise
     from gaitopt.simulation.verification import verify as verify_gait
 
-    gait = verify_gait(load_gait(file, problem))
+    gait = verify_gait(load_any_gait(file, problem))
     if json:
         print_json(summarise(gait) | {"file": str(file)})
     else:

@@ -166,7 +166,7 @@ def compare(
 
     Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
     """
-    from gaitopt.cli.script import load_gaits
+    from gaitopt.cli.script import load_gaits, require_walking
     from gaitopt.cli.study_output import print_comparison
     from gaitopt.motion.atomic import check_writable
     from gaitopt.plot.comparison_figure import plot_comparison
@@ -176,7 +176,8 @@ def compare(
 
     named, path = label_files(files), output or Path("comparison.png")
     check_writable(path)
-    comparison = compare_gaits(load_gaits(named, problem), multipliers=multipliers)
+    gaits = {label: require_walking(gait, named[label]) for label, gait in load_gaits(named, problem).items()}
+    comparison = compare_gaits(gaits, multipliers=multipliers)
     written = save_figure(plot_comparison(Comparison(label_by_sequence(comparison.gaits), {})), path)
     if json:
         print_json({"gaits": comparison.records(), "figure": str(written)})

@@ -86,7 +86,10 @@ def simulate(
     state: State = None,
     steps: Annotated[int, typer.Option(min=1, max=100000, help="Number of steps.")] = 10,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="CSV", help="File of the trajectories.")
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="CSV/PNG/GIF", help="File of the trajectories, or of a figure or an animation."
+        ),
     ] = None,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
@@ -101,22 +104,35 @@ def simulate(
 
     A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law.
 
+    A step of a robot with several contacts is a period of its gait.  The suffix of the output determines its format:
+    a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).
+
     Exit status 0 if all steps were completed, 1 if the walk ended earlier.
 
     Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20 -o walk.csv
     """
     from gaitopt.cli.inputs import Request
+    from gaitopt.cli.planar_walk_output import report_planar_walk, simulate_planar_walk
+    from gaitopt.cli.walk_file import write_walk
     from gaitopt.cli.walk_output import print_walk, walk_facts
-    from gaitopt.export.csv_file import write_csv
     from gaitopt.motion.atomic import check_writable
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.status import Stop
 
     if output is not None:
         check_writable(output)
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
+    if request.is_script and isinstance(request.problem, PlanarWalkProblem):
+        changes = read_numbers(state, "--state")
+        with show_progress("simulating", hidden=json):
+            planar = simulate_planar_walk(request.problem, changes, steps=steps, engine=engine)
+        written = None if output is None else write_walk(planar.motion, output, request.problem.name)
+        report_planar_walk(planar, written, steps=steps, json=json)
+        raise typer.Exit(0 if planar.stop is Stop.DURATION_DONE else 1)
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps)
-    written = None if output is None else write_csv(walk.motion, output)
+    written = None if output is None else write_walk(walk.motion, output, source.stem)
     if json:
         print_json(walk_facts(walk) | {"file": None if written is None else str(written)})
     else:

@@ -7,20 +7,24 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.motion import Array, Motion, Segment, check_motion
+from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.motion.view_motion import AnyMotion, view_motion
 
 
-def write_csv(motion: Motion, path: str | Path) -> Path:
+def write_csv(motion: AnyMotion, path: str | Path) -> Path:
     """Write the trajectories of a motion as a table: a line for each sample, a column for each quantity.
 
     Columns are named by quantity and unit such as ``th1_rad`` or ``hip_torque_Nm``, in letters that MATLAB's
     ``readtable`` and Julia's ``CSV.jl`` take as they are.  Each phase has its own first and last sample, so a time
     comes twice where a phase ends and the next begins.  Numbers are written with all digits.  ``damping_work_J`` and
-    ``elastic_J`` are those of robots with dampers and springs; ``potential_J`` includes the elastic energy.
+    ``elastic_J`` are those of robots with dampers and springs; ``potential_J`` includes the elastic energy.  Of a robot
+    with several contacts, each contact that closes has its columns, such as ``foot_A_mode`` and
+    ``foot_A_normal_force_N``.
 
     Parameters
     ----------
-    motion : Motion
+    motion : Motion or PlanarMotion
         Motion of a gait or of a simulated walk.
     path : str or Path
         Usually ends in ``.csv``.
@@ -45,49 +49,65 @@ def write_csv(motion: Motion, path: str | Path) -> Path:
     ...     path.read_text(encoding="utf-8")[:44]
     'step,mode,time_s,x_m,y_m,th1_rad,th2_rad,x_r'
     """
-    check_motion(motion)
-    if not motion.segments:
+    view = view_motion(motion)
+    if not view.segments:
         raise InputError("The motion has no samples: the simulation stopped at its start.")
     path = Path(path)
-    header = ["step", "mode", *(name for name, _ in _columns(motion, motion.segments[0]))]
+    modes = [f"{view.contacts[i].column}mode" for i in view.closing]
+    header = ["step", *modes, *(name for name, _ in _columns(view, view.segments[0]))]
     with write_atomically(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(header) + "\n")
-        for segment in motion.segments:
-            values = np.array([row for _, row in _columns(motion, segment)])
-            start = f"{segment.step},{segment.mode.value},"
+        for segment in view.segments:
+            values = np.array([row for _, row in _columns(view, segment)])
+            start = ",".join([str(segment.step), *(segment.modes[i].value for i in view.closing), ""])
             file.writelines(start + ",".join(map(repr, sample.tolist())) + "\n" for sample in values.T)
     return path
 
 
-def _present(motion: Motion, segment: Segment, name: str) -> Iterator[tuple[str, Array]]:
+def _present(view: MotionView, segment: PhaseView, name: str) -> Iterator[tuple[str, Array]]:
     """Yield an energy that only robots with dampers or springs have, if it is not zero throughout the motion."""
-    if np.any(motion.channel(name)):
+    if np.any(view.channel(name)):
         yield f"{name}_J", getattr(segment, name)
 
 
-def _columns(motion: Motion, segment: Segment) -> Iterator[tuple[str, Array]]:
+def _columns(view: MotionView, segment: PhaseView) -> Iterator[tuple[str, Array]]:
     """Yield the name and the samples of each quantity."""
     yield "time_s", segment.time
-    places = (("x", "m"), ("y", "m"), *((name, "rad") for name in motion.angles))
-    for (name, unit), row in zip(places, segment.q, strict=True):
-        yield f"{name}_{unit}", row
-    for (name, unit), row in zip(places, segment.v, strict=True):
-        yield f"{name}_rate_{unit}_per_s", row
-    for kind, unit, rows in (
-        ("torque", "Nm", segment.torque),
-        ("power", "W", segment.power),
-        ("work", "J", segment.work),
-    ):
-        for name, row in zip(motion.actuators, rows, strict=True):
-            yield f"{name}_{kind}_{unit}", row
-    yield "tangential_force_N", segment.force[0]
-    yield "normal_force_N", segment.force[1]
-    yield "friction_work_J", segment.friction_work
-    yield from _present(motion, segment, "damping_work")
+    for channel, row in zip(view.coordinates, segment.q, strict=True):
+        yield f"{_spell(channel.name)}_{channel.unit}", row
+    for channel, row in zip(view.coordinates, segment.v, strict=True):
+        yield f"{_spell(channel.name)}_rate_{channel.unit}_per_s", row
+    for channel, row in zip(view.actuators, segment.torque, strict=True):
+        yield f"{_spell(channel.name)}_{'torque_Nm' if channel.unit == 'N m' else 'force_N'}", row
+    for kind, unit, rows in (("power", "W", segment.power), ("work", "J", segment.work)):
+        for channel, row in zip(view.actuators, () if rows is None else rows, strict=rows is not None):
+            yield f"{_spell(channel.name)}_{kind}_{unit}", row
+    for contact in view.closing:
+        yield from _contact_columns(view, segment, contact)
+    yield from _present(view, segment, "damping_work")
     yield "kinetic_J", segment.kinetic
     yield "potential_J", segment.potential
-    yield from _present(motion, segment, "elastic")
-    for number, name in enumerate(motion.points):
-        label = name.replace(" ", "_")
-        yield f"{label}_x_m", segment.points[0, number]
-        yield f"{label}_y_m", segment.points[1, number]
+    yield from _present(view, segment, "elastic")
+    for number, name in enumerate(view.points):
+        yield f"{_spell(name)}_x_m", segment.points[0, number]
+        yield f"{_spell(name)}_y_m", segment.points[1, number]
+
+
+def _contact_columns(view: MotionView, segment: PhaseView, number: int) -> Iterator[tuple[str, Array]]:
+    """Yield the force and the friction work of a contact, and gap and slip speed of one that has a name."""
+    contact = view.contacts[number]
+    column = contact.column
+    if contact.is_stop:
+        yield f"{column}{'stop_force_N' if contact.unit == 'm' else 'stop_torque_Nm'}", segment.forces[number, 1]
+        yield f"{column}gap_{contact.unit}", segment.gaps[number]
+        return
+    yield f"{column}tangential_force_N", segment.forces[number, 0]
+    yield f"{column}normal_force_N", segment.forces[number, 1]
+    yield f"{column}friction_work_J", segment.friction_works[number]
+    if column:
+        yield f"{column}gap_m", segment.gaps[number]
+        yield f"{column}slip_speed_m_per_s", segment.slip_speeds[number]
+
+
+def _spell(name: str) -> str:
+    return name.replace(" ", "_")

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.model.physics_samples import Array, PhysicsSamples
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.parameters import Parameter
 
@@ -37,16 +38,24 @@ QUANTITIES: Mapping[str, tuple[str, ...]] = {
     "unswap": ("rates before the leg exchange",),
     "upright": ("condition for standing upright",),
     "joint_rates": ("joint rates",),
+    "gaps": ("gaps of the contacts", "slide coordinates of the contacts"),
+    "rows": ("gradients of the gaps", "gradients of the slide coordinates", "normal bias", "tangential bias"),
+    "arming": ("conditions that arm the contacts",),
+    "switch_guards": ("guards of the switched springs",),
 }
-"""Functions of a robot that are its physics, and names of their outputs."""
+"""Functions of a robot that are its physics, and names of their outputs; a robot has some of them."""
 
 ACCELERATION = ("acceleration", "contact force")
 
+SWITCH = 0.5
+"""Value of the switches of springs at the sampled states, where both rest lengths count."""
 
-_SAMPLED: "weakref.WeakKeyDictionary[Robot, PhysicsSamples]" = weakref.WeakKeyDictionary()
+AnyRobot = Robot | PlanarRobot
+
+_SAMPLED: "weakref.WeakKeyDictionary[AnyRobot, PhysicsSamples]" = weakref.WeakKeyDictionary()
 
 
-def physics_of(robot: Robot) -> PhysicsSamples:
+def physics_of(robot: AnyRobot) -> PhysicsSamples:
     """Return the physical quantities of a robot at the default states, computed once.
 
     Examples
@@ -60,12 +69,12 @@ def physics_of(robot: Robot) -> PhysicsSamples:
     return _SAMPLED[robot]
 
 
-def sample_physics(robot: Robot, points: Mapping[str, Array] | None = None) -> PhysicsSamples:
+def sample_physics(robot: AnyRobot, points: Mapping[str, Array] | None = None) -> PhysicsSamples:
     """Return the physical quantities of a robot at a few states.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot or PlanarRobot
     points : mapping, optional
         States of other samples; by default fixed states and parameters near their defaults.
 
@@ -83,13 +92,15 @@ def sample_physics(robot: Robot, points: Mapping[str, Array] | None = None) -> P
     return PhysicsSamples(points, {name: np.column_stack(values) for name, values in columns.items()})
 
 
-def _evaluate(robot: Robot, point: Mapping[str, Array]) -> Iterator[tuple[str, ca.DM]]:
+def _evaluate(robot: AnyRobot, point: Mapping[str, Array]) -> Iterator[tuple[str, ca.DM]]:
     """Yield the physical quantities of a robot at one state."""
-    p = np.array([point[parameter.name] for parameter in robot.parameters])
+    switches = [SWITCH] * len(getattr(robot, "switches", ()))
+    p = np.array([point[parameter.name] for parameter in robot.parameters] + switches)
     known = {**point, "p": p, "v_minus": point["v"], "v_plus": point["w"], "v_next": point["w"]}
     for field, labels in QUANTITIES.items():
-        yield from _call(getattr(robot, field), labels, known)
-    for mode, function in robot.acceleration.items():
+        if hasattr(robot, field):
+            yield from _call(getattr(robot, field), labels, known)
+    for mode, function in getattr(robot, "acceleration", {}).items():
         yield from _call(function, [f"{label} ({mode.value})" for label in ACCELERATION], known)
 
 
@@ -101,7 +112,7 @@ def _call(
         yield labels[number] if number < len(labels) else f"{function.name()} {number}", output
 
 
-def _points(robot: Robot) -> dict[str, Array]:
+def _points(robot: AnyRobot) -> dict[str, Array]:
     """Return the states: fractional parts of multiples of irrational numbers, the same on every machine."""
     sizes = {"q": robot.n_q, "v": robot.n_q, "u": robot.n_u, "w": robot.n_q, "impulse": 2}
     spread = {"q": 0.6, "v": 2.0, "u": 5.0, "w": 2.0, "impulse": 3.0}
@@ -135,13 +146,13 @@ def _near_default(parameter: Parameter, share: float) -> float:
     return min(max(value, parameter.lower), parameter.upper)
 
 
-def find_differences(expected: PhysicsSamples, robot: Robot) -> tuple[str, ...]:
+def find_differences(expected: PhysicsSamples, robot: AnyRobot) -> tuple[str, ...]:
     """Return what differs between the physics of a robot and samples of another's; nothing if they agree within 1e-9.
 
     Parameters
     ----------
     expected : PhysicsSamples
-    robot : Robot
+    robot : Robot or PlanarRobot
 
     Returns
     -------
@@ -170,13 +181,15 @@ def find_differences(expected: PhysicsSamples, robot: Robot) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _shape_differences(expected: PhysicsSamples, robot: Robot) -> tuple[str, ...]:
+def _shape_differences(expected: PhysicsSamples, robot: AnyRobot) -> tuple[str, ...]:
     """Return differences in the numbers of angles and actuators and in the names of parameters."""
     points = expected.points
     found = [
         f"number of {kind} ({here} instead of {there})"
         for kind, here, there in (
-            ("angles", robot.n_q - 2, points["q"].shape[0] - 2),
+            ("angles", robot.n_q - 2, points["q"].shape[0] - 2)
+            if isinstance(robot, Robot)
+            else ("coordinates", robot.n_q, points["q"].shape[0]),
             ("actuators", robot.n_u, points["u"].shape[0]),
         )
         if here != there

@@ -121,3 +121,13 @@ def read_parameter(described: Mapping[str, Any]) -> Parameter:
     inf
     """
     return Parameter(**{**described, **{name: float(described[name]) for name in _NUMBERS}})
+
+
+def explain_casadi_error(record: RobotRecord, error: Exception, installed: str) -> str:
+    """Return the sentence on a record that the installed version of CasADi cannot read."""
+    reason = next((line.strip() for line in reversed(str(error).splitlines()) if line.strip()), "no reason given")
+    return (
+        f"The stored robot {record.name!r} cannot be read: CasADi {record.casadi} wrote it and CasADi {installed} is "
+        f"installed, which reads only files of the same or an older version ({reason}). Install CasADi {record.casadi} "
+        "or newer, or specify the robot: gait.with_robot(robot), or --problem SCRIPT.py on the command line."
+    )

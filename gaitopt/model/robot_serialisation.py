@@ -10,7 +10,7 @@ from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.contact_model_record import describe_contact_model, restore_contact_model
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.robot_record import RobotRecord, describe_parameter, read_parameter
+from gaitopt.model.robot_record import RobotRecord, describe_parameter, explain_casadi_error, read_parameter
 
 _NAMES = ("angles", "actuators", "points")
 
@@ -57,7 +57,7 @@ def read_fields(record: RobotRecord, contact_model: ContactModel | None = None) 
         functions = {name: ca.Function.deserialize(text) for name, text in content["functions"].items()}
         modes = {Mode(mode): ca.Function.deserialize(text) for mode, text in content["acceleration"].items()}
     except RuntimeError as error:
-        raise ArchiveError(_explain(record, error)) from None
+        raise ArchiveError(explain_casadi_error(record, error, ca.CasadiMeta.version())) from None
     return {
         "name": record.name,
         "description": content["description"],
@@ -78,13 +78,3 @@ def _inverse_dynamics(dynamics: ca.Function) -> ca.Function:
     a, u = ca.SX.sym("a", q.numel()), ca.SX.sym("u", actuation.shape[1])
     names, force = ["q", "v", "a", "u", "p"], mass_matrix @ a + bias - actuation @ u
     return ca.Function("inverse_dynamics", [q, v, a, u, p], [force], names, ["force"])
-
-
-def _explain(record: RobotRecord, error: Exception) -> str:
-    reason = next((line.strip() for line in reversed(str(error).splitlines()) if line.strip()), "no reason given")
-    return (
-        f"The stored robot {record.name!r} cannot be read: CasADi {record.casadi} wrote it and CasADi "
-        f"{ca.CasadiMeta.version()} is installed, which reads only files of the same or an older version ({reason}). "
-        f"Install CasADi {record.casadi} or newer, or specify the robot: gait.with_robot(robot), or --problem "
-        "SCRIPT.py on the command line."
-    )

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.coordinate_entries import SLIDE
-from gaitopt.motion.motion import Array, Motion, Segment
+from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import PhaseView
+from gaitopt.motion.view_motion import AnyMotion, view_motion
 
 SHORTEST_SLIP = 0.6
 """Minimum duration of a slip phase on the screen [s]; a slide of 20 ms would otherwise last one or two frames."""
@@ -17,7 +18,7 @@ TOUCHDOWN_SHOWN = 0.3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SlideMark:
-    """A slide of a stance foot on the ground, up to the current frame.
+    """A slide of a foot on the ground, up to the current frame.
 
     A round foot rolls while it slides: the mark begins where it touched the ground when it began to slide.
 
@@ -25,6 +26,8 @@ class SlideMark:
     ----------
     step, order : int
         Number of the step, and of the slide within the step, from 0.
+    contact : int
+        Number of the contact in the first step.
     mode : Mode
     start, end : float
         Positions along the slope [m].
@@ -34,6 +37,7 @@ class SlideMark:
 
     step: int
     order: int
+    contact: int
     mode: Mode
     start: float
     end: float
@@ -49,34 +53,41 @@ class AnimationFrame:
     time : float [s]
     step : int
         From 0.
+    exchanges : int
+        Number of leg exchanges since the first frame.
     phase : int
         Number of the phase within the step.
     mode : Mode
+        Mode by which the phase is shaded.
+    modes : tuple of Mode
+        Of each contact; the order of contacts is that of the first step.
     slowness : float
         Seconds on the screen for a second of motion.
     touchdown : bool
         Whether a touchdown is marked in this frame.
     points : (2, n_points) array [m]
-    foot : (2,) array [m]
-        Where the stance foot touches the ground.
-    slide : float [m]
-        Slide coordinate of the stance foot, which is its position x if it is a point.
-    rims : (4, 2) array, optional
-        Centre [m], radius [m] and clockwise angle [rad] of round feet, stance foot first.
-    force : (2,) array [N]
+    places : (2, n_c) array [m]
+        Where each foot touches the ground; nan for a joint stop.
+    slides : (n_c,) array [m]
+        Slide coordinate of each foot, which is its position x if it is a point.
+    rims : (4, n_c) array, optional
+        Centre [m], radius [m] and clockwise angle [rad] of round feet.
+    forces : (n_c, 2) array [N]
     """
 
     time: float
     step: int
+    exchanges: int
     phase: int
     mode: Mode
+    modes: tuple[Mode, ...]
     slowness: float
     touchdown: bool
     points: Array
-    foot: Array
-    slide: float
+    places: Array
+    slides: Array
     rims: Array | None
-    force: Array
+    forces: Array
 
 
 class AnimationFrames:
@@ -84,7 +95,7 @@ class AnimationFrames:
 
     Parameters
     ----------
-    motion : Motion
+    motion : Motion, PlanarMotion or MotionView
         One step.
     steps : int
         Number of repetitions.
@@ -101,10 +112,10 @@ class AnimationFrames:
     ('slip+', 0, 1)
     """
 
-    def __init__(self, motion: Motion, *, steps: int, rate: float, slow: float) -> None:
-        self.motion, self.steps, self.rate, self.slow = motion, steps, rate, slow
-        self._durations = np.array([max(segment.duration, 1e-9) for segment in motion.segments])
-        shortest = [SHORTEST_SLIP if segment.mode.slips else 0.0 for segment in motion.segments]
+    def __init__(self, motion: AnyMotion, *, steps: int, rate: float, slow: float) -> None:
+        self.motion, self.steps, self.rate, self.slow = view_motion(motion), steps, rate, slow
+        self._durations = np.array([max(segment.duration, 1e-9) for segment in self.motion.segments])
+        shortest = [SHORTEST_SLIP if segment.slipping else 0.0 for segment in self.motion.segments]
         self._shown = np.maximum(self._durations * slow, shortest)
         self._ends = np.cumsum(self._shown)
 
@@ -127,36 +138,39 @@ class AnimationFrames:
         return AnimationFrame(
             time=time - float(self.motion.segments[0].time[0]) + step * self.motion.period,
             step=step,
+            exchanges=step + segment.step,
             phase=phase,
             mode=segment.mode,
+            modes=segment.modes,
             slowness=float(self._shown[phase] / self._durations[phase]),
             touchdown=step > 0 and within < TOUCHDOWN_SHOWN,
             points=_at(segment, segment.points, time) + shift[:, None],
-            foot=_at(segment, segment.contact, time) + shift,
-            slide=float(_at(segment, segment.q[SLIDE], time) + shift[0]),
+            places=_at(segment, segment.places, time) + shift[:, None],
+            slides=_at(segment, segment.slides, time) + shift[0],
             rims=rims,
-            force=_at(segment, segment.force, time),
+            forces=_at(segment, segment.forces, time),
         )
 
     def slides(self, frame: AnimationFrame) -> list[SlideMark]:
-        """Return the slides of the stance feet up to a frame, including the current one."""
+        """Return the slides of the feet up to a frame, including the current ones."""
         marks = []
         for step in range(frame.step + 1):
             order, shift = 0, step * self.motion.travel
             for phase, segment in enumerate(self.motion.segments):
                 if (step, phase) > (frame.step, frame.phase):
                     break
-                if segment.mode.slips:
+                for foot in segment.slipping:
                     is_current = (step, phase) == (frame.step, frame.phase)
-                    slid = frame.slide - shift - segment.q[SLIDE, 0] if is_current else segment.slide
-                    start = float(segment.contact[0, 0] + shift)
-                    mark = {"start": start, "end": start + slid, "slide": segment.q[SLIDE, 0] + shift}
-                    marks.append(SlideMark(step=step, order=order, mode=segment.mode, **mark))
+                    begin = segment.slides[foot, 0]
+                    slid = frame.slides[foot] - shift - begin if is_current else segment.slide(foot)
+                    start, mode = float(segment.places[0, foot, 0] + shift), segment.modes[foot]
+                    mark = {"start": start, "end": start + slid, "slide": begin + shift}
+                    marks.append(SlideMark(step=step, order=order, contact=foot, mode=mode, **mark))
                     order += 1
         return marks
 
 
-def _at(segment: Segment, values: Array, time: float) -> Array:
+def _at(segment: PhaseView, values: Array, time: float) -> Array:
     """Return sampled values at a time, linear between samples; the last axis is time."""
     later = int(np.clip(np.searchsorted(segment.time, time), 1, segment.time.size - 1))
     width = segment.time[later] - segment.time[later - 1]

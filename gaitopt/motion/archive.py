@@ -1,4 +1,4 @@
-"""Gaits in open files: HDF5, version 3 of the layout documented in ``docs/file_format.md``.
+"""Gaits in open files: HDF5, in the layout documented in ``docs/file_format.md``.
 
 Numbers are plain datasets with a ``unit`` attribute; names and text are attributes; the resolved problem is JSON.
 Nothing of Python is needed to read a file.
@@ -6,6 +6,7 @@ Nothing of Python is needed to read a file.
 
 import dataclasses
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,13 @@ from gaitopt.motion.atomic import check_gait_suffix
 from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.contact_sequence import ContactSequence
-from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation, check_gait
+from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.motion_archive import read_motion, write_motion
 from gaitopt.motion.nlp_solution import Solution, Table
+from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait, PlanarVerification, check_any_gait
+from gaitopt.motion.planar_motion_archive import read_planar_motion, write_planar_motion
 from gaitopt.motion.proposal import Proposal
 from gaitopt.motion.robot_archive import SharedGroups, read_robot, write_robot
 from gaitopt.motion.summary import plain
@@ -29,23 +33,27 @@ from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status
 
 KIND = "gait"
-VERSION = 3
-"""Version 1 had a bare vector of unknowns instead of ``solution``; its files are read without it.
+VERSION, FIRST_VERSION = 4, 3
+"""Versions of the files of robots with several contacts, and of other gaits, which older releases read as well.
 
-Versions 1 and 2 wrote ``word`` where version 3 writes ``sequence``.
+Version 1 had a bare vector of unknowns instead of ``solution``; its files are read without it.  Versions 1 and 2 wrote
+``word`` where version 3 writes ``sequence``.
 """
+
+PLANAR = "several contacts"
+"""Value of the attribute ``robot_kind`` in the files of robots with several contacts; other files have no such one."""
 
 _FORMER_KEYS = {"word": "sequence", "words": "sequences"}
 
 _SOLUTION_PARTS = ("unknowns", "constraints")
 
 
-def save(gait: Gait, path: str | Path) -> Path:
+def save(gait: AnyGait, path: str | Path) -> Path:
     """Write a gait to a file atomically; a Ctrl-C takes effect when the file is written.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
     path : str or Path
         Ends in ``.h5`` or ``.hdf5``.
 
@@ -70,7 +78,7 @@ def save(gait: Gait, path: str | Path) -> Path:
     ...     load(path).sequence == gait.sequence
     True
     """
-    check_gait(gait)
+    check_any_gait(gait)
     path = Path(path)
     check_gait_suffix(path)
     with hold_interrupt() as interrupt:
@@ -80,19 +88,19 @@ def save(gait: Gait, path: str | Path) -> Path:
     return path
 
 
-def write_gait(group: h5py.Group, gait: Gait, shared: SharedGroups | None = None) -> None:
+def write_gait(group: h5py.Group, gait: AnyGait, shared: SharedGroups | None = None) -> None:
     """Write a gait into a group of an open file, whose root is one too.
 
     Parameters
     ----------
     group : h5py.Group
-    gait : Gait
+    gait : Gait or PlanarGait
     shared : dict, optional
         Robots in the file, for a file of many gaits: each robot is written once.
     """
     group.attrs.update(
         format=f"gaitopt {KIND}",
-        format_version=VERSION,
+        format_version=VERSION if isinstance(gait, PlanarGait) else FIRST_VERSION,
         robot=gait.robot_name,
         sequence=str(gait.sequence),
         status=gait.status.key,
@@ -100,19 +108,21 @@ def write_gait(group: h5py.Group, gait: Gait, shared: SharedGroups | None = None
     group.attrs["problem"] = json.dumps(plain(gait.problem))
     group.create_group("versions").attrs.update(gait.versions)
     _write_record(group.create_group("solver"), gait.solver)
-    if gait.verification is not None:
-        _write_record(group.create_group("verification"), gait.verification)
-    if gait.proposal is not None:
-        _write_record(group.create_group("proposal"), gait.proposal)
-    if gait.certificate is not None:
-        _write_record(group.create_group("certificate"), gait.certificate)
+    for name in ("verification", "proposal", "certificate"):
+        record = getattr(gait, name, None)
+        if record is not None:
+            _write_record(group.create_group(name), record)
     if gait.solution is not None:
         _write_solution(group.create_group("solution"), gait.solution)
-    write_motion(group.create_group("motion"), gait.motion)
+    if isinstance(gait, PlanarGait):
+        group.attrs["robot_kind"] = PLANAR
+        write_planar_motion(group.create_group("motion"), gait.motion)
+    else:
+        write_motion(group.create_group("motion"), gait.motion)
     write_robot(group, gait, shared)
 
 
-def load(path: str | Path) -> Gait:
+def load(path: str | Path) -> AnyGait:
     """Read a gait from a file.
 
     Parameters
@@ -121,7 +131,7 @@ def load(path: str | Path) -> Gait:
 
     Returns
     -------
-    Gait
+    Gait or PlanarGait
 
     Raises
     ------
@@ -142,7 +152,7 @@ def load(path: str | Path) -> Gait:
         return read_gait(file)
 
 
-def _write_record(group: h5py.Group, record: SolverReport | Verification | Proposal | Certificate) -> None:
+def _write_record(group: h5py.Group, record: Any) -> None:
     """Write a flat record as attributes: numbers and text as they are, lists as JSON."""
     for name, value in dataclasses.asdict(record).items():
         group.attrs[name] = json.dumps(plain(value)) if isinstance(value, list | tuple) else value
@@ -158,30 +168,53 @@ def _rename_keys(record: dict[str, Any]) -> dict[str, Any]:
     return {_FORMER_KEYS.get(name, name): value for name, value in record.items()}
 
 
-def read_gait(file: h5py.Group) -> Gait:
+def read_gait(file: h5py.Group) -> AnyGait:
     """Read what :func:`write_gait` wrote into a group."""
-    solver = _read_record(file["solver"])
-    solver["violations"] = tuple(_violation(**violation) for violation in json.loads(solver["violations"]))
-    solver["warnings"] = tuple(json.loads(solver["warnings"]))
-    solver["conflicts"] = tuple(_conflict(entry) for entry in json.loads(solver.get("conflicts", "[]")))
-    verification = None
-    if "verification" in file:
-        fields = _read_record(file["verification"])
-        verification = Verification(**{**fields, "reasons": tuple(json.loads(fields["reasons"]))})
+    kind = str(file.attrs.get("robot_kind", ""))
+    if kind not in ("", PLANAR):
+        raise ValueError(f"robot_kind must be {PLANAR!r}, got {kind!r}")
+    fields: dict[str, Any] = {
+        "status": Status[str(file.attrs["status"]).upper()],
+        "problem": _rename_keys(_numbers(json.loads(file.attrs["problem"]))),
+        "solver": _read_solver(file["solver"]),
+        "versions": {name: str(value) for name, value in file["versions"].attrs.items()},
+        "solution": _read_solution(file["solution"]) if "solution" in file else None,
+    }
+    sequence, name = str(_rename_keys(dict(file.attrs))["sequence"]), str(file.attrs["robot"])
+    if kind == PLANAR:
+        return PlanarGait(
+            **fields,
+            sequence=PhaseSequence.parse(sequence),
+            motion=read_planar_motion(file["motion"]),
+            robot=read_robot(file, name, None),
+            verification=_read_verification(file, PlanarVerification),
+        )
     motion = read_motion(file["motion"])
     return Gait(
-        robot=read_robot(file, str(file.attrs["robot"]), motion),
-        sequence=ContactSequence.parse(str(_rename_keys(dict(file.attrs))["sequence"])),
-        status=Status[str(file.attrs["status"]).upper()],
+        **fields,
+        sequence=ContactSequence.parse(sequence),
         motion=motion,
-        problem=_rename_keys(_numbers(json.loads(file.attrs["problem"]))),
-        solver=SolverReport(**solver),
-        versions={name: str(value) for name, value in file["versions"].attrs.items()},
-        solution=_read_solution(file["solution"]) if "solution" in file else None,
-        verification=verification,
+        robot=read_robot(file, name, motion),
+        verification=_read_verification(file, Verification),
         proposal=_read_proposal(file["proposal"]) if "proposal" in file else None,
         certificate=_read_certificate(file["certificate"]) if "certificate" in file else None,
     )
+
+
+def _read_solver(group: h5py.Group) -> SolverReport:
+    solver = _read_record(group)
+    solver["violations"] = tuple(_violation(**violation) for violation in json.loads(solver["violations"]))
+    solver["warnings"] = tuple(json.loads(solver["warnings"]))
+    solver["conflicts"] = tuple(_conflict(entry) for entry in json.loads(solver.get("conflicts", "[]")))
+    return SolverReport(**solver)
+
+
+def _read_verification(file: h5py.Group, kind: Callable[..., Any]) -> Any:
+    """Return the verification of a gait, if it has one."""
+    if "verification" not in file:
+        return None
+    fields = _read_record(file["verification"])
+    return kind(**{**fields, "reasons": tuple(json.loads(fields["reasons"]))})
 
 
 def _read_proposal(group: h5py.Group) -> Proposal:

@@ -1,9 +1,12 @@
 """Table of the facts of a gait, the same in terminal, report and notebook."""
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
 
 Facts = list[tuple[str, str]]
@@ -18,12 +21,12 @@ RELAXATIONS = {"l1_penalty": "exact penalty", "scholtes": "Scholtes", "fischer_b
 """Names of relaxations in tables."""
 
 
-def tabulate_gait(gait: Gait) -> Facts:
+def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
     """Return the facts of a gait as pairs of a name and a text, most important first; names may repeat.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
 
     Examples
     --------
@@ -32,13 +35,17 @@ def tabulate_gait(gait: Gait) -> Facts:
     >>> facts["sequence"], facts["speed"]
     ('slip+ stick | slip+', '0.633 m/s')
     """
+    if isinstance(gait, PlanarGait):
+        from gaitopt.motion.planar_gait_table import tabulate_planar_gait
+
+        return tabulate_planar_gait(gait)
     solver, friction = gait.solver, gait.motion.parameters["friction"]
     facts = [
         ("status", f"{gait.status.key}: {gait.status.hint}"),
         ("sequence", str(gait.sequence)),
         *_origin(gait),
-        ("robot", f"{gait.robot_name}, friction {friction:g}, objective {_objective(gait)}"),
-        *_script(gait),
+        ("robot", f"{gait.robot_name}, friction {friction:g}, objective {describe_objective(gait.problem)}"),
+        *describe_script(gait.problem),
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
@@ -52,7 +59,7 @@ def tabulate_gait(gait: Gait) -> Facts:
 
 
 def _numbers(gait: Gait) -> Facts:
-    energy, jump = gait.energy, gait.motion.jumps[0]
+    jump = gait.motion.jumps[0]
     return [
         ("cost of transport", f"{gait.cost_of_transport:.6f}"),
         *_objective_value(gait),
@@ -61,15 +68,10 @@ def _numbers(gait: Gait) -> Facts:
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
         ("phases", ", ".join(f"{phase.mode.value} {phase.duration:.4g} s" for phase in gait.motion.segments)),
-        ("friction margin", f"{_zero(gait.friction_margin):.2e} of the cone while sticking"),
+        ("friction margin", f"{round_margin(gait.friction_margin):.2e} of the cone while sticking"),
         ("foot slide", f"{1e3 * gait.motion.foot_slide:.3f} mm"),
         ("impact", f"{jump.mode.value}, impulse ratio {jump.ratio:+.4f}"),
-        (
-            "energy",
-            f"actuators {energy.actuator:.6f} J + gravity {round(energy.gravity, 6) + 0.0:.6f} J = "
-            f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J{_forces(energy)}, "
-            f"balance error {energy.relative_residual:.1e}",
-        ),
+        ("energy", describe_energy(gait.energy)),
         ("replay", _replay(gait)),
         *_certificate(gait),
     ]
@@ -87,6 +89,21 @@ def _certificate(gait: Gait) -> Facts:
         if cost > 0
     ]
     return [*facts, ("sensitivity", ", ".join(effects) + " of the objective per 1 % increase")] if effects else facts
+
+
+def describe_energy(energy: Ledger) -> str:
+    """Return sources and losses of the energy as a text.
+
+    Examples
+    --------
+    >>> describe_energy(Ledger(actuator=1.0, gravity=0.0, impact_loss=1.0, friction_loss=0.0, kinetic_change=0.0))
+    'actuators 1.000000 J + gravity 0.000000 J = impact 1.000000 J + friction 0.000000 J, balance error 0.0e+00'
+    """
+    return (
+        f"actuators {energy.actuator:.6f} J + gravity {round(energy.gravity, 6) + 0.0:.6f} J = "
+        f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J{_forces(energy)}, "
+        f"balance error {energy.relative_residual:.1e}"
+    )
 
 
 def _forces(energy: Ledger) -> str:
@@ -111,11 +128,17 @@ def _origin(gait: Gait) -> Facts:
     return [*facts, ("doubt", proposal.reason)] if proposal.reason else facts
 
 
-def _objective(gait: Gait) -> str:
-    """Return the name of the objective with its parameters."""
-    parameters = gait.problem.get("objective_parameters")
+def describe_objective(problem: Mapping[str, Any]) -> str:
+    """Return the name of the objective of a resolved problem with its parameters.
+
+    Examples
+    --------
+    >>> describe_objective({"objective": "cost_of_transport"})
+    'cost_of_transport'
+    """
+    parameters = problem.get("objective_parameters")
     values = ", ".join(f"{name} {value}" for name, value in (parameters or {}).items())
-    return f"{gait.problem['objective']} ({values})" if values else gait.problem["objective"]
+    return f"{problem['objective']} ({values})" if values else str(problem["objective"])
 
 
 def _objective_value(gait: Gait) -> Facts:
@@ -137,9 +160,15 @@ def _grid(gait: Gait) -> Facts:
     return [("grid", text)]
 
 
-def _script(gait: Gait) -> Facts:
-    """Return the script the problem comes from: file, digest, the parameters that were set and the other ones."""
-    script = gait.problem.get("script")
+def describe_script(problem: Mapping[str, Any]) -> Facts:
+    """Return the script a problem comes from: file, digest, the parameters that were set and the other ones.
+
+    Examples
+    --------
+    >>> describe_script({})
+    []
+    """
+    script = problem.get("script")
     if not script:
         return []
     parts: Facts = [("script", f"{script['file']}, SHA-256 {script['sha256']}")]
@@ -153,8 +182,14 @@ def _script(gait: Gait) -> Facts:
     return parts
 
 
-def _zero(value: float) -> float:
-    """Return a value, or 0 if it is smaller than `ROUNDING`."""
+def round_margin(value: float) -> float:
+    """Return a value, or 0 if it is smaller than `ROUNDING`.
+
+    Examples
+    --------
+    >>> round_margin(1e-12)
+    0.0
+    """
     return 0.0 if abs(value) < ROUNDING else value
 
 

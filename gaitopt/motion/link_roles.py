@@ -1,6 +1,8 @@
 """Roles of the links of a walker (stance leg, swing leg, body), and the rotation of drawings by the slope."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -59,8 +61,12 @@ def classify_links(motion: Motion) -> LinkRoles:
     return LinkRoles(tuple(legs[-1]), tuple(legs[1]), tuple(legs[0]), stance_foot, swing_foot, joints)
 
 
-def is_drawable(motion: Motion) -> bool:
+def is_drawable(motion: Any) -> bool:
     """Return whether a motion is finite and has a positive duration, unlike some last iterates of failed solves.
+
+    Parameters
+    ----------
+    motion : Motion or PlanarMotion
 
     Examples
     --------
@@ -69,7 +75,8 @@ def is_drawable(motion: Motion) -> bool:
     True
     """
     names = ("time", "q", "v", "torque", "force", "points")
-    return all(np.isfinite(motion.channel(name)).all() for name in names) and motion.period > 0
+    parts = [getattr(segment, name) for segment in motion.segments for name in names]
+    return all(np.isfinite(part).all() for part in parts) and motion.period > 0
 
 
 def tilt(points: Array, slope: float) -> Array:
@@ -106,4 +113,52 @@ def _distances(motion: Motion, start: int) -> list[int]:
     for _ in motion.links:
         for a, b in motion.links:
             distance[a], distance[b] = min(distance[a], distance[b] + 1), min(distance[b], distance[a] + 1)
+    return distance
+
+
+def assign_links(links: Links, feet: Mapping[int, int]) -> tuple[int | None, ...]:
+    """Return the contact to whose leg each link belongs: the one at the fewest links' distance; None if two are tied.
+
+    Parameters
+    ----------
+    links : tuple of pairs of int
+    feet : mapping of int to int
+        Point of each contact, by the number of the contact.
+
+    Examples
+    --------
+    >>> assign_links(((0, 1), (0, 2), (0, 3)), {0: 1, 1: 2})
+    (0, 1, None)
+    """
+    far = len(links) + 1
+    distances = {contact: _count_links(links, point) for contact, point in feet.items()}
+    owners: list[int | None] = []
+    for a, b in links:
+        nearness = {contact: min(found.get(a, far), found.get(b, far)) for contact, found in distances.items()}
+        nearest = [contact for contact, count in nearness.items() if count == min(nearness.values())]
+        owners.append(nearest[0] if len(nearest) == 1 else None)
+    return tuple(owners)
+
+
+def find_joint_points(links: Links, feet: Iterable[int]) -> tuple[int, ...]:
+    """Return the points at which links meet, without feet; if there are none, the other ends of the links.
+
+    Examples
+    --------
+    >>> find_joint_points(((0, 1), (0, 2)), [1, 2]), find_joint_points(((0, 1),), [1])
+    ((0,), (0,))
+    """
+    ends = [point for link in links for point in link]
+    others = sorted(set(ends) - set(feet))
+    return tuple(point for point in others if ends.count(point) > 1) or tuple(others)
+
+
+def _count_links(links: Links, start: int) -> dict[int, int]:
+    """Return the number of links between a point and each point that it is connected with."""
+    distance = {start: 0}
+    for _ in links:
+        for a, b in links:
+            for one, other in ((a, b), (b, a)):
+                if one in distance and distance[one] + 1 < distance.get(other, len(links) + 1):
+                    distance[other] = distance[one] + 1
     return distance

@@ -17,12 +17,16 @@ foot is dragged forward after touchdown.  The sequences of walkers with one foot
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.planar.planar_robot import ContactEntry, PlanarRobot
+from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.motion.contact_sequence import ContactSequence
+
+if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
 
 Modes = tuple[tuple[str, Mode], ...]
 """Closed contacts and their modes."""
@@ -73,7 +77,7 @@ class PhaseSequence:
     events: tuple[PhaseEvent, ...]
 
     @classmethod
-    def parse(cls, text: "str | PhaseSequence", robot: PlanarRobot | None = None) -> "PhaseSequence":
+    def parse(cls, text: "str | PhaseSequence", robot: "PlanarRobot | None" = None) -> "PhaseSequence":
         """Read a sequence from text.
 
         Parameters
@@ -106,7 +110,7 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
             sequence = _parse(text)
         return sequence if robot is None else sequence.check(robot)
 
-    def check(self, robot: PlanarRobot) -> "PhaseSequence":
+    def check(self, robot: "PlanarRobot") -> "PhaseSequence":
         """Return the sequence itself if the robot can have it; raise SequenceError otherwise."""
         for modes in (*self.phases, *(event.outcome for event in self.events if event.outcome is not None)):
             for name, mode in modes:
@@ -115,11 +119,11 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
             _check_event(self, robot, number)
         return self
 
-    def states(self, robot: PlanarRobot) -> tuple[ContactState, ...]:
+    def states(self, robot: "PlanarRobot") -> tuple[ContactState, ...]:
         """Return the contact state of each phase, in the order of the robot's contacts."""
         return tuple(_state(robot, modes) for modes in self.phases)
 
-    def state_after(self, robot: PlanarRobot, number: int) -> ContactState:
+    def state_after(self, robot: "PlanarRobot", number: int) -> ContactState:
         """Return the contact state after the event of a phase, in the names of that phase."""
         if number + 1 < len(self.phases):
             return _state(robot, self.phases[number + 1])
@@ -127,7 +131,7 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         places = range(len(first)) if robot.mirror is None else robot.mirror.contacts
         return ContactState(tuple(zip(robot.contact_names, (first[place] for place in places), strict=True)))
 
-    def outcome(self, robot: PlanarRobot, number: int) -> ContactState:
+    def outcome(self, robot: "PlanarRobot", number: int) -> ContactState:
         """Return the modes of all contacts in the impact of a phase; a contact without impulse is free.
 
         A latched stop that an opening contact releases takes part in the impact.
@@ -142,7 +146,7 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
                 modes[contact.name] = Mode.LATCHED
         return ContactState(tuple(modes.items()))
 
-    def describe_event(self, robot: PlanarRobot, number: int) -> tuple[str, ...]:
+    def describe_event(self, robot: "PlanarRobot", number: int) -> tuple[str, ...]:
         """Return everything that changes at the event of a phase.
 
         Examples
@@ -169,7 +173,7 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         return " ".join(f"{_text_of(modes)} {event}" for modes, event in zip(self.phases, self.events, strict=True))
 
 
-def _state(robot: PlanarRobot, modes: Modes) -> ContactState:
+def _state(robot: "PlanarRobot", modes: Modes) -> ContactState:
     table = dict(modes)
     return ContactState(tuple((name, table.get(name, Mode.FREE)) for name in robot.contact_names))
 
@@ -216,7 +220,7 @@ def _is_single_support(text: str) -> bool:
     return len(parts) == 2 and all(part and {*part} <= {*_FEET, Mode.ANY.value} for part in parts)
 
 
-def _from_single_support(sequence: ContactSequence, robot: PlanarRobot) -> PhaseSequence:
+def _from_single_support(sequence: ContactSequence, robot: "PlanarRobot") -> PhaseSequence:
     """Return the sequence of a walker whose feet exchange, from that of its stance foot."""
     pairs = [] if robot.mirror is None else list(enumerate(robot.mirror.contacts))
     feet = [(i, j) for i, j in pairs if i < j and robot.contacts[i].slides]
@@ -233,7 +237,7 @@ def _from_single_support(sequence: ContactSequence, robot: PlanarRobot) -> Phase
     return PhaseSequence(phases, (*[PhaseEvent(False)] * (len(phases) - 1), last))
 
 
-def _check_contact(text: str, robot: PlanarRobot, name: str, mode: Mode) -> None:
+def _check_contact(text: str, robot: "PlanarRobot", name: str, mode: Mode) -> None:
     """Raise SequenceError unless a contact exists and can have a mode."""
     if name not in robot.contact_names:
         raise SequenceError(f"The sequence {text!r} names {name!r}. {suggest(name, robot.contact_names)}")
@@ -251,7 +255,7 @@ def _accepted_modes(contact: ContactEntry) -> Sequence[str]:
     return tuple(_FEET) if contact.slides else (Mode.CLOSED.value, Mode.STICK.value)
 
 
-def _check_event(sequence: PhaseSequence, robot: PlanarRobot, number: int) -> None:
+def _check_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> None:
     """Raise SequenceError unless the event of a phase can lead to the next phase."""
     event, text = sequence.events[number], str(sequence)
     before, after = sequence.states(robot)[number], sequence.state_after(robot, number)

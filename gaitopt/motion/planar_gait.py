@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.motion.energy import Ledger
-from gaitopt.motion.gait import SolverReport
+from gaitopt.motion.gait import Gait, SolverReport, check_gait
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_motion import PlanarMotion
@@ -65,6 +65,7 @@ class PlanarGait(LazyRecord):
     Attributes
     ----------
     robot : PlanarRobot
+        For a gait that was read from a file, it is restored at its first use.
     sequence : PhaseSequence
         Planned contact sequence.
     status : Status
@@ -93,7 +94,7 @@ class PlanarGait(LazyRecord):
     ('solved', 'foot stick > flight |', 1.5)
     """
 
-    robot: "PlanarRobot"
+    robot: "LazyField[PlanarRobot]" = LazyField()
     sequence: PhaseSequence
     status: Status
     motion: LazyField[PlanarMotion] = LazyField()
@@ -108,7 +109,17 @@ class PlanarGait(LazyRecord):
         if self.verification is not None:
             replay = "replay passed" if self.verification.passed else "replay failed"
         numbers = f"objective {self.solver.objective:.6g}, {self.speed:.4g} m/s, step {self.step_length:.4g} m"
-        return f"PlanarGait({self.robot.name!r}, '{self.sequence}', {self.status.key}, {replay}, {numbers})"
+        return f"PlanarGait({self.robot_name!r}, '{self.sequence}', {self.status.key}, {replay}, {numbers})"
+
+    @property
+    def robot_name(self) -> str:
+        """Name of the robot; the robot itself is not restored."""
+        return str(self.robot_source.name)
+
+    @property
+    def robot_source(self) -> Any:
+        """The robot, or the record from which it is restored at its first use."""
+        return vars(self)["robot"]
 
     @property
     def period(self) -> float:
@@ -118,15 +129,12 @@ class PlanarGait(LazyRecord):
     @property
     def step_length(self) -> float:
         """Forward travel in a period [m]; 0 for a robot that does not travel."""
-        if self.robot.travel is None:
-            return 0.0
-        row = self.motion.channel("q")[self.robot.coordinates.index(self.robot.travel)]
-        return float(row[-1] - row[0])
+        return self.motion.distance
 
     @property
     def speed(self) -> float:
-        """Average forward speed [m/s]."""
-        return self.step_length / self.period
+        """Average forward speed [m/s]; nan if the period takes no time."""
+        return self.step_length / self.period if self.period else float("nan")
 
     @property
     def cost_of_transport(self) -> float:
@@ -147,9 +155,31 @@ class PlanarGait(LazyRecord):
             raise InputError(f"This gait is not a solution ({self.status.key}): {self.status.hint} {worst}".strip())
         return self
 
+    def with_robot(self, robot: "PlanarRobot") -> "PlanarGait":
+        """Return the gait with a robot of the same physics instead of the present one.
+
+        Raises
+        ------
+        InputError
+            If the physics of the robot differ from those of the gait's robot; the message states what differs.
+        """
+        from gaitopt.motion.robot_check import require_same_physics
+
+        require_same_physics(self.robot_source, self.motion, robot)
+        return self.replace_fields(robot=robot)
+
     def with_verification(self, verification: PlanarVerification) -> "PlanarGait":
         """Return the gait with its replay attached; a solved gait that fails it is no longer solved."""
         status = self.status
         if status in (Status.SOLVED, Status.NOT_VERIFIED):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
         return self.replace_fields(verification=verification, status=status)
+
+
+AnyGait = Gait | PlanarGait
+
+
+def check_any_gait(gait: object, name: str = "gait") -> None:
+    """Raise InputError unless an argument is a gait of any robot."""
+    if not isinstance(gait, PlanarGait):
+        check_gait(gait, name)

@@ -41,7 +41,7 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
     data = {
         "status": gait.status.key,
         "hint": gait.status.hint,
-        "robot": gait.robot.name,
+        "robot": gait.robot_name,
         "sequence": str(gait.sequence),
         "objective": gait.solver.objective,
         "cost_of_transport": gait.cost_of_transport,
@@ -49,10 +49,10 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
         "step_length": gait.step_length,
         "period": gait.period,
         "phases": [_phase_facts(motion, segment) for segment in motion.segments],
-        "events": [_event_facts(motion, event) for event in motion.events],
+        "events": [event_facts(motion, event) for event in motion.events],
         "friction_margin": friction_margin(gait),
-        "foot_slide": _slides(gait),
-        "impact": _event_facts(motion, impacts[-1]) if impacts else None,
+        "foot_slide": find_slides(gait),
+        "impact": event_facts(motion, impacts[-1]) if impacts else None,
         "energy": ledger_facts(gait.energy),
         "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
         "proposal": None,
@@ -78,14 +78,14 @@ def friction_margin(gait: PlanarGait) -> float:
     >>> friction_margin.__name__
     'friction_margin'
     """
-    values, robot = gait.motion.parameters, gait.robot
+    values, entries = gait.motion.parameters, gait.motion.contact_entries
     limit = values["friction"] * values["static_friction_ratio"]
     margins = []
     for segment in gait.motion.segments:
         bodies: dict[str, list[int]] = {}
         for i, (_, mode) in enumerate(segment.state.modes):
             if mode is Mode.STICK:
-                bodies.setdefault(robot.contacts[i].body, []).append(i)
+                bodies.setdefault(entries[i].body, []).append(i)
         for members in bodies.values():
             tangential, normal = segment.force[members].sum(axis=0)
             loaded = normal > 0
@@ -104,7 +104,8 @@ def _phase_facts(motion: PlanarMotion, segment: PlanarSegment) -> dict[str, Any]
     }
 
 
-def _event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
+def event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
+    """Return an event as plain data, with the impulse by contact [N s]."""
     received = np.flatnonzero(event.impulse.any(axis=1))
     outcome = event.outcome or event.after
     return {
@@ -124,14 +125,12 @@ def _ratio(tangential: float, normal: float) -> float | None:
     return tangential / normal if normal else None
 
 
-def _slides(gait: PlanarGait) -> dict[str, float]:
+def find_slides(gait: PlanarGait) -> dict[str, float]:
     """Return the distance by which each contact that slips slides, forward positive [m]."""
-    motion, robot = gait.motion, gait.robot
-    p = robot.vector(motion.parameters)
     slides: dict[str, float] = {}
-    for segment in motion.segments:
-        ends = [np.array(robot.gaps(segment.q[:, k], p)[1]).ravel() for k in (0, -1)]
+    for segment in gait.motion.segments:
         for i, (name, mode) in enumerate(segment.state.modes):
             if mode.slips:
-                slides[name] = slides.get(name, 0.0) + float(ends[1][i] - ends[0][i])
+                slide = segment.kinematics.slide[i]
+                slides[name] = slides.get(name, 0.0) + float(slide[-1] - slide[0])
     return slides

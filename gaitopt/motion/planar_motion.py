@@ -1,17 +1,25 @@
 """Motion of a planar robot with any contacts: segments between events, with the force of each contact."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.errors import InputError, suggest
+from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.planar.contact_entry import ContactEntry
+from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 
+if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PlanarSegment:
+class PlanarSegment(LazyRecord):
     """A smooth part of a motion in one contact state, sampled at K instants.
 
     Attributes
@@ -31,6 +39,8 @@ class PlanarSegment:
     kinetic, potential, elastic : (K,) arrays [J]
         The potential energy includes the elastic energy.
     points : (2, n_points, K) array [m]
+    kinematics : ContactTrajectories
+        Gap, slide coordinate, slip speed and rim of each contact, evaluated when they are first read.
 
     Examples
     --------
@@ -55,6 +65,7 @@ class PlanarSegment:
     potential: Array
     elastic: Array
     points: Array
+    kinematics: LazyField[ContactTrajectories] = LazyField()
 
     def __repr__(self) -> str:
         return f"PlanarSegment({self.state}; {self.time[0]:.6g} to {self.time[-1]:.6g} s)"
@@ -117,7 +128,15 @@ class PlanarMotion:
 
     Attributes
     ----------
-    coordinates, contacts, actuators, points : tuple of str
+    coordinates, actuators, points : tuple of str
+    units, actuator_units : tuple of str
+        Unit of each coordinate, ``"m"`` or ``"rad"``, and of each actuator, ``"N"`` or ``"N m"``.
+    contact_entries : tuple of ContactEntry
+        The contacts in the order of all arrays with one row per contact.
+    travel : str or None
+        Coordinate along the ground.
+    exchange : tuple of int or None
+        Contact i is in the next period what contact ``exchange[i]`` is in this one; None without an exchange of legs.
     links : tuple of pairs of int
     parameters : dict of str to float
     total_mass : float [kg]
@@ -135,8 +154,12 @@ class PlanarMotion:
     """
 
     coordinates: tuple[str, ...]
-    contacts: tuple[str, ...]
+    units: tuple[str, ...]
+    contact_entries: tuple[ContactEntry, ...]
     actuators: tuple[str, ...]
+    actuator_units: tuple[str, ...]
+    travel: str | None
+    exchange: tuple[int, ...] | None
     points: tuple[str, ...]
     links: tuple[tuple[int, int], ...]
     parameters: dict[str, float]
@@ -146,6 +169,43 @@ class PlanarMotion:
 
     def __repr__(self) -> str:
         return f"PlanarMotion({len(self.segments)} segments, {self.period:.6g} s, '{self.sequence}')"
+
+    @staticmethod
+    def of(
+        robot: "PlanarRobot",
+        values: dict[str, float],
+        segments: Iterable[PlanarSegment],
+        events: Iterable[PlanarEvent],
+    ) -> "PlanarMotion":
+        """Return a motion of a robot with these parameter values."""
+        return PlanarMotion(
+            coordinates=robot.coordinates,
+            units=robot.units,
+            contact_entries=robot.contacts,
+            actuators=robot.actuators,
+            actuator_units=robot.actuator_units,
+            travel=robot.travel,
+            exchange=None if robot.mirror is None else robot.mirror.contacts,
+            points=robot.points,
+            links=robot.links,
+            parameters=dict(values),
+            total_mass=float(robot.mass(robot.vector(values))),
+            segments=tuple(segments),
+            events=tuple(events),
+        )
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return tuple(entry.name for entry in self.contact_entries)
+
+    @property
+    def distance(self) -> float:
+        """Forward travel from the first sample to the last [m]; 0 for a robot that does not travel."""
+        if self.travel is None or not self.segments:
+            return 0.0
+        row = self.coordinates.index(self.travel)
+        return float(self.segments[-1].q[row, -1] - self.segments[0].q[row, 0])
 
     @property
     def period(self) -> float:

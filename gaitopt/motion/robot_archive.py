@@ -13,6 +13,7 @@ from gaitopt.model.physics_samples import Array, PhysicsSamples
 from gaitopt.model.robot_record import RobotRecord, share_record
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.stored_robot import StoredRobot
 
 GROUP = "robot"
@@ -24,7 +25,7 @@ SharedGroups = dict[str, h5py.Group]
 """Groups of robots that a file has already, by digest."""
 
 
-def write_robot(group: h5py.Group, gait: Gait, shared: SharedGroups | None = None) -> None:
+def write_robot(group: h5py.Group, gait: Gait | PlanarGait, shared: SharedGroups | None = None) -> None:
     """Write the robot of a gait into the gait's group; a robot that the file already contains is linked.
 
     A gait of an older file whose robot is not known stays without: it keeps the name only.
@@ -49,9 +50,12 @@ def write_robot(group: h5py.Group, gait: Gait, shared: SharedGroups | None = Non
         shared[record.digest] = part
 
 
-def read_robot(group: h5py.Group, name: str, motion: Motion) -> StoredRobot:
-    """Return the robot of the gait in a group, to be restored when it is used."""
-    if GROUP not in group:
+def read_robot(group: h5py.Group, name: str, motion: Motion | None) -> StoredRobot:
+    """Return the robot of the gait in a group, to be restored when it is used.
+
+    A group without a robot contains its name only, which `motion` must fit; None if a robot is always stored.
+    """
+    if GROUP not in group and motion is not None:
         return StoredRobot.from_name(name, motion)
     part = group[GROUP]
     digest = str(part.attrs["sha256"])
@@ -67,13 +71,13 @@ def read_robot(group: h5py.Group, name: str, motion: Motion) -> StoredRobot:
     return stored
 
 
-def _to_store(gait: Gait) -> tuple[RobotRecord, PhysicsSamples] | None:
+def _to_store(gait: Gait | PlanarGait) -> tuple[RobotRecord, PhysicsSamples] | None:
     """Return what is written of the robot of a gait; a robot that was not used since it was read stays unread."""
     source: Any = gait.robot_source
     if isinstance(source, StoredRobot) and source.record is not None and source.physics is not None:
         return source.record, source.physics
     try:
-        robot = gait.robot
+        robot: Any = gait.robot
     except InputError:
         if isinstance(source, Deferred):
             return None

@@ -4,25 +4,27 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_model_record import describe_contact_model, is_described_by
-from gaitopt.model.physics import AGREEMENT, FLOOR, find_differences, physics_of
+from gaitopt.model.physics import AGREEMENT, FLOOR, AnyRobot, find_differences, physics_of
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.motion.stored_robot import StoredRobot
 
 LISTED = 3
 """Differences that a message lists."""
 
 
-def require_same_physics(held: Robot | StoredRobot, motion: Motion, robot: Robot) -> None:
+def require_same_physics(held: AnyRobot | StoredRobot, motion: Motion | PlanarMotion, robot: AnyRobot) -> None:
     """Raise InputError, which states what differs, unless a robot has the physics of the robot of a gait.
 
     Parameters
     ----------
-    held : Robot or StoredRobot
+    held : Robot, PlanarRobot or StoredRobot
         The robot of the gait.
-    motion : Motion
+    motion : Motion or PlanarMotion
         The planned step; of a robot that is only named, its energies and its touchdown must be those of `robot`.
-    robot : Robot
+    robot : Robot or PlanarRobot
 
     Examples
     --------
@@ -38,14 +40,16 @@ def require_same_physics(held: Robot | StoredRobot, motion: Motion, robot: Robot
         return
     _require_names(robot, motion, held.name)
     if isinstance(held, StoredRobot) and held.record is None:
-        require_motion_of(robot, motion, held.name)
+        if isinstance(motion, Motion) and isinstance(robot, Robot):
+            require_motion_of(robot, motion, held.name)
         return
     if held.record is not None and held.record.digest == robot.record.digest:
         return
-    physics = physics_of(held) if isinstance(held, Robot) else held.physics
+    physics = held.physics if isinstance(held, StoredRobot) else physics_of(held)
     if physics is None:
         raise TypeError("a stored robot has a record without physics")
-    _refuse(robot, held.name, (*find_differences(physics, robot), *_other_contact_model(held, robot)))
+    compare = _other_contacts if isinstance(robot, PlanarRobot) else _other_contact_model
+    _refuse(robot, held.name, (*find_differences(physics, robot), *compare(held, robot)))
 
 
 def require_motion_of(robot: Robot, motion: Motion, name: str) -> None:
@@ -75,11 +79,17 @@ def require_motion_of(robot: Robot, motion: Motion, name: str) -> None:
     _refuse(robot, name, tuple(dict.fromkeys(differing)))
 
 
-def _require_names(robot: Robot, motion: Motion, name: str) -> None:
-    """Raise InputError unless the angles and actuators of a robot are those of a motion, which laws rely on."""
-    if (robot.angles, robot.actuators) != (motion.angles, motion.actuators):
-        here, there = (*robot.angles, *robot.actuators), (*motion.angles, *motion.actuators)
-        _refuse(robot, name, (f"angles and actuators ({', '.join(here)} instead of {', '.join(there)})",))
+def _require_names(robot: AnyRobot, motion: Motion | PlanarMotion, name: str) -> None:
+    """Raise InputError unless the coordinates and actuators of a robot are those of a motion, which laws rely on."""
+    here, there = (_coordinates_of(one) for one in (robot, motion))
+    if (here, robot.actuators) != (there, motion.actuators):
+        kind = "coordinates" if isinstance(motion, PlanarMotion) else "angles"
+        names = f"{', '.join((*here, *robot.actuators))} instead of {', '.join((*there, *motion.actuators))}"
+        _refuse(robot, name, (f"{kind} and actuators ({names})",))
+
+
+def _coordinates_of(source: AnyRobot | Motion | PlanarMotion) -> tuple[str, ...]:
+    return source.coordinates if isinstance(source, PlanarRobot | PlanarMotion) else source.angles
 
 
 def _agree(there: Array, here: Array) -> bool:
@@ -88,7 +98,18 @@ def _agree(there: Array, here: Array) -> bool:
     return bool(np.all((np.abs(there - here) <= AGREEMENT * size) | ~np.isfinite(there)))
 
 
-def _other_contact_model(held: Robot | StoredRobot, robot: Robot) -> tuple[str, ...]:
+def _other_contacts(held: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str, ...]:
+    """Return which of contacts, leg exchange and switched springs differ."""
+    if held.record is None:
+        raise ValueError("a stored robot with several contacts has a record")
+    there, here = held.record.content(), robot.record.content()
+    compared = {"contacts": "contacts", "mirror": "leg exchange", "switches": "switched springs"}
+    return tuple(label for key, label in compared.items() if there.get(key) != here[key])
+
+
+def _other_contact_model(held: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str, ...]:
+    if not isinstance(robot, Robot):
+        return ()
     if isinstance(held, Robot):
         described = describe_contact_model(held.contact_model)
     else:
@@ -98,7 +119,7 @@ def _other_contact_model(held: Robot | StoredRobot, robot: Robot) -> tuple[str, 
     return () if is_described_by(robot.contact_model, described) else ("impact law or contact transitions",)
 
 
-def _refuse(robot: Robot, name: str, differences: tuple[str, ...]) -> None:
+def _refuse(robot: AnyRobot, name: str, differences: tuple[str, ...]) -> None:
     """Raise InputError if there are differences."""
     if not differences:
         return

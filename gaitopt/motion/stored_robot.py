@@ -2,7 +2,7 @@
 
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
@@ -11,11 +11,12 @@ from gaitopt.model.robot_record import RobotRecord
 from gaitopt.motion.motion import Motion
 
 if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)
-class StoredRobot(Deferred["Robot"]):
+class StoredRobot(Deferred[Any]):
     """A robot that is restored when it is first used.
 
     Attributes
@@ -48,9 +49,13 @@ class StoredRobot(Deferred["Robot"]):
         return StoredRobot(functools.partial(_find, name, motion), True, name)
 
 
-def _restore(record: RobotRecord, physics: PhysicsSamples) -> "Robot":
+def _restore(record: RobotRecord, physics: PhysicsSamples) -> "Robot | PlanarRobot":
+    from gaitopt.model.planar.planar_record import is_planar
+    from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robots.catalogue import restore_robot
 
+    if is_planar(record):
+        return PlanarRobot.from_record(record)
     return restore_robot(record, physics)
 
 

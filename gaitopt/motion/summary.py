@@ -6,14 +6,15 @@ from typing import Any
 
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 
 
-def summarise(gait: Gait) -> dict[str, Any]:
+def summarise(gait: Gait | PlanarGait) -> dict[str, Any]:
     """Return the facts of a gait as plain data for JSON (nan becomes null, inf the text "inf").
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
 
     Returns
     -------
@@ -27,6 +28,10 @@ def summarise(gait: Gait) -> dict[str, Any]:
     >>> summary["status"], [phase["mode"] for phase in summary["phases"]]
     ('solved', ['slip+', 'stick'])
     """
+    if isinstance(gait, PlanarGait):
+        from gaitopt.motion.planar_gait_summary import summarise_planar
+
+        return summarise_planar(gait)
     motion, energy = gait.motion, gait.energy
     jump = motion.jumps[0]
     solver = dataclasses.asdict(gait.solver)

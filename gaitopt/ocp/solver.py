@@ -152,7 +152,7 @@ def _solve_first(
     conclusion = conclude_failure(problem, first, guesses, solver, observer, plans)
     if conclusion is not first:
         others = listed[1:] if conclusion.status.ok else []
-        more = solve_from_starts(problem, others, solver, observer, limited, plans) if others else []
+        more = solve_from_starts(problem, others, solver, observer, limited, plans=plans) if others else []
         return [first], keep_interrupt([conclusion, *more])
     return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
 

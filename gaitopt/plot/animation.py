@@ -10,8 +10,13 @@ import numpy as np
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.motion.atomic import check_suffix, write_atomically
-from gaitopt.motion.gait import Gait, check_gait
+from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import is_drawable
+from gaitopt.motion.motion import Motion
+from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait, check_any_gait
+from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.plot.stage import Picture, draw_pictures
 from gaitopt.plot.style import FigureStyle
 
@@ -22,7 +27,7 @@ _COLOURS = 128
 
 
 def animate(
-    gait: Gait,
+    gait: AnyGait | AnyMotion,
     path: str | Path,
     *,
     steps: int = 3,
@@ -38,7 +43,7 @@ def animate(
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait, PlanarGait, or a motion
     path : str or Path
         Ends in ``.gif`` or ``.mp4``.
     steps : int
@@ -72,15 +77,16 @@ def animate(
     """
     from matplotlib import rc_context
 
-    check_gait(gait)
+    known = gait if isinstance(gait, Gait | PlanarGait) else None
+    motion = gait if isinstance(gait, Motion | PlanarMotion | MotionView) else _motion_of(gait)
     path = Path(path)
     suffix = check_suffix(path, _KINDS)
-    _check(gait, steps, fps, slow)
+    _check(motion, steps, fps, slow)
     # A GIF holds a frame for whole hundredths of a second, and viewers ignore fewer than two.
     rate = 100 / max(2, round(100 / fps)) if suffix == ".gif" else float(fps)
-    film = AnimationFrames(gait.motion, steps=steps, rate=rate, slow=slow)
+    film = AnimationFrames(motion, steps=steps, rate=rate, slow=slow)
     with write_atomically(path) as temporary, rc_context(FigureStyle().settings):
-        pictures = _report_frames(draw_pictures(gait, film), len(film), observer)
+        pictures = _report_frames(draw_pictures(known, film), len(film), observer)
         if suffix == ".gif":
             _write_gif(pictures, rate, temporary)
         else:
@@ -88,14 +94,17 @@ def animate(
     return path
 
 
-def _check(gait: Gait, steps: int, fps: int, slow: float) -> None:
+def _motion_of(gait: AnyGait) -> AnyMotion:
+    check_any_gait(gait)
+    return gait.motion
+
+
+def _check(motion: AnyMotion, steps: int, fps: int, slow: float) -> None:
     for name, value in (("steps", steps), ("fps", fps), ("slow", slow)):
         if not value > 0 or not np.isfinite(value):
             raise InputError(f"{name} of an animation must be finite and greater than 0, got {value}.")
-    if not is_drawable(gait.motion):
-        raise InputError(
-            f"The motion of this gait is not finite ({gait.status.key}); an animation needs finite positions."
-        )
+    if not is_drawable(motion):
+        raise InputError("The motion is not finite or has no duration; an animation needs finite positions.")
 
 
 def _report_frames(pictures: Iterator[Picture], total: int, observer: FrameObserver | None) -> Iterator[Picture]:

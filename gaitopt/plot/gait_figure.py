@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitopt.model.coordinate_entries import SLIDE
-from gaitopt.motion.gait import Gait, check_gait
+from gaitopt.errors import InputError
 from gaitopt.motion.link_roles import is_drawable
-from gaitopt.motion.motion import Motion
+from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.planar_gait import AnyGait, check_any_gait
+from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, MODE_HATCH, NARROW, WARNING, FigureStyle
 
@@ -25,28 +27,55 @@ HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 NARROW_HEIGHT, FEW_INSTANTS = 8.4, 5
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
-KEY_LETTERS = 18
-"""Letters in a line of a key beside its panel."""
+KEY_LETTERS, SEQUENCE_LETTERS = 18, 80
+"""Letters in a line of a key beside its panel, and of the contact sequence in the title."""
 
-ROWS: dict[str, Callable[["Axes", Gait], None]] = {
-    "angles": panels.draw_angles,
-    "torques": panels.draw_torques,
-    "force ratio": panels.draw_force_ratio,
-    "foot speed": panels.draw_foot_speed,
-}
+EXTRA_ROW = 1.45
+"""Height of each panel beyond four [inch]."""
+
+MOST_PANELS = 4
+
 ENLARGED = ("force ratio", "foot speed")
 """Rows drawn again over short slip phases."""
 
+Rows = dict[str, Callable[["Axes", MotionView], None]]
 
-def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None = None) -> "Figure":
+
+def choose_rows(view: MotionView) -> Rows:
+    """Return the panels of a motion by name, from top to bottom.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> list(choose_rows(view_motion(load("docs/examples/compass_slip.h5").motion)))
+    ['angles', 'torques', 'force ratio', 'foot speed']
+    """
+    units, several = {channel.unit for channel in view.actuators}, not view.is_single_support
+    candidates = [
+        ("modes", draw_mode_bar, several),
+        ("angles", panels.draw_angles, bool(view.channels("rad"))),
+        ("lengths", panels.draw_lengths, bool(view.channels("m"))),
+        ("torques", panels.draw_torques, "N m" in units or not (units or several)),
+        ("actuator forces", panels.draw_actuator_forces, "N" in units),
+        ("normal forces", panels.draw_normal_forces, several and bool(view.loaded)),
+        ("force ratio", panels.draw_force_ratio, bool(view.sliding)),
+        ("foot speed", panels.draw_foot_speed, bool(view.sliding)),
+    ]
+    return {name: draw for name, draw, present in candidates if present}
+
+
+def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | None = None) -> "Figure":
     """Draw a gait: its step as stick figures; angles, torques, force ratio in the friction cone, and foot speed.
+
+    A robot with several contacts has further panels: the mode of each contact, lengths, forces of linear actuators and
+    the normal force on each foot.
 
     Slip phases are shaded, and enlarged beside the time axis where they are too short to be read.  A gait that is not
     a solution is marked in the figure.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
     title : str, optional
         First line of the title; by default the name of the problem.
     style : FigureStyle, optional
@@ -65,25 +94,64 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     >>> print(figure.get_suptitle().splitlines()[1])
     slip+ stick | slip+, verified by replay
     """
+    check_any_gait(gait)
+    view = None
+    if is_drawable(gait.motion):
+        view = view_motion(gait.motion, gait.problem.get("torque_limit"))
+    return _draw_figure(view, _describe(gait, title), style or FigureStyle(), None if gait.status.ok else gait)
+
+
+def plot_motion(motion: AnyMotion, *, title: str = "", style: FigureStyle | None = None) -> "Figure":
+    """Draw a simulated motion with the panels of :func:`plot_gait`.
+
+    Parameters
+    ----------
+    motion : Motion or PlanarMotion
+        Such as that of a simulated walk or of a periodic gait.
+    title : str, optional
+    style : FigureStyle, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the motion has no duration or is not finite.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> walk = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0.5, 0, 0, 0, 0], {}, duration=0.3)
+    >>> [axes.get_label() for axes in plot_motion(walk.motion).axes][:2]
+    ['stick figures', 'modes']
+    """
+    if not is_drawable(motion):
+        raise InputError("The motion has no duration or is not finite; a figure needs finite positions.")
+    return _draw_figure(view_motion(motion), title, style or FigureStyle(), None)
+
+
+def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed: AnyGait | None) -> "Figure":
+    """Draw a motion below a title and, for a gait that is not a solution, a warning."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    check_gait(gait)
-    style = style or FigureStyle()
-    warned, narrow = not gait.status.ok, style.width < NARROW
-    above = TITLE_HEIGHT if style.titled else TITLE_HEIGHT / 2
-    height = (NARROW_HEIGHT if narrow else HEIGHT) + warned * WARNING_HEIGHT + above - TITLE_HEIGHT
+    warned, titled = failed is not None, style.titled and bool(title)
     with rc_context(style.settings):
+        above = TITLE_HEIGHT if titled else TITLE_HEIGHT / 2
+        height = _total_height(view, style) + warned * WARNING_HEIGHT + above - TITLE_HEIGHT
         figure = Figure(figsize=(style.width, height), layout=ConstrainedLayoutEngine(hspace=0.05))
-        if style.titled:
-            figure.suptitle(_describe(gait, title), linespacing=1.4)
+        if titled:
+            figure.suptitle(title, linespacing=1.4)
         grid = figure.add_gridspec(2 + warned, 1)
-        if warned:
-            _warn(figure.add_subplot(grid[0], label="warning"), gait)
-        if is_drawable(gait.motion):
-            stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), gait.motion, style.width)
-            (_draw_column if narrow else _draw_panels)(figure, grid[-1], gait)
+        if failed is not None:
+            _warn(figure.add_subplot(grid[0], label="warning"), failed)
+        if view is not None:
+            stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), view, style.width)
+            (_draw_column if style.width < NARROW else _draw_panels)(figure, grid[-1], view)
             heights = [WARNING_HEIGHT, stick_height, height - warned * WARNING_HEIGHT - stick_height - above]
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
@@ -92,7 +160,13 @@ def plot_gait(gait: Gait, *, title: str | None = None, style: FigureStyle | None
     return figure
 
 
-def _describe(gait: Gait, title: str | None) -> str:
+def _total_height(view: MotionView | None, style: FigureStyle) -> float:
+    """Return the height of a figure without its warning [inch]."""
+    more = max(len(choose_rows(view)) - MOST_PANELS, 0) if view else 0
+    return (NARROW_HEIGHT if style.width < NARROW else HEIGHT) + more * EXTRA_ROW
+
+
+def _describe(gait: AnyGait, title: str | None) -> str:
     """Return the title: name, contact sequence, and main numbers."""
     slope = np.rad2deg(gait.motion.parameters["slope"])
     facts = [
@@ -105,10 +179,11 @@ def _describe(gait: Gait, title: str | None) -> str:
     verified = "" if not gait.status.ok else ", verified by replay" if gait.verification else ", not replayed"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
-    return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(facts)}"
+    sequence = textwrap.fill(str(gait.sequence), SEQUENCE_LETTERS)
+    return f"{first}\n{sequence}{where}{verified}\n{', '.join(facts)}"
 
 
-def _number(gait: Gait, name: str, form: str) -> str:
+def _number(gait: AnyGait, name: str, form: str) -> str:
     """Return a number of a gait as text; it may be undefined for the last iterate of a failed solve."""
     try:
         return format(getattr(gait, name), form)
@@ -116,7 +191,7 @@ def _number(gait: Gait, name: str, form: str) -> str:
         return "nan"
 
 
-def _warn(axes: "Axes", gait: Gait) -> None:
+def _warn(axes: "Axes", gait: AnyGait) -> None:
     """Draw a box which states that the gait is not a solution, and why."""
     text = f"NOT A SOLUTION ({gait.status.key})\n{textwrap.fill(gait.status.hint, 100)}"
     box = {"boxstyle": "round", "facecolor": "#FFF0F0", "edgecolor": WARNING, "linewidth": 1.5}
@@ -124,76 +199,84 @@ def _warn(axes: "Axes", gait: Gait) -> None:
     axes.axis("off")
 
 
-def _draw_top(axes: "Axes", motion: Motion, width: float) -> float:
+def _draw_top(axes: "Axes", motion: MotionView, width: float) -> float:
     """Draw the stick figures; return the height they need to fill the width [inch]."""
     draw_stick_figures(axes, motion, FEW_INSTANTS if width < NARROW else INSTANTS)
     shape = np.ptp(axes.get_ylim()) / np.ptp(axes.get_xlim())
     return float(np.clip(width * shape, 1.0, 2.4))
 
 
-def _draw_column(figure: "Figure", place: Any, gait: Gait) -> None:
+def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
     """Draw the panels below one another, their keys above them."""
-    grid = place.subgridspec(len(ROWS), 1)
+    rows = choose_rows(view)
+    grid = place.subgridspec(len(rows), 1)
     panels_drawn: list[Axes] = []
-    for row, (name, draw) in enumerate(ROWS.items()):
+    for row, (name, draw) in enumerate(rows.items()):
         axes = figure.add_subplot(grid[row, 0], sharex=panels_drawn[0] if panels_drawn else None, label=name)
         panels_drawn.append(axes)
-        draw(axes, gait)
-        panels.shade_slips(axes, gait.motion)
-        axes.tick_params(labelbottom=row == len(ROWS) - 1)
+        draw(axes, view)
+        _shade(name, axes, view)
+        axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
         if handles:
             place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
             add_page_legend(axes, handles, labels, columns=4, width=figure.get_figwidth(), **place_above, **spacing)
     axes.set_xlabel("time [s]")
-    axes.set_xlim(gait.motion.segments[0].time[0], gait.motion.segments[-1].time[-1])
+    axes.set_xlim(view.segments[0].time[0], view.segments[-1].time[-1])
     figure.align_ylabels(panels_drawn)
 
 
-def _draw_panels(figure: "Figure", place: Any, gait: Gait) -> None:
+def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
     """Draw the panels on a common time axis, and beside them their keys and enlargements."""
-    motion = gait.motion
-    phases = panels.short_slips(motion)[:3]
+    rows, phases = choose_rows(view), panels.short_slips(view)[:3]
     columns = max(len(phases), 1)
     widths = [4.4, *[max(1.7 / columns, 0.95) if phases else 1.1] * columns]
-    grid = place.subgridspec(len(ROWS), 1 + columns, width_ratios=widths)
+    grid = place.subgridspec(len(rows), 1 + columns, width_ratios=widths)
     left: list[Axes] = []
-    for row, (name, draw) in enumerate(ROWS.items()):
+    for row, (name, draw) in enumerate(rows.items()):
         axes = figure.add_subplot(grid[row, 0], sharex=left[0] if left else None, label=name)
         left.append(axes)
-        draw(axes, gait)
-        panels.shade_slips(axes, motion)
-        axes.tick_params(labelbottom=row == len(ROWS) - 1)
+        draw(axes, view)
+        _shade(name, axes, view)
+        axes.tick_params(labelbottom=row == len(rows) - 1)
         if name not in ENLARGED:
-            _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, motion if row == 0 else None)
+            _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, view if row == 0 else None)
             continue
         if name == "force ratio":
             axes.legend(loc="lower center", ncols=2, borderaxespad=0.2, borderpad=0.1, frameon=True, edgecolor="none")
         for column, phase in enumerate(phases, start=1):
             beside = figure.add_subplot(grid[row, column], label=f"{name} enlarged")
-            panels.enlarge(beside, gait, phase, draw)
+            panels.enlarge(beside, view, phase, draw)
             beside.tick_params(labelbottom=name == ENLARGED[-1])
             if name == "foot speed":
-                low, high = phase.v[SLIDE].min(), phase.v[SLIDE].max()
+                speeds = phase.slip_speeds[list(phase.slipping)]
+                low, high = speeds.min(), speeds.max()
                 margin = max(0.1 * (high - low), 1e-4)
                 beside.set_ylim(low - margin, high + margin)
                 beside.set_xlabel("time [ms]")
             else:
                 panels.name_enlargement(beside, phase)
     axes.set_xlabel("time [s]")
-    axes.set_xlim(motion.segments[0].time[0], motion.segments[-1].time[-1])
-    panels.name_phases(left[0], motion)
+    axes.set_xlim(view.segments[0].time[0], view.segments[-1].time[-1])
+    if view.is_single_support:
+        panels.name_phases(left[0], view)
     figure.align_ylabels(left)
 
 
-def _draw_key(key: "Axes", axes: "Axes", motion: Motion | None) -> None:
+def _shade(name: str, axes: "Axes", view: MotionView) -> None:
+    """Shade slip phases in all panels but the modes of the contacts, which have their colours."""
+    if name != "modes":
+        panels.shade_slips(axes, view)
+
+
+def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> None:
     """Draw the key of a panel in an empty axes beside it, with the shading of slip phases if a motion is given."""
     from matplotlib.patches import Patch
 
     key.axis("off")
     handles, labels = axes.get_legend_handles_labels()
-    for mode in dict.fromkeys(part.mode for part in motion.segments if part.mode.slips) if motion else ():
+    for mode in dict.fromkeys(part.mode for part in motion.segments if part.slipping) if motion else ():
         color = MODE_FILL[mode]
         handles.append(Patch(facecolor=(color, 0.3), edgecolor=color, hatch=MODE_HATCH[mode]))
         labels.append(f"{mode.label} phase")

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitopt.model.coordinate_entries import ANGLES, SLIDE
-from gaitopt.motion.gait import Gait
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.joint_numbers import number_joints
-from gaitopt.motion.motion import Array, Motion, Segment
-from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, line_style
+from gaitopt.motion.motion import Array, Segment
+from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.motion.view_motion import AnyMotion, view_motion
+from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, contact_style, line_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +25,7 @@ _LETTER = 0.016
 """Width of a letter of a phase label, as a share of the time axis."""
 
 
-def short_slips(motion: Motion) -> list[Segment]:
+def short_slips(motion: AnyMotion) -> list[PhaseView]:
     """Return the slip phases too short to be read on the time axis of the whole step.
 
     Examples
@@ -33,49 +34,55 @@ def short_slips(motion: Motion) -> list[Segment]:
     >>> [phase.mode.value for phase in short_slips(load("docs/examples/compass_slip.h5").motion)]
     ['slip+']
     """
-    return [part for part in motion.segments if part.mode.slips and part.duration < SHORT * motion.period]
+    view = view_motion(motion)
+    return [part for part in view.segments if part.slipping and part.duration < SHORT * view.period]
 
 
-def draw_angles(axes: "Axes", gait: Gait) -> None:
-    """Draw the angles of a step over time [deg]."""
-    degrees = [np.rad2deg(segment.q[ANGLES]) for segment in gait.motion.segments]
-    _draw_joints(axes, gait.motion, degrees, gait.motion.angles)
+def draw_angles(axes: "Axes", view: MotionView) -> None:
+    """Draw the angles of a step over time [deg], with the joint stops."""
+    _draw_coordinates(axes, view, "rad", float(np.rad2deg(1.0)))
     axes.set_ylabel("angle [deg]")
 
 
-def draw_torques(axes: "Axes", gait: Gait) -> None:
+def draw_lengths(axes: "Axes", view: MotionView) -> None:
+    """Draw the coordinates that are lengths over time [m], with the stops."""
+    _draw_coordinates(axes, view, "m", 1.0)
+    axes.set_ylabel("length [m]")
+
+
+def draw_torques(axes: "Axes", view: MotionView) -> None:
     """Draw the joint torques of a step over time, with their limits [N m]."""
-    motion = gait.motion
-    _draw_joints(axes, motion, [segment.torque for segment in motion.segments], motion.actuators)
+    _draw_actuators(axes, view, "N m")
     axes.set_ylabel("torque [N m]")
-    if not motion.actuators:
+    if not view.actuators:
         axes.text(0.5, 0.5, "no actuators", transform=axes.transAxes, ha="center", va="center")
         axes.set_yticks([])
-    limits = gait.problem.get("torque_limit") or {}
-    finite = sorted({float(limit) for limit in limits.values() if np.isfinite(limit)})
-    for number, limit in enumerate(finite):
-        label = "limit" if number == 0 else None
-        axes.axhline(limit, label=label, **LIMIT)
-        axes.axhline(-limit, **LIMIT)
 
 
-def draw_force_ratio(axes: "Axes", gait: Gait) -> None:
-    """Draw the ratio of tangential to normal contact force over time, with the friction cone."""
+def draw_actuator_forces(axes: "Axes", view: MotionView) -> None:
+    """Draw the forces of linear actuators over time, with their limits [N]."""
+    _draw_actuators(axes, view, "N")
+    axes.set_ylabel("actuator [N]")
+
+
+def draw_normal_forces(axes: "Axes", view: MotionView) -> None:
+    """Draw the normal force on each foot that touches the ground over time, over the weight."""
+    for foot in view.loaded:
+        values = [hide_open(part, foot, part.forces[foot, 1]) / view.weight for part in view.segments]
+        _draw_line(axes, view, values, label=view.contacts[foot].name, **foot_style(view, foot))
+    axes.set_ylabel("$f_n$ / weight")
+    axes.set_ylim(bottom=0)
+
+
+def draw_force_ratio(axes: "Axes", view: MotionView) -> None:
+    """Draw the ratio of tangential to normal contact force of each foot over time, with the friction cone."""
     from matplotlib.ticker import MaxNLocator
 
-    motion = gait.motion
-    friction = motion.parameters["friction"]
-    _draw_line(axes, motion, [sample_force_ratio(segment) for segment in motion.segments], **SINGLE)
-    for jump in motion.jumps:
-        if jump.impulse[1] > 0:
-            style: dict[str, Any] = {
-                "color": "black",
-                "markersize": 5,
-                "linestyle": "none",
-                "clip_on": False,
-                "zorder": 6,
-            }
-            axes.plot([jump.time], [jump.ratio], "D", label="touchdown impulse", **style)
+    friction = view.parameters["friction"]
+    for foot in view.sliding:
+        ratios = [hide_open(part, foot, find_ratio(*part.forces[foot])) for part in view.segments]
+        _draw_line(axes, view, ratios, **foot_style(view, foot))
+    _draw_impulses(axes, view)
     axes.set_ylabel(r"force ratio $f_t/f_n$")
     reach = float(np.max(np.abs(axes.dataLim.intervaly), initial=0.01))
     if np.isfinite(friction) and friction > 0:
@@ -87,25 +94,40 @@ def draw_force_ratio(axes: "Axes", gait: Gait) -> None:
     axes.set_ylim(-1.75 * reach, 1.25 * reach)
 
 
-def draw_foot_speed(axes: "Axes", gait: Gait) -> None:
-    """Draw the tangential speed of the stance foot over time [m/s]."""
-    motion = gait.motion
-    _draw_line(axes, motion, [segment.v[SLIDE] for segment in motion.segments], **SINGLE)
+def draw_foot_speed(axes: "Axes", view: MotionView) -> None:
+    """Draw the tangential speed of each foot on the ground over time [m/s]."""
+    for foot in view.sliding:
+        speeds = [hide_open(part, foot, part.slip_speeds[foot]) for part in view.segments]
+        _draw_line(axes, view, speeds, **foot_style(view, foot))
     axes.set_ylabel("foot speed [m/s]")
-    if not any(segment.mode.slips for segment in motion.segments):
+    if not any(part.slipping for part in view.segments):
         axes.set_ylim(-0.1, 0.1)
+
+
+def foot_style(view: MotionView, foot: int) -> dict[str, Any]:
+    """Return the style of the line of a foot: black if it is the only one that touches the ground."""
+    return SINGLE if view.is_single_support else contact_style(view.feet.index(foot))
+
+
+def hide_open(part: PhaseView, contact: int, values: Array) -> Array:
+    """Return samples of a contact, nan while it is open."""
+    return np.full_like(values, np.nan) if part.modes[contact] is Mode.FREE else values
 
 
 def sample_force_ratio(segment: Segment) -> Array:
     """Return f_t / f_n of a segment, shape (K,); nan where the normal force is not positive."""
-    f_t, f_n = segment.force
+    return find_ratio(*segment.force)
+
+
+def find_ratio(f_t: Array, f_n: Array) -> Array:
+    """Return f_t / f_n, shape (K,); nan where the normal force is not positive."""
     return np.where(f_n > 0, f_t / np.where(f_n > 0, f_n, 1.0), np.nan)
 
 
-def shade_slips(axes: "Axes", motion: Motion, *, hatched: bool = True) -> None:
+def shade_slips(axes: "Axes", view: MotionView, *, hatched: bool = True) -> None:
     """Shade the slip phases of a motion over the height of an axes; an edge keeps the shortest visible."""
-    for segment in motion.segments:
-        if segment.mode.slips:
+    for segment in view.segments:
+        if segment.slipping:
             color = MODE_FILL[segment.mode]
             hatch = MODE_HATCH[segment.mode] if hatched else ""
             span = (float(segment.time[0]), float(segment.time[-1]))
@@ -113,14 +135,14 @@ def shade_slips(axes: "Axes", motion: Motion, *, hatched: bool = True) -> None:
             axes.axvspan(*span, facecolor="none", edgecolor=color, hatch=hatch, linewidth=0.8, zorder=0.5)
 
 
-def name_enlargement(axes: "Axes", phase: Segment) -> None:
+def name_enlargement(axes: "Axes", phase: PhaseView) -> None:
     """Write above an axes which phase it enlarges, where the legend of the panel above leaves space."""
     text = f"{phase.mode.label} enlarged\n{1e3 * phase.duration:.3g} ms"
     style: dict[str, Any] = {"color": MODE_INK[phase.mode], "ha": "right", "va": "bottom"}
     axes.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", **style).set_in_layout(False)
 
 
-def name_phases(axes: "Axes", motion: Motion) -> None:
+def name_phases(axes: "Axes", motion: MotionView) -> None:
     """Write the mode of every phase above an axes; names that would collide move up a line."""
     start, period = float(motion.segments[0].time[0]), motion.period
     rows: list[float] = []
@@ -137,7 +159,7 @@ def name_phases(axes: "Axes", motion: Motion) -> None:
         )
 
 
-def enlarge(axes: "Axes", gait: Gait, phase: Segment, draw: Callable[["Axes", Gait], None]) -> None:
+def enlarge(axes: "Axes", view: MotionView, phase: PhaseView, draw: Callable[["Axes", MotionView], None]) -> None:
     """Draw a panel again over a short slip phase only, with its time in ms.
 
     The shading is plain here, where a hatch would be coarser than what is to be read.
@@ -145,44 +167,79 @@ def enlarge(axes: "Axes", gait: Gait, phase: Segment, draw: Callable[["Axes", Ga
     Parameters
     ----------
     axes : matplotlib.axes.Axes
-    gait : Gait
-    phase : Segment
-        One of the gait's segments.
+    view : MotionView
+    phase : PhaseView
+        One of the motion's phases.
     draw : callable
         What draws the panel over the whole step.
     """
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-    draw(axes, gait)
+    draw(axes, view)
     for line in axes.lines:
         line.set_clip_on(True)  # the touchdown lies far outside
-    shade_slips(axes, gait.motion, hatched=False)
+    shade_slips(axes, view, hatched=False)
     axes.set_ylabel("")
     axes.set_xlim(phase.time[0] - 0.25 * phase.duration, phase.time[-1] + 0.25 * phase.duration)
     axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda time, _: f"{1e3 * time:g}"))
 
 
-def _draw_joints(axes: "Axes", motion: Motion, parts: list[Array], names: Sequence[str]) -> None:
-    """Draw a line for each joint, in the style that the joint has in all panels.
+def _draw_coordinates(axes: "Axes", view: MotionView, unit: str, factor: float) -> None:
+    """Draw the coordinates of a unit, and the joint stops that have it: levels, or gaps that fall to zero."""
+    numbers, rows = _number_channels(view), view.channels(unit)
+    for row, channel in rows:
+        values = [factor * part.q[row] for part in view.segments]
+        _draw_line(axes, view, values, label=angle_symbol(channel.name), **line_style(numbers[channel.name]))
+    stops = [(i, contact) for i, contact in enumerate(view.contacts) if contact.is_stop and contact.unit == unit]
+    levels = set()
+    for number, (i, contact) in enumerate(stops):
+        levels.add(0.0 if contact.level is None else round(factor * contact.level[1], 9))
+        if contact.level is None and any(np.any(part.gaps[i]) for part in view.segments):
+            style = line_style(len(numbers) + number)
+            _draw_line(
+                axes, view, [factor * part.gaps[i] for part in view.segments], label=f"{contact.name}, gap", **style
+            )
+    for number, level in enumerate(sorted(levels)):
+        axes.axhline(level, label=None if number else "joint stop", **LIMIT)
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    motion : Motion
-    parts : list of (n, K) arrays
-        One array a segment, with a row for each name.
-    names : n angles or actuators
-    """
-    numbers = number_joints(motion.angles, motion.actuators)
-    for row, name in enumerate(names):
-        style = line_style(numbers[name])
-        _draw_line(axes, motion, [part[row] for part in parts], label=angle_symbol(name), **style)
+
+def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
+    """Draw the torques or forces of actuators with their limits."""
+    numbers = _number_channels(view)
+    chosen = [(row, channel.name) for row, channel in enumerate(view.actuators) if channel.unit == unit]
+    for row, name in chosen:
+        values = [part.torque[row] for part in view.segments]
+        _draw_line(axes, view, values, label=angle_symbol(name), **line_style(numbers[name]))
+    limits = {float(view.limits[name]) for _, name in chosen if name in view.limits}
+    for number, limit in enumerate(sorted(limit for limit in limits if np.isfinite(limit))):
+        label = "limit" if number == 0 else None
+        axes.axhline(limit, label=label, **LIMIT)
+        axes.axhline(-limit, **LIMIT)
 
 
-def _draw_line(axes: "Axes", motion: Motion, parts: list[Array], **style: Any) -> None:
+def _draw_impulses(axes: "Axes", view: MotionView) -> None:
+    """Draw the ratio of the impulse on each foot at impacts."""
+    label: str | None = "touchdown impulse"
+    style: dict[str, Any] = {"markersize": 5, "linestyle": "none", "clip_on": False, "zorder": 6}
+    for event in view.events:
+        for foot in view.feet:
+            tangential, normal = event.impulses[foot]
+            if normal > 0:
+                color = foot_style(view, foot)["color"]
+                axes.plot([event.time], [tangential / normal], "D", label=label, color=color, **style)
+                label = None
+
+
+def _number_channels(view: MotionView) -> dict[str, int]:
+    """Return the number of each coordinate and actuator, which determines its colour."""
+    coordinates = [channel.name for unit in ("rad", "m") for _, channel in view.channels(unit)]
+    return number_joints(coordinates, [channel.name for channel in view.actuators])
+
+
+def _draw_line(axes: "Axes", view: MotionView, parts: list[Array], **style: Any) -> None:
     """Draw a line; gaps between segments leave jumps open instead of drawing them as ramps."""
-    time, values = join_segments([segment.time for segment in motion.segments]), join_segments(parts)
+    time, values = join_segments([segment.time for segment in view.segments]), join_segments(parts)
     axes.plot(time, values, **style)
 
 

@@ -4,19 +4,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames, SlideMark
-from gaitopt.motion.foot_arc import MARKS, figure_points, find_foot_arc
-from gaitopt.motion.gait import Gait
-from gaitopt.motion.link_roles import classify_links, tilt
+from gaitopt.motion.foot_arc import MARKS, FootArc, figure_points, find_foot_arc, find_open_feet
+from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
+from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
-from gaitopt.plot.style import BODY, CONE, FIRST_LEG, FORCE, GROUND, MODE_FILL, MODE_INK, SECOND_LEG
+from gaitopt.plot.style import BODY, CONE, FORCE, GROUND, MODE_FILL, MODE_INK, contact_color
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-
-WEIGHT_DRAWN = 0.45
-"""Length of a force as large as the weight, in heights of the walker."""
 
 LABEL_WIDTH = 0.9
 """Width of the label of a slide [inch]."""
@@ -35,7 +33,8 @@ class Scene:
     ----------
     axes : matplotlib.axes.Axes
         Its shape decides how much ground is seen; the view follows a walk that is longer.
-    gait : Gait
+    gait : object
+        Not used; all parts of a picture are made alike.
     film : AnimationFrames
 
     Attributes
@@ -46,50 +45,55 @@ class Scene:
         Inches on the screen for a metre.
     """
 
-    def __init__(self, axes: "Axes", gait: Gait, film: AnimationFrames) -> None:
-        motion = gait.motion
-        self._axes, self._film = axes, film
-        self._slope, self._friction = motion.parameters["slope"], motion.parameters["friction"]
-        figures = np.hstack([figure_points(motion, part).reshape(2, -1) for part in motion.segments])
+    def __init__(self, axes: "Axes", gait: object, film: AnimationFrames) -> None:
+        view = film.motion
+        self._axes, self._film, self._view = axes, film, view
+        self._slope, self._friction = view.parameters["slope"], view.parameters["friction"]
+        figures = np.hstack([figure_points(view, part).reshape(2, -1) for part in view.segments])
         self._height = float(np.max(figures[1]))
-        self._newton = WEIGHT_DRAWN * self._height / (motion.total_mass * motion.parameters["gravity"])
-        self._skeleton, self._arc = classify_links(motion), find_foot_arc(motion)
+        self._newton = self._height * force_scale(view)
+        self._arc = find_foot_arc(view)
         self._marks: dict[tuple[int, int], tuple[Any, Any]] = {}
-        self._frame_view(figures[0], (film.steps - 1) * motion.travel)
+        self._frame_view(figures[0], (film.steps - 1) * view.travel)
         self._add_artists()
 
     def show(self, frame: AnimationFrame) -> None:
         """Move everything to its position in a frame."""
-        points, foot = tilt(frame.points, self._slope), tilt(frame.foot, self._slope)
-        swapped = frame.step % 2 == 1
-        for pairs, lines, color in (
-            (self._skeleton.stance, self._stance, SECOND_LEG if swapped else FIRST_LEG),
-            (self._skeleton.swing, self._swing, FIRST_LEG if swapped else SECOND_LEG),
-            (self._skeleton.body, self._body, BODY),
-        ):
-            for pair, line in zip(pairs, lines, strict=True):
-                line.set(xdata=points[0, pair], ydata=points[1, pair], color=color)
+        points = tilt(frame.points, self._slope)
+        for pair, contact, line in self._links:
+            color = BODY if contact is None else self._color(contact, frame.exchanges)
+            line.set(xdata=points[0, pair], ydata=points[1, pair], color=color)
         if self._arc is not None and frame.rims is not None:
-            self._show_feet(frame.rims, swapped)
-        self._joints.set_data(*points[:, self._skeleton.joints])
-        self._foot.set(xdata=foot[:1], ydata=foot[1:], markerfacecolor=MODE_FILL[frame.mode])
-        self._cone.set_xy((foot[:, None] + tilt(self._wedge, self._slope)).T)
-        self._force.set_offsets([foot])
-        self._force.set_UVC(*tilt(self._newton * frame.force, self._slope))
+            self._show_rims(frame, self._arc)
+        self._joints.set_data(*points[:, self._view.joints])
+        for foot, (dot, cone, force) in self._contacts.items():
+            place, mode = tilt(frame.places[:, foot], self._slope), frame.modes[foot]
+            for artist in (dot, cone, force):
+                artist.set_visible(mode is not Mode.FREE)
+            dot.set(xdata=place[:1], ydata=place[1:], markerfacecolor=MODE_FILL[mode])
+            cone.set_xy((place[:, None] + tilt(self._wedge, self._slope)).T)
+            force.set_offsets([place])
+            force.set_UVC(*tilt(self._newton * frame.forces[foot], self._slope))
         for slide in self._film.slides(frame):
             self._mark(slide)
         self._look(frame)
 
-    def _show_feet(self, rims: Array, swapped: bool) -> None:
-        """Move the arcs of round feet and their marks."""
-        if self._arc is None:
+    def _color(self, contact: int, exchanges: int) -> str:
+        """Return the colour of a foot, which changes its role from step to step."""
+        return contact_color(self._view.feet.index(self._view.owner(contact, exchanges)))
+
+    def _show_rims(self, frame: AnimationFrame, arc: FootArc) -> None:
+        """Move the arcs of round feet, their marks, and the legs that end at the centres of arcs."""
+        if frame.rims is None:
             return
-        for foot, lines in enumerate(self._feet):
-            color = (SECOND_LEG, FIRST_LEG)[(foot == 0) ^ swapped]
-            marks = np.moveaxis(self._arc.marks(rims[:, foot]), 1, 0)
-            for line, places in zip(lines, (self._arc.outline(rims[:, foot]), *marks), strict=True):
+        for (foot, lines), spoke in zip(self._feet.items(), self._spokes, strict=True):
+            rim, color = frame.rims[:, foot], self._color(foot, frame.exchanges)
+            marks = np.moveaxis(arc.marks(rim), 1, 0)
+            for line, places in zip(lines, (arc.outline(rim), *marks), strict=True):
                 x, y = tilt(places, self._slope)
                 line.set(xdata=x, ydata=y, color=color)
+            x, y = tilt(arc.spoke(rim), self._slope)
+            spoke.set(xdata=x, ydata=y, color=color, visible=foot in self._open_feet)
 
     def _frame_view(self, x: Array, walked: float) -> None:
         """Choose the view: all of the walk where it fits, else a window that follows it."""
@@ -107,30 +111,46 @@ class Scene:
 
     def _add_artists(self) -> None:
         """Create what :meth:`show` moves."""
-        axes = self._axes
+        axes, view = self._axes, self._view
         leg: dict[str, Any] = {"linewidth": 4.0, "solid_capstyle": "round"}
-        self._body = [axes.plot([], [], zorder=3, **leg)[0] for _ in self._skeleton.body]
-        self._swing = [axes.plot([], [], zorder=4, **leg)[0] for _ in self._skeleton.swing]
-        self._stance = [axes.plot([], [], zorder=5, **leg)[0] for _ in self._skeleton.stance]
-        widths = (4.0, *(1.5,) * MARKS) if self._arc else ()
-        self._feet = [
-            [axes.plot([], [], zorder=order, **leg | {"linewidth": width})[0] for width in widths] for order in (5, 4)
-        ]
+        layers = {None: 3} | {foot: 5 if place == 0 else 4 for place, foot in enumerate(view.feet)}
+        order = sorted(zip(view.links, view.link_contacts, strict=True), key=lambda pair: layers[pair[1]])
+        self._links = [(pair, contact, axes.plot([], [], zorder=layers[contact], **leg)[0]) for pair, contact in order]
+        self._add_feet(leg, layers)
         (self._joints,) = axes.plot([], [], "o", color="0.2", markerfacecolor="white", markersize=9, zorder=6)
-        (self._foot,) = axes.plot([], [], "o", color="0.2", markersize=8, zorder=7)
-        self._force = axes.quiver(
-            [0], [0], [0], [1], angles="xy", scale_units="xy", scale=1, width=0.007, color=FORCE, zorder=8
-        )
-        self._force.set_label("contact force")
         half = min(np.arctan(self._friction), np.pi / 2)
         angles = np.linspace(-half, half, 24)
         length = 1.25 * WEIGHT_DRAWN * self._height
         self._wedge = np.hstack([np.zeros((2, 1)), length * np.stack([np.sin(angles), np.cos(angles)])])
-        (self._cone,) = axes.fill([0], [0], facecolor=CONE, edgecolor="0.6", linewidth=0.6, zorder=2)
-        self._cone.set_label("friction cone")
-        axes.legend(handles=[self._force, self._cone], loc="upper left", bbox_to_anchor=(0.02, 1.0), fontsize=9)
-        legs = [*self._body, *self._swing, *self._stance, *self._feet[0], *self._feet[1]]
-        self.moving: list[Artist] = [self._cone, *legs, self._joints, self._foot, self._force]
+        self._contacts = {foot: self._add_contact() for foot in view.loaded}
+        dots, cones, forces = (list(parts) for parts in zip(*self._contacts.values(), strict=True))
+        cones[0].set_label("friction cone")
+        forces[0].set_label("contact force")
+        axes.legend(handles=[forces[0], cones[0]], loc="upper left", bbox_to_anchor=(0.02, 1.0), fontsize=9)
+        arcs = [line for lines in self._feet.values() for line in lines]
+        legs = [*(line for _, _, line in self._links), *arcs, *self._spokes]
+        self.moving: list[Artist] = [*cones, *legs, self._joints, *dots, *forces]
+
+    def _add_feet(self, leg: dict[str, Any], layers: dict[int | None, int]) -> None:
+        """Create the arcs of round feet."""
+        first = self._view.segments[0]
+        rims = first.rims[:, :, 0] if self._arc is not None and first.rims is not None else np.zeros((4, 0))
+        feet = np.flatnonzero(rims[2] > 0).tolist()
+        self._open_feet = find_open_feet(first.points[:, :, 0], rims)
+        widths = (4.0, *(1.5,) * MARKS)
+        self._feet = {
+            foot: [self._axes.plot([], [], zorder=layers[foot], **leg | {"linewidth": width})[0] for width in widths]
+            for foot in feet
+        }
+        self._spokes = [self._axes.plot([], [], zorder=layers[foot], **leg)[0] for foot in feet]
+
+    def _add_contact(self) -> tuple[Any, Any, Any]:
+        """Create the mark, the friction cone and the force of a foot."""
+        (dot,) = self._axes.plot([], [], "o", color="0.2", markersize=8, zorder=7)
+        scaled: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1}
+        force = self._axes.quiver([0], [0], [0], [1], width=0.007, color=FORCE, zorder=8, **scaled)
+        (cone,) = self._axes.fill([0], [0], facecolor=CONE, edgecolor="0.6", linewidth=0.6, zorder=2)
+        return dot, cone, force
 
     def _mark(self, slide: SlideMark) -> None:
         """Draw a slide to scale on the ground, and below it its direction and length, which are always legible."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.plot.insets import FootGlass, ForceDiagram, Header
 from gaitopt.plot.scene import Scene
 
@@ -29,12 +29,13 @@ class Part(Protocol):
         """Move everything to its position in a frame."""
 
 
-def draw_pictures(gait: Gait, film: AnimationFrames) -> Iterator[Picture]:
+def draw_pictures(gait: AnyGait | None, film: AnimationFrames) -> Iterator[Picture]:
     """Yield the picture of each frame, an array of shape (544, 960, 4) that is valid until the next one is requested.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait, PlanarGait or None
+        None for a simulated motion.
     film : AnimationFrames
         Frames of the gait's motion.
 
@@ -51,8 +52,8 @@ def draw_pictures(gait: Gait, film: AnimationFrames) -> Iterator[Picture]:
     figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DOTS_PER_INCH)
     canvas = FigureCanvasAgg(figure)
     scene = Scene(figure.add_axes((0.0, 0.02, 0.67, 0.86), label="walker"), gait, film)
-    forces = ForceDiagram(figure.add_axes((0.735, 0.52, 0.24, 0.3), label="force"), gait)
-    glass = FootGlass(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), gait, film, scene.scale)
+    forces = ForceDiagram(figure.add_axes((0.735, 0.52, 0.24, 0.3), label="force"), film)
+    glass = FootGlass(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), film, film, scene.scale)
     parts: tuple[Part, ...] = (scene, forces, glass, Header(figure, gait, film))
     for part in parts:
         part.show(film.frame(0))  # the view of the still background depends on it

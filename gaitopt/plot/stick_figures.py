@@ -6,21 +6,30 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitopt.motion.foot_arc import figure_points, find_foot_arc
-from gaitopt.motion.link_roles import Links, classify_links, tilt
-from gaitopt.motion.motion import Array, Motion, Segment
-from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, SECOND_LEG
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.foot_arc import figure_points, find_foot_arc, find_open_feet
+from gaitopt.motion.link_roles import Links, tilt
+from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.motion.view_motion import AnyMotion, view_motion
+from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, contact_color
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 INSTANTS = 9
 
+NARROWEST = 0.33
+"""Smallest distance of neighbouring figures over their height, which leaves room for their times."""
+
+FRONT = 4
+"""Drawing order of the leg in front."""
+
 
 class MotionSample(NamedTuple):
     """A sample of a motion: its segment, and the column in the arrays of the segment."""
 
-    segment: Segment
+    segment: PhaseView
     sample: int
 
     @property
@@ -29,7 +38,7 @@ class MotionSample(NamedTuple):
         return float(self.segment.time[self.sample])
 
 
-def choose_instants(motion: Motion, count: int = INSTANTS) -> list[MotionSample]:
+def choose_instants(motion: AnyMotion, count: int = INSTANTS) -> list[MotionSample]:
     """Return samples spread evenly over a step, with at least one in every slip phase, however short.
 
     Parameters
@@ -45,11 +54,12 @@ def choose_instants(motion: Motion, count: int = INSTANTS) -> list[MotionSample]
     >>> len(instants), instants[0].segment.mode.value, instants[-1].segment.mode.value
     (9, 'slip+', 'stick')
     """
+    motion = view_motion(motion)
     start = motion.segments[0].time[0]
     times = start + np.linspace(0, motion.period, count)
     owner = [_segment_at(motion, time) for time in times]
     for number, segment in enumerate(motion.segments):
-        if segment.mode.slips and number not in owner:
+        if segment.slipping and number not in owner:
             middle = (segment.time[0] + segment.time[-1]) / 2
             nearest = int(np.argmin(np.abs(times - middle)))
             times[nearest], owner[nearest] = middle, number
@@ -57,17 +67,18 @@ def choose_instants(motion: Motion, count: int = INSTANTS) -> list[MotionSample]
     return [MotionSample(segment, int(np.argmin(np.abs(segment.time - time)))) for time, segment in chosen]
 
 
-def draw_stick_figures(axes: "Axes", motion: Motion, count: int = INSTANTS) -> None:
+def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -> None:
     """Draw a step as a row of stick figures on its slope, with time stamps and the slides of the stance foot.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
-    motion : Motion
+    motion : Motion, PlanarMotion or MotionView
         Its points must be finite.
     count : int
         How many figures.
     """
+    motion = view_motion(motion)
     instants = choose_instants(motion, count)
     slope = motion.parameters["slope"]
     figures = [figure_points(motion, instant.segment)[:, :, instant.sample] for instant in instants]
@@ -77,7 +88,7 @@ def draw_stick_figures(axes: "Axes", motion: Motion, count: int = INSTANTS) -> N
         _draw_walker(axes, motion, instant, shift, slope)
     _draw_ground(axes, figures, shifts, slope)
     _draw_labels(axes, motion, instants, shifts, slope)
-    _draw_key(axes, columns=2 if count == INSTANTS else 1)
+    _draw_key(axes, motion, columns=2 if count == INSTANTS else 1)
     axes.set_aspect("equal")
     axes.margins(0.01, 0.03)
     axes.axis("off")
@@ -96,57 +107,72 @@ def draw_links(axes: "Axes", points: Array, links: Links, **style: Any) -> None:
         axes.plot(*points[:, pair], solid_capstyle="round", **style)
 
 
-def _segment_at(motion: Motion, time: float) -> int:
+def _segment_at(motion: MotionView, time: float) -> int:
     ends = [segment.time[-1] for segment in motion.segments]
     return min(int(np.searchsorted(ends, time)), len(ends) - 1)
 
 
-def _draw_feet(axes: "Axes", outlines: Array, slope: float) -> None:
-    """Draw the arcs of round feet, the landing foot lighter and below the stance foot.
+def _draw_feet(axes: "Axes", motion: MotionView, outlines: Array, feet: Sequence[int], slope: float) -> None:
+    """Draw the arcs of round feet, the first foot above the others.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
-    outlines : (2, n, 2) array [m]
-        Arcs of the stance and the landing foot.
+    motion : MotionView
+    outlines : (2, n, n_feet) array [m]
+        Arcs of the feet.
+    feet : sequence of int
+        Their numbers.
     slope : float [rad]
     """
-    legs = ((FIRST_LEG, 2.0, 4), (SECOND_LEG, 1.3, 3))
-    for outline, (color, width, order) in zip(np.moveaxis(outlines, 2, 0), legs, strict=True):
+    for outline, foot in zip(np.moveaxis(outlines, 2, 0), feet, strict=True):
+        color, _, order = leg_look(motion, foot)
+        width = 2.0 if order == FRONT else 1.3
         axes.plot(*tilt(outline, slope), color=color, linewidth=width, zorder=order, solid_capstyle="round")
+
+
+def leg_look(motion: MotionView, contact: int | None) -> tuple[str, float, float]:
+    """Return colour, line width and drawing order of the leg of a contact, or of the body."""
+    if contact is None:
+        return BODY, 2.0, 2
+    number = motion.feet.index(contact)
+    return contact_color(number), 1.3 if number else 2.6, FRONT if number == 0 else FRONT - 1
 
 
 def _spacing(figures: Sequence[Array]) -> float:
     """Return the smallest distance between neighbours that keeps them apart [m]."""
     height = max(float(np.ptp(figure[1])) for figure in figures)
+    height = height or max(float(np.max(np.abs(figure[1]))) for figure in figures) or 1.0  # a single point is drawn
     overlap = max(float(left[0].max() - right[0].min()) for left, right in pairwise(figures))
-    return max(overlap, 0.0) + 0.2 * height
+    return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height)
 
 
-def _draw_walker(axes: "Axes", motion: Motion, instant: MotionSample, shift: float, slope: float) -> None:
-    skeleton = classify_links(motion)
-    mode = instant.segment.mode
-    points = tilt(instant.segment.points[:, :, instant.sample] + np.array([[shift], [0.0]]), slope)
-    draw_links(axes, points, skeleton.body, color=BODY, linewidth=2.0)
-    draw_links(axes, points, skeleton.swing, color=SECOND_LEG, linewidth=1.3, zorder=3)
-    draw_links(axes, points, skeleton.stance, color=FIRST_LEG, linewidth=2.6, zorder=4)
-    axes.plot(
-        *points[:, skeleton.joints],
-        "o",
-        color=FIRST_LEG,
-        markersize=5,
-        markerfacecolor="white",
-        zorder=5,
-        clip_on=False,
-    )
-    arc, rims = find_foot_arc(motion), instant.segment.rims
-    foot = points[:, skeleton.stance_foot]
+def _draw_walker(axes: "Axes", motion: MotionView, instant: MotionSample, shift: float, slope: float) -> None:
+    segment, aside = instant.segment, np.array([shift, 0.0])
+    points = tilt(segment.points[:, :, instant.sample] + aside[:, None], slope)
+    order = sorted(zip(motion.links, motion.link_contacts, strict=True), key=lambda pair: leg_look(motion, pair[1])[2])
+    for link, contact in order:
+        color, width, layer = leg_look(motion, contact)
+        draw_links(axes, points, (link,), color=color, linewidth=width, zorder=layer)
+    joints: dict[str, Any] = {"color": FIRST_LEG, "markersize": 5, "markerfacecolor": "white"}
+    axes.plot(*points[:, motion.joints], "o", zorder=5, clip_on=False, **joints)
+    arc, rims = find_foot_arc(motion), segment.rims
     if arc is not None and rims is not None:
-        _draw_feet(axes, arc.outline(rims[:, :, instant.sample]) + np.array([shift, 0.0])[:, None, None], slope)
-        foot = tilt(instant.segment.contact[:, instant.sample] + np.array([shift, 0.0]), slope)
-    fill = MODE_FILL[mode] if mode.slips else FIRST_LEG
-    size = 6 if mode.slips else 4
-    axes.plot(*foot, "o", color=FIRST_LEG, markerfacecolor=fill, markersize=size, zorder=6, clip_on=False)
+        feet = np.flatnonzero(rims[2, :, instant.sample] > 0)
+        outlines = arc.outline(rims[:, feet, instant.sample]) + aside[:, None, None]
+        _draw_feet(axes, motion, outlines, feet.tolist(), slope)
+        for foot in find_open_feet(segment.points[:, :, instant.sample], rims[:, :, instant.sample]):
+            color, width, layer = leg_look(motion, foot)
+            spoke = tilt(arc.spoke(rims[:, foot, instant.sample]) + aside[:, None], slope)
+            axes.plot(*spoke, color=color, linewidth=width, zorder=layer, solid_capstyle="round")
+    for foot in motion.feet:
+        mode = segment.modes[foot]
+        if mode is Mode.FREE:
+            continue
+        color = leg_look(motion, foot)[0]
+        place = tilt(segment.places[:, foot, instant.sample] + aside, slope)
+        fill, size = (MODE_FILL[mode], 6) if mode.slips else (color, 4)
+        axes.plot(*place, "o", color=color, markerfacecolor=fill, markersize=size, zorder=6, clip_on=False)
 
 
 def _draw_ground(axes: "Axes", figures: Sequence[Array], shifts: Array, slope: float) -> None:
@@ -156,25 +182,50 @@ def _draw_ground(axes: "Axes", figures: Sequence[Array], shifts: Array, slope: f
     axes.plot(*ends, color=GROUND, linewidth=1.0, zorder=1)
 
 
-def _draw_labels(axes: "Axes", motion: Motion, instants: Sequence[MotionSample], shifts: Array, slope: float) -> None:
+def _draw_labels(
+    axes: "Axes", motion: MotionView, instants: Sequence[MotionSample], shifts: Array, slope: float
+) -> None:
+    """Write the time below each figure, and where a phase begins its slides, or that no foot is on the ground."""
     named: set[int] = set()
     below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}
     for instant, shift in zip(instants, shifts, strict=True):
         segment = instant.segment
-        x, y = tilt(segment.contact[:, instant.sample] + np.array([shift, 0.0]), slope)
+        x, y = tilt(_ground_below(motion, instant) + np.array([shift, 0.0]), slope)
         axes.annotate(f"{instant.time:.3f} s", (x, y), (0, -6), fontsize=8, color="0.25", **below)
-        if segment.mode.slips and id(segment) not in named:
-            named.add(id(segment))
-            arrow = "\N{RIGHTWARDS ARROW}" if segment.mode.sign > 0 else "\N{LEFTWARDS ARROW}"
-            text = f"{arrow} {segment.mode.label}\n{abs(1e3 * segment.slide):.3g} mm"
-            axes.annotate(text, (x, y), (0, -17), fontsize=8, color=MODE_INK[segment.mode], weight="bold", **below)
+        if id(segment) in named:
+            continue
+        named.add(id(segment))
+        for line, foot in enumerate(segment.slipping):
+            mode = segment.modes[foot]
+            arrow = "\N{RIGHTWARDS ARROW}" if mode.sign > 0 else "\N{LEFTWARDS ARROW}"
+            slid = f"{abs(1e3 * segment.slide(foot)):.3g} mm"
+            several = len(motion.loaded) > 1
+            text = f"{motion.contacts[foot].name}\n{arrow} {slid}" if several else f"{arrow} {mode.label}\n{slid}"
+            axes.annotate(text, (x, y), (0, -17 - 20 * line), fontsize=8, color=MODE_INK[mode], weight="bold", **below)
+        if motion.is_flight(segment):
+            axes.annotate("flight", (x, y), (0, -17), fontsize=8, color="0.25", style="italic", **below)
 
 
-def _draw_key(axes: "Axes", columns: int) -> None:
+def _ground_below(motion: MotionView, instant: MotionSample) -> Array:
+    """Return the place of the first foot on the ground, or the ground below the feet in flight, shape (2,) [m]."""
+    segment, feet = instant.segment, motion.feet
+    closed = [foot for foot in feet if segment.modes[foot] is not Mode.FREE]
+    if closed:
+        return np.asarray(segment.places[:, closed[0], instant.sample])
+    return np.array([segment.points[0, :, instant.sample].mean(), 0.0])
+
+
+def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
     """Name the legs above the figures, and state that their distances are not those of the walker."""
     from matplotlib.lines import Line2D
 
-    legs = [Line2D([], [], color=FIRST_LEG, linewidth=2.6), Line2D([], [], color=SECOND_LEG, linewidth=1.3)]
-    names = ["stance leg", "swing leg (instants drawn side by side)"]
+    legs, names = [], []
+    for contact in sorted({contact for contact in motion.link_contacts if contact is not None}):
+        color, width, _ = leg_look(motion, contact)
+        legs.append(Line2D([], [], color=color, linewidth=width))
+        names.append(motion.contacts[contact].leg)
+    if not legs:
+        return
+    names[-1] += " (instants drawn side by side)"
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.5, "borderpad": 0}
-    axes.legend(legs, names, ncols=columns, **place)
+    axes.legend(legs, names, ncols=min(columns, len(legs)), **place)

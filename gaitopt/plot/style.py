@@ -32,6 +32,9 @@ LIMIT: dict[str, Any] = {"color": "0.35", "linewidth": 0.9, "linestyle": (0, (2,
 
 # Two legs: dark and thick against light and thin, so that they differ in grey as well.
 FIRST_LEG, SECOND_LEG, BODY = "#12355B", "#D98A2B", "0.45"
+CONTACTS = (FIRST_LEG, SECOND_LEG, "#2E7D5B", "#8E3B76", "#5A5A5A", "#7A5C00")
+"""Colours of the feet and their legs, in the order of the contacts; they repeat."""
+
 GROUND = "0.25"
 FORCE = "#B3123F"
 CONE = "#DCE6C8"
@@ -42,13 +45,17 @@ MODE_FILL = {
     Mode.SLIP_BACKWARD: "#56B4E9",
     Mode.STICK: "0.85",
     Mode.FREE: "0.95",
+    Mode.CLOSED: "#A9C6A0",
+    Mode.LATCHED: "#B9A9C9",
 }
 """For areas and marks."""
 
 MODE_INK = {Mode.SLIP_FORWARD: "#8F4A00", Mode.SLIP_BACKWARD: "#00598C", Mode.STICK: "0.25", Mode.FREE: "0.25"}
+MODE_INK |= {Mode.CLOSED: "#2F5A24", Mode.LATCHED: "#4B3566"}
 """For text: the same hues, dark enough to read on white."""
 
 MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK: "", Mode.FREE: ""}
+MODE_HATCH |= {Mode.CLOSED: "", Mode.LATCHED: ""}
 
 
 @frozen
@@ -158,6 +165,28 @@ def line_style(number: int) -> dict[str, Any]:
     rounds, place = divmod(number, len(LINES))
     color, dashes = LINES[place]
     return {"color": color, "linestyle": DASHES[(DASHES.index(dashes) + rounds) % len(DASHES)]}
+
+
+def contact_color(number: int) -> str:
+    """Return the colour of the n-th contact, from 0, which its leg, force and lines have in all figures.
+
+    Examples
+    --------
+    >>> contact_color(0) == contact_color(len(CONTACTS)) == FIRST_LEG
+    True
+    """
+    return CONTACTS[number % len(CONTACTS)]
+
+
+def contact_style(number: int) -> dict[str, Any]:
+    """Return colour and dashes of the line of the n-th contact, from 0.
+
+    Examples
+    --------
+    >>> contact_style(0)["linestyle"]
+    '-'
+    """
+    return {"color": contact_color(number), "linestyle": DASHES[number % len(DASHES)]}
 
 
 def angle_symbol(name: str) -> str:

@@ -58,16 +58,24 @@ class Curve:
     x, y : tuple of (K,) arrays
     joint : int or None
         Number of the joint, which determines the colour; None for a line without a joint.
+    role : str
+        Name of the colour of a foot; empty for a line without a foot.
+    time : tuple of (K,) arrays, optional
+        Times of the samples [s]; by default those of the phases.
     """
 
     label: str
     x: tuple[Array, ...]
     y: tuple[Array, ...]
     joint: int | None = None
+    role: str = ""
+    time: tuple[Array, ...] | None = None
 
     @property
     def style(self) -> str:
         """Class of the line in the page's style sheet."""
+        if self.role:
+            return f"line-{self.role}"
         return "line-single" if self.joint is None else f"line-{self.joint % COLOURS}"
 
 
@@ -84,6 +92,8 @@ class Chart:
         Shaded intervals of x.
     limits : sequence of float
         Levels of y marked by a dashed line.
+    span : tuple of float, optional
+        Ends of the horizontal axis; by default those of the lines.
     closed : bool
         Whether a dashed line joins the end of each line to its start.
 
@@ -102,12 +112,13 @@ class Chart:
     lines: Sequence[Curve]
     bands: Sequence[tuple[float, float, Mode]] = ()
     limits: Sequence[float] = ()
+    span: tuple[float, float] | None = None
     closed: bool = False
 
     @cached_property
     def x_axis(self) -> Axis:
         """The horizontal axis; time fills it to its ends."""
-        low, high = _range([x for line in self.lines for x in line.x])
+        low, high = self.span or _range([x for line in self.lines for x in line.x])
         margin = 0.05 * (high - low) if self.closed else 0.0
         return Axis(low - margin, high + margin, float(LEFT), float(WIDTH - RIGHT))
 
@@ -154,6 +165,7 @@ class Chart:
         pieces = [
             [self.place(float(a), float(b)) for a, b in zip(*piece, strict=True)]
             for piece in zip(line.x, line.y, strict=True)
+            if piece[0].size
         ]
         drawn = [element("polyline", class_=f"line {line.style}", points=points(*piece)) for piece in pieces]
         if self.closed:

@@ -1,90 +1,159 @@
 """The charts of a motion: quantities over time and phase portraits."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from gaitopt.model.coordinate_entries import ANGLES, SLIDE, angle_entry
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.joint_numbers import number_joints
-from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.report.chart import Chart, Curve
+from gaitopt.report.walker_drawing import role_of
+
+Named = tuple[str, list[Array]]
+"""Name and samples, phase by phase, of a line."""
 
 
-def time_charts(motion: Motion, torque_limits: Mapping[str, Any]) -> list[Chart]:
-    """Return angles, torques, force ratio and slide of the stance foot over time.
+def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Chart]:
+    """Return coordinates, torques, force ratio and slide of the feet over time; of several feet normal forces, too.
 
     Parameters
     ----------
-    motion : Motion
+    motion : Motion, PlanarMotion or MotionView
     torque_limits : mapping of str to float
-        Torque limits of the actuators [N m], or empty; inf is not drawn.
+        Limits of the actuators [N m or N], or empty; inf is not drawn.
     """
-    friction = motion.parameters["friction"]
+    view = view_motion(motion)
+    friction, several = view.parameters["friction"], not view.is_single_support
     cone = (friction, -friction) if np.isfinite(friction) else ()
-    limits = sorted({sign * float(limit) for limit in torque_limits.values() if np.isfinite(limit) for sign in (1, -1)})
-    slides = [1e3 * (part.q[[SLIDE]] - _landing(motion, part.step)) for part in motion.segments]
-    ratios = [part.force[:1] / part.force[1:] for part in motion.segments]
-    angles = [np.rad2deg(part.q[ANGLES]) for part in motion.segments]
-    charts = [_over_time(motion, "Angles", "angle", "deg", motion.angles, angles)]
-    if motion.actuators:
-        torques = [part.torque for part in motion.segments]
-        charts.append(_over_time(motion, "Torques", "torque", "N m", motion.actuators, torques, tuple(limits)))
-    charts.append(
-        _over_time(motion, "Force ratio and friction cone", "tangential / normal", "", ("ratio",), ratios, cone)
-    )
-    charts.append(_over_time(motion, "Slide of the stance foot", "slide since landing", "mm", ("slide",), slides))
-    return charts
+    charts = [
+        _coordinate_chart(view, "rad", "Angles", "angle", "deg", np.rad2deg),
+        _coordinate_chart(view, "m", "Lengths", "length", "m", np.asarray),
+        _actuator_chart(view, "N m", "Torques", "torque", torque_limits),
+        _actuator_chart(view, "N", "Forces of actuators", "force", torque_limits),
+    ]
+    if several and view.loaded:
+        title = "Normal forces over the weight"
+        charts.append(_foot_chart(view, title, "normal force / weight", view.loaded, _normal_force, ()))
+    if view.sliding:
+        title = "Force ratio and friction cone"
+        charts.append(_foot_chart(view, title, "tangential / normal", view.sliding, _ratio, cone))
+        title = "Slide of the feet" if several else "Slide of the stance foot"
+        charts.append(_foot_chart(view, title, "slide since landing", view.sliding, _slide, (), "mm"))
+    return [chart for chart in charts if chart is not None]
 
 
-def portraits(motion: Motion) -> list[Chart]:
+def portraits(motion: AnyMotion) -> list[Chart]:
     """Return the phase portrait of each angle; the touchdown is dashed."""
+    view = view_motion(motion)
     return [
         Chart(
-            title=f"Phase portrait of {name}",
-            x_label=f"{name} [deg]",
-            y_label=f"rate of {name} [deg/s]",
+            title=f"Phase portrait of {channel.name}",
+            x_label=f"{channel.name} [deg]",
+            y_label=f"rate of {channel.name} [deg/s]",
             unit="deg/s",
             lines=[
                 Curve(
-                    label=name,
-                    x=tuple(np.rad2deg(part.q[angle_entry(joint)]) for part in motion.segments),
-                    y=tuple(np.rad2deg(part.v[angle_entry(joint)]) for part in motion.segments),
+                    label=channel.name,
+                    x=tuple(np.rad2deg(part.q[row]) for part in view.segments),
+                    y=tuple(np.rad2deg(part.v[row]) for part in view.segments),
                     joint=joint,
                 )
             ],
             closed=True,
         )
-        for joint, name in enumerate(motion.angles)
+        for joint, (row, channel) in enumerate(view.channels("rad"))
     ]
 
 
-def _over_time(
-    motion: Motion,
+def _coordinate_chart(
+    view: MotionView, unit: str, title: str, quantity: str, shown: str, convert: Callable[[Array], Array]
+) -> Chart | None:
+    """Return the chart of the coordinates of a unit, if there are any."""
+    rows = view.channels(unit)
+    curves = [(channel.name, [convert(part.q[row]) for part in view.segments]) for row, channel in rows]
+    levels = [contact.level[1] for contact in view.contacts if contact.level is not None and contact.unit == unit]
+    limits = tuple(sorted({round(float(convert(np.array(level))), 9) for level in levels}))
+    return _joint_chart(view, title, f"{quantity} [{shown}]", shown, curves, limits)
+
+
+def _actuator_chart(view: MotionView, unit: str, title: str, quantity: str, every: Mapping[str, Any]) -> Chart | None:
+    """Return the chart of the actuators of a unit with their limits, if there are any."""
+    rows = [(row, channel.name) for row, channel in enumerate(view.actuators) if channel.unit == unit]
+    curves = [(name, [part.torque[row] for part in view.segments]) for row, name in rows]
+    known = [float(every[name]) for _, name in rows if name in every]
+    limits = tuple(sorted({sign * limit for limit in known if np.isfinite(limit) for sign in (1, -1)}))
+    return _joint_chart(view, title, f"{quantity} [{unit}]", unit, curves, limits)
+
+
+def _joint_chart(
+    view: MotionView, title: str, label: str, unit: str, curves: Sequence[Named], limits: tuple[float, ...]
+) -> Chart | None:
+    time = tuple(part.time for part in view.segments)
+    coordinates = [channel.name for each in ("rad", "m") for _, channel in view.channels(each)]
+    joints = number_joints(coordinates, [channel.name for channel in view.actuators])
+    lines = [Curve(label=name, x=time, y=tuple(parts), joint=joints.get(name)) for name, parts in curves]
+    return _make_chart(view, title, label, unit, lines, limits) if lines else None
+
+
+def _foot_chart(
+    view: MotionView,
     title: str,
-    quantity: str,
-    unit: str,
-    labels: tuple[str, ...],
-    rows: list[Array],
-    limits: tuple[float, ...] = (),
+    label: str,
+    feet: Sequence[int],
+    sample: Callable[[MotionView, int, int], Array],
+    limits: tuple[float, ...],
+    unit: str = "",
 ) -> Chart:
-    """Return a chart with one line per label; `rows` has an (n, K) array for each segment."""
-    time = tuple(part.time for part in motion.segments)
-    joints = number_joints(motion.angles, motion.actuators)
+    """Return a chart with a line for each foot while it is on the ground."""
+    lines = []
+    for foot in feet:
+        values = [sample(view, phase, foot) for phase in range(len(view.segments))]
+        loaded = [part.modes[foot] is not Mode.FREE for part in view.segments]
+        kept = [np.isfinite(each) & closed for each, closed in zip(values, loaded, strict=True)]
+        time = tuple(part.time[keep] for part, keep in zip(view.segments, kept, strict=True))
+        y = tuple(each[keep] for each, keep in zip(values, kept, strict=True))
+        single: dict[str, Any] = {"label": "slide" if unit else "ratio"}
+        named: dict[str, Any] = {"label": view.contacts[foot].name, "role": role_of(view, foot)}
+        lines.append(Curve(x=time, y=y, time=time, **(single if view.is_single_support else named)))
+    return _make_chart(view, title, f"{label} [{unit}]" if unit else label, unit, lines, limits)
+
+
+def _make_chart(
+    view: MotionView, title: str, label: str, unit: str, lines: Sequence[Curve], limits: tuple[float, ...]
+) -> Chart:
     return Chart(
         title=title,
         x_label="time [s]",
-        y_label=f"{quantity} [{unit}]" if unit else quantity,
+        y_label=label,
         unit=unit,
-        lines=[
-            Curve(label=label, x=time, y=tuple(part[row] for part in rows), joint=joints.get(label))
-            for row, label in enumerate(labels)
-        ],
-        bands=[(float(p.time[0]), float(p.time[-1]), p.mode) for p in motion.segments if p.mode.slips],
+        lines=lines,
+        bands=[(float(p.time[0]), float(p.time[-1]), p.mode) for p in view.segments if p.slipping],
         limits=limits,
+        span=(float(view.segments[0].time[0]), float(view.segments[-1].time[-1])),
     )
 
 
-def _landing(motion: Motion, step: int) -> float:
-    """Return the landing position of the stance foot of a step [m]."""
-    return float(next(part.q[SLIDE, 0] for part in motion.segments if part.step == step))
+def _normal_force(view: MotionView, phase: int, foot: int) -> Array:
+    return view.segments[phase].forces[foot, 1] / view.weight
+
+
+def _ratio(view: MotionView, phase: int, foot: int) -> Array:
+    """Return f_t / f_n; nan where a foot has no force, at lift-off."""
+    tangential, normal = view.segments[phase].forces[foot]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(normal == 0, np.nan, tangential / normal)
+
+
+def _slide(view: MotionView, phase: int, foot: int) -> Array:
+    """Return the slide since the foot landed [mm]."""
+    part = view.segments[phase]
+    start = phase
+    while start > 0 and view.segments[start - 1].step == part.step:
+        if view.segments[start - 1].modes[foot] is Mode.FREE:
+            break
+        start -= 1
+    return 1e3 * (part.slides[foot] - view.segments[start].slides[foot, 0])

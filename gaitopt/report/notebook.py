@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.page import read_asset
 from gaitopt.report.sections import comparison_card, cycle_card, gait_card, walk_card
@@ -16,18 +17,19 @@ from gaitopt.study.comparison import Comparison
 
 CARDS: dict[type, Callable[[Any], Element]] = {
     Gait: gait_card,
+    PlanarGait: gait_card,
     Rollout: walk_card,
     Cycle: cycle_card,
     Comparison: comparison_card,
 }
 
 
-def show_in_notebook(result: Gait | Rollout | Cycle | Comparison) -> str:
+def show_in_notebook(result: Gait | PlanarGait | Rollout | Cycle | Comparison) -> str:
     """Return a result as HTML for a notebook, in the light or dark colour scheme of the reader.
 
     Parameters
     ----------
-    result : Gait, Rollout, Cycle or Comparison
+    result : Gait, PlanarGait, Rollout, Cycle or Comparison
 
     Returns
     -------

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.gait import Gait, check_gait
+from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.sections import comparison_section, gait_section
 from gaitopt.version import __version__
 
 
-def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "Gait report") -> Path:
+def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str = "Gait report") -> Path:
     """Write gaits as one self-contained HTML page.
 
     A player shows the walker of each gait with its contact force in the friction cone and the marks of its slides, and
@@ -21,7 +21,7 @@ def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "G
 
     Parameters
     ----------
-    gaits : mapping of str to Gait
+    gaits : mapping of str to Gait or PlanarGait
         Gaits by title.
     path : str or Path
         Usually ends in ``.html``.
@@ -54,7 +54,7 @@ def write_report(gaits: Mapping[str, Gait], path: str | Path, *, title: str = "G
     if not gaits:
         raise InputError("A report needs at least one gait.")
     for gait in gaits.values():
-        check_gait(gait)
+        check_any_gait(gait)
     path = Path(path)
     text = "<!doctype html>\n" + to_html(_page(gaits, title)) + "\n"
     with write_atomically(path) as temporary:
@@ -67,7 +67,7 @@ def read_asset(name: str) -> str:
     return (files("gaitopt.report") / "assets" / name).read_text(encoding="utf-8")
 
 
-def _page(gaits: Mapping[str, Gait], title: str) -> Element:
+def _page(gaits: Mapping[str, AnyGait], title: str) -> Element:
     names = {f"gait-{number}": name for number, name in enumerate(gaits, start=1)}
     several = len(gaits) > 1
     links = [element("a", title, href=f"#{name}") for name, title in names.items()]

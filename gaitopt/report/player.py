@@ -4,23 +4,25 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
-from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.report.chart import Chart, Curve
 from gaitopt.report.markup import Element, data_element, element
-from gaitopt.report.walker_drawing import Stage
+from gaitopt.report.walker_drawing import Stage, role_of
 
 STEPS, RATE, SLOW = 2, 60, 2.0
 """Number of steps, frames per second, and seconds on the screen for a second of motion."""
 
 
-def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
+def make_player(gait: AnyGait, charts: list[Chart], *, name: str) -> Element:
     """Return the player of a gait, which moves its stage and the marks of the charts beside it.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
     charts : list of Chart
         Charts in the order of the section of the player.
     name : str
@@ -36,7 +38,7 @@ def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
             "phase": frame.phase,
             "mode": frame.mode.name.lower(),
             "pace": f"{frame.slowness:.2g}",
-            "charts": [_marks(chart, gait, frame) for chart in charts],
+            "charts": [_marks(chart, film.motion, frame) for chart in charts],
         }
     data = {
         "steps": STEPS,
@@ -47,10 +49,10 @@ def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
     }
     return element(
         "div",
-        _sequence(gait),
+        _sequence(film.motion),
         stage.draw(),
         _controls(STEPS * len(frames) - 1),
-        _key(),
+        _key(film.motion),
         data_element(data, class_="film"),
         class_="player",
         role="group",
@@ -58,15 +60,17 @@ def make_player(gait: Gait, charts: list[Chart], *, name: str) -> Element:
     )
 
 
-def _sequence(gait: Gait) -> Element:
-    """Return the contact sequence of the gait, whose current mode is highlighted."""
-    tokens = [
-        element("span", mode.label, class_=f"token {mode.name.lower()}", data_phase=phase)
-        for phase, mode in enumerate(gait.sequence.phases)
-    ]
-    impact = gait.sequence.impact
-    landing = element("span", impact.label, class_=f"token {impact.name.lower()} impact")
-    return element("p", *tokens, element("span", "|", class_="bar"), landing, class_="sequence")
+def _sequence(view: MotionView) -> Element:
+    """Return the contact sequence, whose current phase is highlighted."""
+    tokens = []
+    for token in view.tokens:
+        text = token.text.replace(Mode.SLIP_BACKWARD.value, Mode.SLIP_BACKWARD.label)
+        if token.mode is None:
+            tokens.append(element("span", text, class_="bar"))
+            continue
+        kind = f"token {token.mode.name.lower()}" + (" impact" if token.phase is None else "")
+        tokens.append(element("span", text, class_=kind, data_phase=token.phase))
+    return element("p", *tokens, class_="sequence")
 
 
 def _controls(last: int) -> Element:
@@ -79,8 +83,11 @@ def _controls(last: int) -> Element:
     )
 
 
-def _key() -> Element:
-    parts = (("force", "contact force"), ("cone", "friction cone"), ("stance", "one leg"), ("swing", "the other leg"))
+def _key(view: MotionView) -> Element:
+    legs = sorted({contact for contact in view.link_contacts if contact is not None})
+    names = ("one leg", "the other leg") if view.is_single_support else [view.contacts[leg].name for leg in legs]
+    parts = [("force", "contact force"), ("cone", "friction cone")]
+    parts += [(role_of(view, leg), name) for leg, name in zip(legs, names, strict=False)]
     return element(
         "p",
         *(element("span", element("i", class_=f"swatch {kind}"), text) for kind, text in parts),
@@ -89,19 +96,22 @@ def _key() -> Element:
     )
 
 
-def _marks(chart: Chart, gait: Gait, frame: AnimationFrame) -> list[list[Any]]:
+def _marks(chart: Chart, view: MotionView, frame: AnimationFrame) -> list[list[Any]]:
     """Return the position and the value of the mark of each line of a chart."""
-    return [_mark(chart, line, gait, frame) for line in chart.lines]
+    return [_mark(chart, line, view, frame) for line in chart.lines]
 
 
-def _mark(chart: Chart, line: Curve, gait: Gait, frame: AnimationFrame) -> list[Any]:
-    x, y = (_value(gait, frame, pieces) for pieces in (line.x, line.y))
+def _mark(chart: Chart, line: Curve, view: MotionView, frame: AnimationFrame) -> list[Any]:
+    """Return the position of the mark and the value; outside the chart where the line has no samples in this phase."""
+    if not line.x[frame.phase].size:
+        return [-99, -99, "\N{EN DASH}"]
+    x, y = (_value(view, frame, line, pieces) for pieces in (line.x, line.y))
     column, row = chart.place(x, y)
     return [round(column, 1), round(row, 1), f"{chart.write(y)} {chart.unit}".strip()]
 
 
-def _value(gait: Gait, frame: AnimationFrame, pieces: tuple[Array, ...]) -> float:
+def _value(view: MotionView, frame: AnimationFrame, line: Curve, pieces: tuple[Array, ...]) -> float:
     """Return a sampled quantity at the time of a frame, in the phase of the frame."""
-    motion = gait.motion
-    time = frame.time + float(motion.segments[0].time[0])
-    return float(np.interp(time, motion.segments[frame.phase].time, pieces[frame.phase]))
+    time = frame.time + float(view.segments[0].time[0])
+    known = view.segments[frame.phase].time
+    return float(np.interp(time, known if line.time is None else line.time[frame.phase], pieces[frame.phase]))

@@ -6,11 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.motion.energy import ledger
-from gaitopt.motion.gait import Gait
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.link_roles import is_drawable
-from gaitopt.motion.motion import Motion
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
 from gaitopt.report.chart import Chart
 from gaitopt.report.markup import Element, element, table
@@ -25,12 +23,12 @@ MOST_EVENTS, MOST_STEPS = 40, 10
 """Number of events of a walk that are listed, and of steps that are drawn."""
 
 
-def gait_section(gait: Gait, *, title: str, name: str) -> Element:
+def gait_section(gait: AnyGait, *, title: str, name: str) -> Element:
     """Return the section of a gait: player, charts, energy, multipliers, problem and versions.
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
     title : str
     name : str
         Unique name among the sections of the page.
@@ -51,7 +49,7 @@ def gait_section(gait: Gait, *, title: str, name: str) -> Element:
         element(
             "div",
             *map(chart_figure, charts),
-            *([_energy(gait.motion)] if drawable else []),
+            *([_energy(gait)] if drawable else []),
             _stability(gait),
             class_="grid-of-figures",
         ),
@@ -62,11 +60,13 @@ def gait_section(gait: Gait, *, title: str, name: str) -> Element:
     )
 
 
-def gait_card(gait: Gait) -> Element:
+def gait_card(gait: AnyGait) -> Element:
     """Return a summary of a gait: its facts, force ratio and energy."""
     drawings = []
     if is_drawable(gait.motion):
-        drawings = [chart_figure(_time_charts(gait)[-2]), _energy(gait.motion)]
+        charts = _time_charts(gait)
+        chosen = next((chart for chart in charts if chart.title.startswith("Force ratio")), charts[-1])
+        drawings = [chart_figure(chosen), _energy(gait)]
     return element("div", facts_table(gait), *drawings, class_="grid-of-figures")
 
 
@@ -110,7 +110,7 @@ def cycle_card(cycle: Cycle) -> Element:
     )
 
 
-def comparison_section(gaits: Mapping[str, Gait]) -> Element:
+def comparison_section(gaits: Mapping[str, AnyGait]) -> Element:
     """Return a comparison of gaits by title, one column each."""
     return element("section", element("h2", "Comparison"), _side_by_side(gaits), class_="comparison")
 
@@ -128,14 +128,14 @@ def comparison_card(found: Comparison) -> Element:
     return element("div", _side_by_side(found.gaits), element("div", *energies, *circles, class_="grid-of-figures"))
 
 
-def _side_by_side(gaits: Mapping[str, Gait]) -> Element:
+def _side_by_side(gaits: Mapping[str, AnyGait]) -> Element:
     columns = [dict(tabulate_gait(gait)) for gait in gaits.values()]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = [(name, *(column.get(name, "\N{EN DASH}") for column in columns)) for name in names]
     return table(rows, ("", *gaits), name="Comparison of gaits")
 
 
-def facts_table(gait: Gait) -> Element:
+def facts_table(gait: AnyGait) -> Element:
     """Return the facts of a gait as a table."""
     return table(tabulate_gait(gait), name="Facts")
 
@@ -149,7 +149,7 @@ def chart_figure(chart: Chart) -> Element:
     return _figure(chart.title, chart.draw(), element("p", *keys, class_="key"), class_="chart")
 
 
-def _time_charts(gait: Gait) -> list[Chart]:
+def _time_charts(gait: AnyGait) -> list[Chart]:
     return time_charts(gait.motion, gait.problem.get("torque_limit") or {})
 
 
@@ -157,14 +157,17 @@ def _figure(title: str, *content: Element, class_: str | None = None) -> Element
     return element("figure", element("figcaption", title), *content, class_=class_)
 
 
-def _energy(motion: Motion) -> Element:
-    energy = ledger(motion)
+def _energy(gait: AnyGait) -> Element:
+    energy = gait.energy
     note = element("p", f"closes to {energy.relative_residual:.1e} of its largest entry", class_="note")
     return _figure("Energy of the step", draw_ledger(energy), note)
 
 
-def _stability(gait: Gait) -> Element:
+def _stability(gait: AnyGait) -> Element:
     """Return the multipliers of the torques replayed in open loop, or the reason why they are missing."""
+    if isinstance(gait, PlanarGait):
+        reason = "The multipliers of a robot with several contacts are not part of the report."
+        return _figure("Multipliers, torques replayed", element("p", f"Not assessed. {reason}", class_="note"))
     try:
         cycle = assess_stability(gait)
     except InputError as error:

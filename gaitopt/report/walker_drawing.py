@@ -6,16 +6,18 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
-from gaitopt.motion.foot_arc import figure_points, find_foot_arc
-from gaitopt.motion.link_roles import classify_links, tilt
+from gaitopt.motion.foot_arc import MARKS, figure_points, find_foot_arc, find_open_feet
+from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
+from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import MotionView
 from gaitopt.report.markup import Element, element, points
 
 TALL, WIDEST, FLOOR = 360, 720, 46
 """Height and maximum width of the picture, and the space below the ground for the labels of slides [px]."""
 
-WEIGHT_DRAWN = 0.45
-"""Length of a force equal to the weight, in heights of the walker."""
+ROLES = ("stance", "swing", "third", "fourth", "fifth", "sixth")
+"""Names of the colours of the feet in the style sheet."""
 
 
 class Stage:
@@ -40,20 +42,25 @@ class Stage:
     """
 
     def __init__(self, film: AnimationFrames, *, steps: int, name: str) -> None:
-        motion = film.motion
+        self._view = view = film.motion
         self._film, self._steps, self._name = film, steps, name
-        self._skeleton, self._arc = classify_links(motion), find_foot_arc(motion)
-        drawn = np.hstack([figure_points(motion, part).reshape(2, -1) for part in motion.segments])
-        self._slope, self._friction = motion.parameters["slope"], motion.parameters["friction"]
+        self._arc = find_foot_arc(view)
+        drawn = np.hstack([figure_points(view, part).reshape(2, -1) for part in view.segments])
+        self._slope, self._friction = view.parameters["slope"], view.parameters["friction"]
         self._tall = float(np.max(drawn[1]))
-        self._newton = WEIGHT_DRAWN * self._tall / (motion.total_mass * motion.parameters["gravity"])
+        self._newton = self._tall * force_scale(view)
+        first = view.segments[0]
+        rims = first.rims[:, :, 0] if self._arc is not None and first.rims is not None else np.zeros((4, 0))
+        self._round = np.flatnonzero(rims[2] > 0).tolist()
+        self._open_feet = find_open_feet(first.points[:, :, 0], rims)
         self._frame_view(*drawn)
 
     @property
-    def links(self) -> tuple[tuple[int, int, str], ...]:
-        """Pairs of points joined by a line, each with the role of the line."""
-        roles = (("body", self._skeleton.body), ("swing", self._skeleton.swing), ("stance", self._skeleton.stance))
-        return tuple((a, b, role) for role, pairs in roles for a, b in pairs)
+    def links(self) -> list[tuple[int, int, int | None]]:
+        """Pairs of points joined by a line, each with the contact to whose leg it belongs; the first leg is last."""
+        pairs = zip(self._view.links, self._view.link_contacts, strict=True)
+        order = {None: 0} | {foot: 2 if number == 0 else 1 for number, foot in enumerate(self._view.feet)}
+        return sorted(((a, b, contact) for (a, b), contact in pairs), key=lambda link: order[link[2]])
 
     def shift(self) -> list[float]:
         """Return the displacement of the walker in a step [px]."""
@@ -68,36 +75,56 @@ class Stage:
         """Return the picture in its first frame."""
         first = self._film.frame(0)
         here = self._positions(first)
-        foot = f"translate({here['foot'][0]} {here['foot'][1]})"
         lines = [
-            element("line", class_=f"link {role}", x1=ends[0], y1=ends[1], x2=ends[2], y2=ends[3])
-            for (_, _, role), ends in zip(self.links, here["links"], strict=True)
+            element("line", x1=ends[0], y1=ends[1], x2=ends[2], y2=ends[3], **self._leg("link", contact))
+            for (_, _, contact), ends in zip(self.links, here["links"], strict=True)
         ]
         joints = [element("circle", class_="joint", cx=x, cy=y, r=5) for x, y in here["joints"]]
         head = element("path", d="M0 0L7 3.5L0 7Z", class_="force-head")
         size = {"markerWidth": 4.5, "markerHeight": 4.5, "refX": 5, "refY": 3.5}
         marker = element("marker", head, id=f"{self._name}-arrow", viewBox="0 0 7 7", orient="auto", **size)
-        arrow = {"x1": 0, "y1": 0, "x2": here["force"][0], "y2": here["force"][1]}
+        slides = [
+            self._mark(step, phase, foot)
+            for step in range(self._steps)
+            for phase, segment in enumerate(self._view.segments)
+            for foot in segment.slipping
+        ]
+        cones, forces, feet = self._contacts(here)
         return element(
             "svg",
             element("defs", marker),
             self._ground(),
-            *(
-                self._mark(step, phase)
-                for step in range(self._steps)
-                for phase in range(len(self._film.motion.segments))
-            ),
-            element("polygon", class_="cone", points=self._wedge(), transform=foot),
+            *slides,
+            *cones,
             *lines,
             *self._round_feet(first, here["rims"]),
             *joints,
-            element("line", class_="force", marker_end=f"url(#{self._name}-arrow)", transform=foot, **arrow),
-            element("circle", class_=f"foot {first.mode.name.lower()}", r=5.5, transform=foot),
+            *forces,
+            *feet,
             class_="stage",
             viewBox=f"0 0 {self._width} {self._height}",
             role="img",
             aria_label="The walker with its contact force, friction cone and the marks of its slides",
         )
+
+    def _contacts(self, here: dict[str, Any]) -> tuple[list[Element], list[Element], list[Element]]:
+        """Return the friction cones, the forces and the marks of the feet that touch the ground."""
+        cones, forces, feet = [], [], []
+        for (x, y), (along, up), mode in zip(here["foot"], here["force"], here["modes"], strict=True):
+            at: dict[str, Any] = {"transform": f"translate({x} {y})"}
+            at |= {"visibility": "hidden"} if mode == "free" else {}
+            arrow = {"x1": 0, "y1": 0, "x2": along, "y2": up, "marker_end": f"url(#{self._name}-arrow)"}
+            cones.append(element("polygon", class_="cone", points=self._wedge(), **at))
+            forces.append(element("line", class_="force", **at, **arrow))
+            feet.append(element("circle", class_=f"foot {mode}", r=5.5, **at))
+        return cones, forces, feet
+
+    def _leg(self, kind: str, contact: int | None) -> dict[str, str]:
+        """Return class and colours of a part of a leg: its own, and those of the leg it is exchanged with."""
+        if contact is None:
+            return {"class_": f"{kind} body"}
+        role, other = (role_of(self._view, each) for each in (contact, self._view.exchange[contact]))
+        return {"class_": f"{kind} {role}", "style": f"--own: var(--{role}); --other: var(--{other})"}
 
     def _frame_view(self, x: Array, y: Array) -> None:
         """Choose scale and origin so that all steps and the force are visible."""
@@ -119,13 +146,16 @@ class Stage:
 
     def _positions(self, frame: AnimationFrame) -> dict[str, Any]:
         joints = self._pixels(frame.points)
-        force = self._scale * self._newton * tilt(frame.force, self._slope)
+        forces = self._scale * self._newton * tilt(frame.forces.T, self._slope)
+        feet = self._view.loaded
+        rims = [] if frame.rims is None else [self._place(frame.rims[:, foot]) for foot in self._round]
         return {
             "links": [_round_pixels([*joints[:, a], *joints[:, b]]) for a, b, _ in self.links],
-            "joints": [_round_pixels(joints[:, point]) for point in self._skeleton.joints],
-            "rims": [] if frame.rims is None else [self._place(rim) for rim in frame.rims.T],
-            "foot": _round_pixels(self._pixels(frame.foot)),
-            "force": _round_pixels([force[0], -force[1]]),
+            "joints": [_round_pixels(joints[:, point]) for point in self._view.joints],
+            "rims": rims,
+            "foot": [_round_pixels(self._pixels(frame.places[:, foot])) for foot in feet],
+            "force": [_round_pixels([forces[0, foot], -forces[1, foot]]) for foot in feet],
+            "modes": [frame.modes[foot].name.lower() for foot in feet],
         }
 
     def _place(self, rim: Array) -> list[float]:
@@ -136,16 +166,20 @@ class Stage:
         """Return the arcs of round feet, with marks that make their turning visible."""
         if self._arc is None or frame.rims is None:
             return []
-        feet = []
-        for role, rim, (x, y, turn) in zip(("stance", "swing"), frame.rims.T, places, strict=True):
-            upright = np.array([0.0, 0.0, rim[2], 0.0])
-            parts = [self._arc.outline(upright), *np.moveaxis(self._arc.marks(upright), 1, 0)]
-            lines = [points(*(self._scale * part * [[1.0], [-1.0]]).T) for part in parts]
+        parts = []
+        for foot, (x, y, turn) in zip(self._round, places, strict=True):
+            upright = np.array([0.0, 0.0, frame.rims[2, foot], 0.0])
+            lines = [self._arc.outline(upright), *np.moveaxis(self._arc.marks(upright), 1, 0)]
+            lines += [self._arc.spoke(upright)] if foot in self._open_feet else []
+            pieces = [points(*(self._scale * line * [[1.0], [-1.0]]).T) for line in lines]
+            thin = range(1, 1 + MARKS)
             inside = [
-                element("polyline", points=line, class_="tread" if number else "") for number, line in enumerate(lines)
+                element("polyline", points=piece, class_="tread" if number in thin else "")
+                for number, piece in enumerate(pieces)
             ]
-            feet.append(element("g", *inside, class_=f"rim {role}", transform=f"translate({x} {y}) rotate({turn})"))
-        return feet
+            place = f"translate({x} {y}) rotate({turn})"
+            parts.append(element("g", *inside, transform=place, **self._leg("rim", foot)))
+        return parts
 
     def _ground(self) -> Element:
         (x1, x2), (y1, y2) = self._pixels(np.array([self._ends, (0.0, 0.0)]))
@@ -164,25 +198,38 @@ class Stage:
         )
         return points((0.0, 0.0), *((float(x), -float(y)) for x, y in rim.T))
 
-    def _mark(self, step: int, phase: int) -> Element | None:
+    def _mark(self, step: int, phase: int, foot: int) -> Element:
         """Return the mark of a slide: a pointer at its start, its line to scale, and its length as text."""
-        segment = self._film.motion.segments[phase]
-        if not segment.mode.slips:
-            return None
-        start = segment.contact[0, 0] + step * self._film.motion.travel
-        (x1, x2), (y1, y2) = self._pixels(np.array([[start, start + segment.slide], [0.0, 0.0]])).round(2)
-        row = sum(part.mode.slips for part in self._film.motion.segments[:phase])
-        arrow = "\N{RIGHTWARDS ARROW}" if segment.mode is Mode.SLIP_FORWARD else "\N{LEFTWARDS ARROW}"
-        text = f"{arrow} {1e3 * abs(segment.slide):.3g} mm"
+        segment = self._view.segments[phase]
+        mode, slid = segment.modes[foot], segment.slide(foot)
+        start = segment.places[0, foot, 0] + step * self._view.travel
+        (x1, x2), (y1, y2) = self._pixels(np.array([[start, start + slid], [0.0, 0.0]])).round(2)
+        former = sum(len(part.slipping) for part in self._view.segments[:phase])
+        row = former + segment.slipping.index(foot)
+        arrow = "\N{RIGHTWARDS ARROW}" if mode is Mode.SLIP_FORWARD else "\N{LEFTWARDS ARROW}"
+        text = f"{arrow} {1e3 * abs(slid):.3g} mm"
         return element(
             "g",
             element("line", class_="slide", x1=x1, y1=y1, x2=x2, y2=y2),
             element("path", class_="pointer", d=f"M{x1} {y1 + 4}l-5 9h10z"),
             element("text", text, class_="slide-label", x=x1, y=y1 + 28 + 15 * row),
-            class_=f"mark {segment.mode.name.lower()}",
+            class_=f"mark {mode.name.lower()}",
             data_step=step,
             data_phase=phase,
         )
+
+
+def role_of(view: MotionView, contact: int) -> str:
+    """Return the name of the colour of a foot in the style sheet.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> view = AnimationFrames(load("docs/examples/compass_slip.h5").motion, steps=1, rate=30, slow=2.0).motion
+    >>> role_of(view, 0), role_of(view, 1)
+    ('stance', 'swing')
+    """
+    return ROLES[view.feet.index(contact) % len(ROLES)]
 
 
 def _round_pixels(values: Any) -> list[float]:

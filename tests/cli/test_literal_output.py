@@ -21,7 +21,7 @@ from gaitopt.cli import (
     impact_command,
     listing,
     output,
-    planar_solving,
+    planar_walk_output,
     planar_walks,
     setup,
     study_output,
@@ -121,7 +121,9 @@ def assess_robustness():
     feedback_output.print_endurance({"law": "lqr", "radius": 0.5, "survived": survived}, {})
 
 
-def planar_gait():
+def gaits():
+    warned = dataclasses.replace(gait().solver, warnings=("speed [m/s] is low",))
+    output.print_gait(dataclasses.replace(gait(), solver=warned))
     limits = PlanarLimits(torque={"ankle B": 0})
     problem = PlanarProblem(
         robot=compass_with_two_feet(),
@@ -133,12 +135,17 @@ def planar_gait():
         limits=limits,
         transcription=Collocation(intervals=5, tolerance=math.inf),
     )
-    planar_solving.print_planar_gait(solve(problem))
+    output.print_gait(solve(problem))
 
 
 def planar_cycles():
     problem = call_script(Path("problems/hopper.py"), [])
     planar_walks.print_planar_cycles(planar_walks.search_planar(problem, 1, steps=1, engine="auto"))
+
+
+def planar_walk():
+    problem = call_script(Path("problems/hopper.py"), [])
+    planar_walk_output.print_planar_walk(planar_walk_output.simulate_planar_walk(problem, {}, steps=1, engine="auto"))
 
 
 def impact():
@@ -151,11 +158,9 @@ TABLES = {
     "print_diagram": lambda: trace_output.print_diagram(
         dataclasses.replace(load_diagram("docs/examples/compass_slope.nc"), unit="m/s")
     ),
-    "print_planar_gait": planar_gait,
+    "print_gait": gaits,
     "print_planar_cycles": planar_cycles,
-    "print_gait": lambda: output.print_gait(
-        dataclasses.replace(gait(), solver=dataclasses.replace(gait().solver, warnings=("speed [m/s] is low",)))
-    ),
+    "print_planar_walk": planar_walk,
     "print_cycles": cycles,
     "print_walk": walk,
     "print_numbers": numbers,

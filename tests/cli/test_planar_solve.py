@@ -1,6 +1,7 @@
-"""``gaitopt solve`` for robots with several contacts."""
+"""``gaitopt solve``, ``show`` and ``verify`` for robots with several contacts."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -13,15 +14,25 @@ QUICK = ["--set", "stance_intervals=6", "--set", "flight_intervals=16", "--set",
 
 def run(capsys, *words):
     with pytest.raises(SystemExit) as end:
-        main(["solve", MONOPOD, *words])
+        main([*words])
     return end.value.code, capsys.readouterr()
 
 
-def test_the_summary_has_forces_and_impulses_by_contact(capsys):
-    status, printed = run(capsys, "--json", *QUICK)
+@pytest.fixture(scope="module")
+def hop(tmp_path_factory):
+    """Return the file of a hop that the command line solved."""
+    path = tmp_path_factory.mktemp("hop") / "hop.h5"
+    with pytest.raises(SystemExit) as end:
+        main(["solve", MONOPOD, *QUICK, "-o", str(path), "--quiet"])
+    assert end.value.code == 0
+    return path
+
+
+def test_the_summary_has_forces_and_impulses_by_contact(capsys, hop):
+    status, printed = run(capsys, "show", str(hop), "--json")
     data = json.loads(printed.out)
     assert status == 0
-    assert (data["status"], data["file"]) == ("solved", None)
+    assert (data["status"], data["file"]) == ("solved", str(hop))
     assert data["verification"]["passed"]
     assert data["phases"][0]["modes"]["foot"] == "stick"
     assert data["phases"][0]["largest_normal_force"]["foot"] > 300
@@ -30,23 +41,67 @@ def test_the_summary_has_forces_and_impulses_by_contact(capsys):
     assert data["problem"]["events"] == ["foot opens", "foot closes"]
 
 
-def test_a_table_is_printed_and_nothing_is_written(capsys, tmp_path, monkeypatch):
+def test_the_file_states_its_script_and_parameters(capsys, hop):
+    script = json.loads(run(capsys, "show", str(hop), "--json")[1].out)["problem"]["script"]
+    assert script["file"] == "monopod.py"
+    assert script["set"] == ["stance_intervals", "flight_intervals", "clearance"]
+    assert script["parameters"]["clearance"] == 0.02
+
+
+def test_the_table_of_a_file_is_that_of_the_solution(capsys, hop):
+    status, printed = run(capsys, "show", str(hop))
+    assert status == 0
+    for part in ("foot stick > flight |", "hop_effort", "foot closes; impulse foot (", "passed: contact sequence"):
+        assert part in " ".join(printed.out.split())
+
+
+def test_a_file_is_verified_without_its_script(capsys, hop, tmp_path, monkeypatch):
+    shutil.copy(hop, tmp_path / "alone.h5")
     monkeypatch.chdir(tmp_path)
-    status, printed = run(capsys, *QUICK)
+    status, printed = run(capsys, "verify", "alone.h5", "--json")
+    data = json.loads(printed.out)
+    assert (status, data["verification"]["passed"]) == (0, True)
+    assert data["verification"]["state_error"] < 1e-6
+
+
+def test_a_file_is_verified_with_the_robot_of_its_script(capsys, hop):
+    assert run(capsys, "verify", str(hop), "--problem", MONOPOD, "--json")[0] == 0
+
+
+@pytest.mark.parametrize("other", ["compass_slip.py", "compass_double_support.py"])
+def test_a_script_with_another_robot_is_refused(capsys, hop, other):
+    status, printed = run(capsys, "verify", str(hop), "--problem", str(Path(MONOPOD).with_name(other)))
+    assert status == 2
+    assert "is not the robot 'monopod' of the gait. It differs in: coordinates and actuators" in printed.err
+
+
+def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, printed = run(capsys, "solve", MONOPOD, *QUICK)
     assert status == 0
     assert "foot stick > flight |" in printed.out
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["monopod.h5"]
+
+
+@pytest.mark.parametrize("words", [("stability",), ("tune",), ("push",), ("export", "-o", "controller.c")])
+def test_commands_on_walkers_name_those_that_accept_the_file(capsys, hop, words):
+    status, printed = run(capsys, words[0], str(hop), *words[1:])
+    assert status == 2
+    assert "gait of a robot with several contacts; 'gaitopt show', 'verify'" in " ".join(printed.err.split())
 
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["-o", "hop.h5"], "gaits of robots with several contacts are not saved"),
+        (["-o", "hop.txt"], "'.txt' is not that of a known format. Use .h5"),
+        (["-o", "missing/hop.h5"], "missing"),
         (["--set", "sequence=foot stick > flight"], "must end with an event"),
         (["--set", "friction=0"], "finite friction coefficient greater than 0"),
     ],
 )
-def test_invalid_input_is_refused_in_a_sentence(capsys, words, sentence):
-    status, printed = run(capsys, *words)
+def test_invalid_input_is_refused_in_a_sentence(capsys, words, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, printed = run(capsys, "solve", MONOPOD, *words)
     assert status == 2
     assert sentence in " ".join(printed.err.split())
+    assert not list(tmp_path.iterdir())

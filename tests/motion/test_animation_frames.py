@@ -28,8 +28,8 @@ def test_a_short_slip_is_slowed_until_it_can_be_seen(film):
     assert {round(frame.slowness, 9) for frame in frames if frame.mode is Mode.STICK} == {2.0}
 
 
-def test_the_landing_foot_becomes_the_stance_foot(film):
-    skeleton = classify_links(film.motion)
+def test_the_landing_foot_becomes_the_stance_foot(film, slipping):
+    skeleton = classify_links(slipping.motion)
     frames = [film.frame(number) for number in range(len(film))]
     first = next(number for number, frame in enumerate(frames) if frame.step == 1)
     before, after = frames[first - 1].points, frames[first].points
@@ -39,17 +39,18 @@ def test_the_landing_foot_becomes_the_stance_foot(film):
     assert not frames[first - 1].touchdown
 
 
-def test_samples_are_met(film):
+def test_samples_are_met(film, slipping):
+    np.testing.assert_array_equal(film.motion.segments[0].forces[0], slipping.motion.segments[0].force)
     segment = film.motion.segments[0]
     frame = film.frame(0)
     np.testing.assert_allclose(frame.points, segment.points[:, :, 0])
-    np.testing.assert_allclose(frame.force, segment.force[:, 0])
+    np.testing.assert_allclose(frame.forces, segment.forces[..., 0])
 
 
-def test_slides_of_past_steps_stay_on_the_ground(film):
+def test_slides_of_past_steps_stay_on_the_ground(film, slipping):
     last = film.frame(len(film) - 1)
     slides = film.slides(last)
-    travel, slid = film.motion.travel, film.motion.foot_slide
+    travel, slid = film.motion.travel, slipping.motion.foot_slide
     assert [slide.start for slide in slides] == pytest.approx([0, travel, 2 * travel])
     assert [slide.end - slide.start for slide in slides] == pytest.approx([slid] * 3)
     assert film.slides(film.frame(0))[0].end == film.slides(film.frame(0))[0].start

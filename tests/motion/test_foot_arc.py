@@ -89,8 +89,8 @@ def test_marks_of_slides_begin_at_the_contact_and_are_as_long_as_the_slide(motio
     assert [slide.end - slide.start for slide in slides] == pytest.approx([motion.foot_slide] * 2)
     assert start < -0.05  # behind the place where the unrolled foot would be
     middle = film.frame(5)
-    assert film.slides(middle)[0].end - start == pytest.approx(middle.slide)
-    np.testing.assert_allclose(middle.foot, [middle.rims[0, 0], 0], atol=1e-15)
+    assert film.slides(middle)[0].end - start == pytest.approx(middle.slides[0])
+    np.testing.assert_allclose(middle.places[:, 0], [middle.rims[0, 0], 0], atol=1e-15)
 
 
 def test_the_second_step_begins_where_the_first_ended(motion):

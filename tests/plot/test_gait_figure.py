@@ -126,9 +126,8 @@ def test_ground_is_inclined_on_a_slope(sloping, slipping):
     assert "slope of 3\N{DEGREE SIGN} downhill" in plot_gait(sloping).get_suptitle()
 
 
-@pytest.mark.parametrize("name", ["slipping", "sticking", "slipping_both_ways", "sloping", "infeasible"])
-def test_texts_are_large_enough_inside_the_page_and_apart(name, request):
-    figure = plot_gait(request.getfixturevalue(name))
+def check_texts(figure):
+    """Check that the texts of a figure are large enough, inside the page and apart from each other."""
     texts = every_text(figure)
     assert min(text.get_fontsize() for text in texts) >= 8
     page = figure.bbox.padded(1)
@@ -145,6 +144,11 @@ def test_texts_are_large_enough_inside_the_page_and_apart(name, request):
     assert all(page.contains(*box.min) and page.contains(*box.max) for _, box in boxes)
     overlapping = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.padded(-0.5).overlaps(two)]
     assert overlapping == []
+
+
+@pytest.mark.parametrize("name", ["slipping", "sticking", "slipping_both_ways", "sloping", "infeasible"])
+def test_texts_are_large_enough_inside_the_page_and_apart(name, request):
+    check_texts(plot_gait(request.getfixturevalue(name)))
 
 
 def test_settings_of_matplotlib_are_left_alone(slipping):

@@ -44,9 +44,9 @@ def test_force_and_cone_stand_on_the_contact_point(rolling_gait, film):
         frame = film.frame(number)
         scene.show(frame)
         foot = tilt(frame.rims[:2, 0] - [0, frame.rims[2, 0]], 0.0)
-        np.testing.assert_allclose(scene._force.get_offsets()[0], foot, atol=1e-12)
-        np.testing.assert_allclose(scene._cone.get_xy()[0], foot, atol=1e-12)
-        assert abs(foot[0] - frame.slide) > 1e-3  # the slide coordinate is another place
+        np.testing.assert_allclose(scene._contacts[0][2].get_offsets()[0], foot, atol=1e-12)
+        np.testing.assert_allclose(scene._contacts[0][1].get_xy()[0], foot, atol=1e-12)
+        assert abs(foot[0] - frame.slides[0]) > 1e-3  # the slide coordinate is another place
         outline = np.array(scene._feet[0][0].get_data())
         assert outline[1].min() == pytest.approx(0, abs=2e-4)
         assert len(scene._feet) == 2
@@ -57,7 +57,7 @@ def test_the_glass_shows_the_slide_alone(rolling_gait, film):
     for number in range(0, len(film), 7):
         frame = film.frame(number)
         glass.show(frame)
-        slid = 1e3 * (frame.slide - frame.step * rolling_gait.motion.travel)
+        slid = 1e3 * (frame.slides[0] - frame.step * rolling_gait.motion.travel)
         assert float(glass._foot.get_xdata()[0]) == pytest.approx(slid)
         assert 0 <= slid <= 1e3 * rolling_gait.motion.foot_slide + 1e-6
     ends = np.concatenate([mark.get_xdata() for mark in glass._marks])
@@ -68,7 +68,7 @@ def test_the_stage_of_the_report_rolls_its_arcs(rolling_gait):
     one = AnimationFrames(rolling_gait.motion, steps=1, rate=30, slow=2.0)
     stage = Stage(one, steps=2, name="walker")
     places = np.array([position["rims"][0] for position in stage.frames()])
-    feet = np.array([position["foot"] for position in stage.frames()])
+    feet = np.array([position["foot"][0] for position in stage.frames()])
     np.testing.assert_allclose(places[:, 0], feet[:, 0], atol=0.02)
     assert np.ptp(places[:, 1] - feet[:, 1]) < 0.05  # a radius above the ground
     angles = np.rad2deg(rolling_gait.motion.channel("q")[2])

@@ -86,13 +86,13 @@ def test_positions_on_the_page_are_those_of_the_motion(text, slipping):
     assert np.ptp(legs) < 0.03, "both legs keep their length [px]"
     scale = legs[0] / slipping.motion.parameters["leg_length"]
     assert film["shift"] == pytest.approx([scale * slipping.step_length, 0], abs=0.02)
-    slide = frames[-1]["foot"][0] - frames[0]["foot"][0]
+    slide = frames[-1]["foot"][0][0] - frames[0]["foot"][0][0]
     assert slide == pytest.approx(scale * slipping.motion.foot_slide, abs=0.02)
     weight = slipping.motion.total_mass * slipping.motion.parameters["gravity"]
-    ratios = [frame["force"][0] / -frame["force"][1] for frame in frames]
+    ratios = [frame["force"][0][0] / -frame["force"][0][1] for frame in frames]
     assert np.max(np.abs(ratios)) == pytest.approx(0.14, abs=2e-3), "the force stays in the cone drawn"
     vertical = slipping.motion.channel("force")[1].max() / weight
-    assert max(-frame["force"][1] for frame in frames) == pytest.approx(
+    assert max(-frame["force"][0][1] for frame in frames) == pytest.approx(
         0.45 * scale * slipping.motion.channel("points")[1].max() * vertical, rel=1e-2
     )
 

@@ -12,13 +12,15 @@ from gaitopt.lazy import Deferred
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, Contact
 from gaitopt.model.forces import Force, Potential
-from gaitopt.model.mechanics import Body, Mechanics, derive
+from gaitopt.model.mechanics import Body, Mechanics, RigidLink, derive
+from gaitopt.model.planar.contact_entry import FORCE_UNITS, ContactEntry
 from gaitopt.model.planar.joint_stop import JointStop, SwitchedSpring
 from gaitopt.model.planar.joint_sums import JointSums, find_joints
 from gaitopt.model.planar.mirror import make_mirror
 from gaitopt.model.planar.newton_euler import Balance, NewtonEuler, derive_newton_euler
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
-from gaitopt.model.planar.planar_robot import ContactEntry, PlanarRobot
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.units import find_coordinate_units, find_unit
 
 AnyContact = Contact | JointStop
 
@@ -82,7 +84,8 @@ def assemble_planar(
         )
     actuators, drawing = dict(actuators or {}), drawing or Drawing()
     places = drawing.points or {label: part.point for label, part in contacts.items() if isinstance(part, Contact)}
-    entries = tuple(_entry(name, label, part, contacts, coordinates.q) for label, part in contacts.items())
+    units = _find_units(coordinates.q, bodies, contacts, places)
+    entries = tuple(_entry(name, label, part, contacts, (coordinates.q, units)) for label, part in contacts.items())
     springs = [force for force in forces if isinstance(force, SwitchedSpring)]
     for spring in springs:
         _require_contact(name, "A switched spring", spring.contact, contacts)
@@ -98,6 +101,8 @@ def assemble_planar(
         name=name,
         coordinates=coordinates.names,
         actuators=tuple(actuators),
+        units=units,
+        actuator_units=tuple(FORCE_UNITS[find_unit(joint, coordinates.q, units)] for joint in actuators.values()),
         travel=coordinates.travel,
         parameters=coordinates.parameters,
         switches=tuple(spring.contact for spring in springs),
@@ -171,11 +176,29 @@ def _contacts(
     }
 
 
-def _entry(robot: str, name: str, part: AnyContact, contacts: Mapping[str, AnyContact], q: ca.SX) -> ContactEntry:
-    """Return a contact as plain data."""
+def _find_units(
+    q: ca.SX, bodies: Sequence[Body], contacts: Mapping[str, AnyContact], places: Mapping[str, ca.SX]
+) -> tuple[str, ...]:
+    """Return the units of the coordinates."""
+    feet = [part for part in contacts.values() if isinstance(part, Contact)]
+    positions = [*(body.position for body in bodies), *(part.point for part in feet), *places.values()]
+    turned = [body.angle for body in bodies if isinstance(body, RigidLink)]
+    return find_coordinate_units(q, positions, [*turned, *(part.rim[3] for part in feet)])
+
+
+def _entry(
+    robot: str,
+    name: str,
+    part: AnyContact,
+    contacts: Mapping[str, AnyContact],
+    coordinates: tuple[ca.SX, tuple[str, ...]],
+) -> ContactEntry:
+    """Return a contact as plain data; `coordinates` are q and its units."""
+    q, units = coordinates
     if isinstance(part, JointStop):
         release = _read_release(robot, name, part, contacts)
-        return ContactEntry(name, "stop", slides=False, latched=part.latched, released_by=release)
+        unit = find_unit(part.gap, q, units)
+        return ContactEntry(name, "stop", slides=False, latched=part.latched, released_by=release, unit=unit)
     if not isinstance(part, Contact):
         raise InputError(
             f"Robot {robot!r}: contact {name!r} must be a PointContact, an ArcContact or a JointStop, got {part!r}."

@@ -1,8 +1,11 @@
 """Planar robots with any contacts: frozen records of named CasADi Functions of minimal coordinates."""
 
 import functools
+import threading
+import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -10,47 +13,12 @@ from numpy.typing import NDArray
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.newton_euler import NewtonEuler
+from gaitopt.model.planar.planar_record import read_planar_fields, write_planar_record
+from gaitopt.model.robot_record import RobotRecord
 from gaitopt.parameters import Parameter, as_vector, resolve
-
-
-@dataclass(frozen=True)
-class ContactEntry:
-    """A contact of a planar robot, as plain data.
-
-    Attributes
-    ----------
-    name : str
-    kind : str
-        ``"point"``, ``"arc"`` or ``"stop"``.
-    slides : bool
-        Whether the contact has a slide coordinate: a joint stop and a foot that only moves vertically have none.
-    body : str
-        Rigid body; closed contacts of one body share the slip direction and the tangential force.
-    falls : bool
-        Whether the robot has fallen as soon as the contact closes.
-    conditional : bool
-        Whether the contact closes only while it is armed.
-    latched : bool
-        Whether a stop holds in both directions once it has closed.
-    released_by : tuple of (str, bool) or None
-        Name of the contact whose opening (True) or closing (False) releases a latched stop.
-
-    Examples
-    --------
-    >>> ContactEntry("knee", "stop", slides=False, latched=True, released_by=("foot", True)).falls
-    False
-    """
-
-    name: str
-    kind: str
-    slides: bool
-    body: str = ""
-    falls: bool = False
-    conditional: bool = False
-    latched: bool = False
-    released_by: tuple[str, bool] | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,6 +32,8 @@ class PlanarRobot(LazyRecord):
     ----------
     name : str
     coordinates, actuators : tuple of str
+    units, actuator_units : tuple of str
+        Unit of each coordinate, ``"m"`` or ``"rad"``, and of each actuator, ``"N"`` or ``"N m"``.
     travel : str or None
         Coordinate along the ground that a periodic gait does not repeat.
     parameters : tuple of Parameter
@@ -103,6 +73,8 @@ class PlanarRobot(LazyRecord):
     name: str
     coordinates: tuple[str, ...]
     actuators: tuple[str, ...]
+    units: tuple[str, ...]
+    actuator_units: tuple[str, ...]
     travel: str | None
     parameters: tuple[Parameter, ...]
     switches: tuple[str, ...]
@@ -127,6 +99,40 @@ class PlanarRobot(LazyRecord):
 
     def __repr__(self) -> str:
         return f"PlanarRobot({self.name!r}, coordinates={self.coordinates}, contacts={self.contact_names})"
+
+    @functools.cached_property
+    def record(self) -> RobotRecord:
+        """The robot as plain data, for files and other processes."""
+        record = write_planar_record({entry.name: getattr(self, entry.name) for entry in fields(self)})
+        with _LOCK:
+            _RESTORED.setdefault(record.digest, self)
+        return record
+
+    @staticmethod
+    def from_record(record: RobotRecord) -> "PlanarRobot":
+        """Return the robot of a record: in one process the same object at every call.
+
+        Raises
+        ------
+        ArchiveError
+            If the record is damaged, or the installed CasADi cannot read it.
+
+        Examples
+        --------
+        >>> from gaitopt.model.robots.monopod import monopod
+        >>> PlanarRobot.from_record(monopod().record) is monopod()
+        True
+        """
+        with _LOCK:
+            robot = _RESTORED.get(record.digest)
+            if robot is None:
+                robot = PlanarRobot(**read_planar_fields(record))
+                vars(robot)["record"] = record
+                _RESTORED[record.digest] = robot
+            return robot
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return PlanarRobot.from_record, (self.record,)
 
     @functools.cached_property
     def n_q(self) -> int:
@@ -166,3 +172,9 @@ class PlanarRobot(LazyRecord):
     def index(self, name: str) -> int:
         """Return the place of a parameter in p."""
         return [parameter.name for parameter in self.parameters].index(name)
+
+
+_RESTORED: "weakref.WeakValueDictionary[str, PlanarRobot]" = weakref.WeakValueDictionary()
+"""Robots of this process by the digest of their record."""
+
+_LOCK = threading.RLock()

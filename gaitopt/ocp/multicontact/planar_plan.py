@@ -5,8 +5,10 @@ import functools
 import casadi as ca
 import numpy as np
 
+from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.phase_system import PhaseSystem, group_sticking
+from gaitopt.motion.contact_trajectories import sample_contacts
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
@@ -39,20 +41,10 @@ def reconstruct_planar_motion(transcription: PlanarTranscription, values: dict[s
     events: list[PlanarEvent] = []
     time = 0.0
     for phase in transcription.phases:
-        segments.append(_segment(transcription, phase, x, p, time))
+        segments.append(_segment(transcription, phase, x, values, time))
         time = float(segments[-1].time[-1])
         events.append(_event(transcription, phase, x, p, time))
-    return PlanarMotion(
-        coordinates=robot.coordinates,
-        contacts=robot.contact_names,
-        actuators=robot.actuators,
-        points=robot.points,
-        links=robot.links,
-        parameters=dict(values),
-        total_mass=float(robot.mass(p)),
-        segments=tuple(segments),
-        events=tuple(events),
-    )
+    return PlanarMotion.of(robot, values, segments, events)
 
 
 def sample_phase(
@@ -89,10 +81,12 @@ def sample_phase(
     return np.append(at, 1.0), (joined[0], joined[1], joined[2], joined[3])
 
 
-def _segment(transcription: PlanarTranscription, phase: GridPhase, x: Array, p: Array, start: float) -> PlanarSegment:
+def _segment(
+    transcription: PlanarTranscription, phase: GridPhase, x: Array, values: dict[str, float], start: float
+) -> PlanarSegment:
     """Return a phase of the plan; the works are integrals of the interpolated powers."""
     robot, n_u = transcription.structure.robot, transcription.structure.robot.n_u
-    duration = float(x[transcription.variables[Unknown.DURATION][0, phase.number]])
+    p, duration = robot.vector(values), float(x[transcription.variables[Unknown.DURATION][0, phase.number]])
     fractions, (q, v, u, z) = sample_phase(transcription, phase, x)
     size, n_z = fractions.size, phase.system.system.size1_out(0)
     finite = np.where(np.isinf(p), 1.0, p)  # no force contains an infinite coefficient of friction
@@ -114,6 +108,7 @@ def _segment(transcription: PlanarTranscription, phase: GridPhase, x: Array, p: 
         potential=potential,
         elastic=np.array(robot.force_powers.map(size)(q, v, p)[0]).ravel(),
         points=np.array(robot.figure.map(size)(q, p)).reshape(2, size, -1).transpose(0, 2, 1),
+        kinematics=Deferred(lambda: sample_contacts(robot, values, q, v)),
     )
 
 

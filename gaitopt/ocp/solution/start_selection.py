@@ -126,7 +126,7 @@ def solve_from_starts(
         Whether no other start is tried if the first two are motions that nearly agree, or have the same solution.  In
         119 random problems in which they had, a third start led to a lower cost in one.
     """
-    plans = plans or InaccuratePlans()
+    plans = InaccuratePlans() if plans is None else plans
     return _Starts(problem, solver, observer, cold_solver, plans, stop_if_same=stop_if_same).solve(starts)
 
 

@@ -6,7 +6,9 @@ function startPlayer(section) {
   const film = JSON.parse(player.querySelector("script.film").textContent);
   const find = (name) => player.querySelector(name);
   const [stage, button, slider, stamp] = [".stage", ".play", ".time", ".stamp"].map(find);
-  const [links, rims, joints, marks, tokens] = [".link", ".rim", ".joint", ".mark", ".token"].map((name) => [...player.querySelectorAll(name)]);
+  const all = (name) => [...player.querySelectorAll(name)];
+  const [links, rims, joints, marks, tokens, outcomes] = [".link", ".rim", ".joint", ".mark", ".token", ".token.impact"].map(all);
+  const [cones, forces, feet] = [".stage .cone", ".stage .force", ".stage .foot"].map(all);
   const charts = [...section.querySelectorAll("figure.chart")].map((figure) => ({
     dots: [...figure.querySelectorAll(".dot")],
     cursor: figure.querySelector(".cursor"),
@@ -26,17 +28,19 @@ function startPlayer(section) {
     frame.links.forEach(([x1, y1, x2, y2], i) => put(links[i], { x1: x1 + dx, y1: y1 + dy, x2: x2 + dx, y2: y2 + dy }));
     frame.rims.forEach(([x, y, turn], i) => put(rims[i], { transform: `translate(${x + dx} ${y + dy}) rotate(${turn})` }));
     frame.joints.forEach(([x, y], i) => put(joints[i], { cx: x + dx, cy: y + dy }));
-    const foot = `translate(${frame.foot[0] + dx} ${frame.foot[1] + dy})`;
-    for (const name of [".cone", ".force", ".foot"]) put(stage.querySelector(name), { transform: foot });
-    put(stage.querySelector(".force"), { x2: frame.force[0], y2: frame.force[1] });
-    put(stage.querySelector(".foot"), { class: `foot ${frame.mode}` });
+    frame.foot.forEach(([x, y], i) => {
+      const seen = frame.modes[i] === "free" ? "hidden" : "visible";
+      for (const parts of [cones, forces, feet]) put(parts[i], { transform: `translate(${x + dx} ${y + dy})`, visibility: seen });
+      put(forces[i], { x2: frame.force[i][0], y2: frame.force[i][1] });
+      put(feet[i], { class: `foot ${frame.modes[i]}` });
+    });
     stage.classList.toggle("swapped", step % 2 === 1);
     for (const mark of marks) {
       const { step: own, phase } = mark.dataset;
       mark.classList.toggle("made", own < step || (own == step && phase <= frame.phase));
     }
     tokens.forEach((token) => token.classList.toggle("now", token.dataset.phase == frame.phase));
-    tokens.at(-1).classList.toggle("now", step > 0 && (number % perStep) < 0.3 * film.rate);
+    outcomes.forEach((token) => token.classList.toggle("now", step > 0 && (number % perStep) < 0.3 * film.rate));
     frame.charts.forEach((chart, i) => chart.forEach(([x, y, text], j) => {
       put(charts[i].dots[j], { cx: x, cy: y });
       charts[i].outputs[j].value = text;

@@ -7,7 +7,9 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.contact_trajectories import sample_contacts
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.simulation.planar_simulation.event_resolution import name_jam
@@ -168,18 +170,8 @@ def make_planar_motion(
     automaton: PlanarAutomaton, arcs: Sequence[PlanarArc], events: Sequence[PlanarEvent]
 ) -> PlanarMotion:
     """Return the motion of some arcs and events."""
-    robot = automaton.robot
-    return PlanarMotion(
-        coordinates=robot.coordinates,
-        contacts=robot.contact_names,
-        actuators=robot.actuators,
-        points=robot.points,
-        links=robot.links,
-        parameters=dict(automaton.values),
-        total_mass=float(robot.mass(automaton.p((False,) * len(robot.switches)))),
-        segments=tuple(make_planar_segment(automaton, arc) for arc in arcs),
-        events=tuple(events),
-    )
+    segments = (make_planar_segment(automaton, arc) for arc in arcs)
+    return PlanarMotion.of(automaton.robot, automaton.values, segments, events)
 
 
 def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
@@ -203,6 +195,7 @@ def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSeg
         potential=potential,
         elastic=elastic,
         points=np.stack(points, axis=-1),
+        kinematics=Deferred(lambda: sample_contacts(automaton.robot, automaton.values, q, v)),
     )
 
 

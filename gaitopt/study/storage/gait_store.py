@@ -67,7 +67,8 @@ class GaitStore(MutableMapping[str, Gait]):
         if key not in self:
             raise KeyError(key)
         try:
-            return load(self.file(key))
+            gait: Any = load(self.file(key))
+            return gait
         except ArchiveError as error:
             raise ArchiveError(f"{error} Delete that file and run the same study again to compute it again.") from None
 

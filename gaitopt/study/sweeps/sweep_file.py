@@ -207,7 +207,8 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
         if group not in file:
             reason = table.reason.values[(sequences.index(sequence), *index)]
             raise InputError(f"The sweep in {path} has no gait at this point: {reason}")
-        return read_gait(file[group])
+        gait: Any = read_gait(file[group])
+        return gait
 
 
 def _nearest_index(axis: "xr.DataArray", value: float) -> int:

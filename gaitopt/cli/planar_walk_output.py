@@ -1,0 +1,103 @@
+"""Simulated walks of robots with several contacts: start at a periodic gait, and output."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.table import Table
+
+from gaitopt.cli.output import out, print_json, report_file
+from gaitopt.cli.planar_walks import ENGINE
+from gaitopt.errors import InputError, suggest
+
+if TYPE_CHECKING:
+    from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
+STARTS = 8
+"""Starts of the search for the gait in which a simulation begins."""
+
+SHORTER = 1e-6
+"""Share of a period by which a simulation ends before its last event."""
+
+
+def simulate_planar_walk(
+    problem: "PlanarWalkProblem", changes: dict[str, float], *, steps: int, engine: str
+) -> "PlanarRollout":
+    """Return the simulation of some periods from the first periodic gait, with some coordinates or rates changed.
+
+    Parameters
+    ----------
+    problem : PlanarWalkProblem
+    changes : dict of str to float
+        New values by the names of the state [m, rad; m/s, rad/s].
+    steps : int
+        Number of periods; the simulation ends just before the last event.
+    engine : str
+
+    Raises
+    ------
+    InputError
+        If no periodic gait is found, a name is unknown, or the engine does not simulate such robots.
+    """
+    from gaitopt.model.contacts.mode import Mode
+    from gaitopt.simulation.planar_simulation.placement import place_planar
+    from gaitopt.simulation.planar_simulation.planar_simulator import simulate_planar
+
+    if engine not in ("auto", ENGINE):
+        raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
+    robot = problem.robot
+    for name in changes:
+        if name not in robot.state_names:
+            raise InputError(f"--state names {name!r}. {suggest(name, robot.state_names)}")
+    cycle = next(problem.search(STARTS), None)
+    if cycle is None:
+        raise InputError("No periodic gait was found to begin with; try another slope, friction or state.")
+    first = cycle.motion.segments[0]
+    q, v, modes = first.q[:, 0], first.v[:, 0], first.state.modes
+    if changes:
+        known = dict(zip(robot.state_names, [*q.tolist(), *v.tolist()], strict=True)) | changes
+        coordinates = {name: known[name] for name in robot.coordinates if {name} & {*problem.coordinates, *changes}}
+        rates = {name: known[f"{name}_rate"] for name in robot.coordinates if _is_stated(problem, changes, name)}
+        feet = [name for name, mode in modes if mode not in (Mode.FREE, Mode.LATCHED)]
+        q, v = place_planar(robot, coordinates, rates, problem.parameters, on=feet)
+    latched = tuple(name for name, mode in modes if mode is Mode.LATCHED)
+    duration = steps * cycle.period * (1 - SHORTER)
+    options: dict[str, Any] = {"duration": duration, "torque": problem.torque, "latched": latched}
+    return simulate_planar(robot, q, v, problem.parameters, **options)
+
+
+def _is_stated(problem: "PlanarWalkProblem", changes: dict[str, float], name: str) -> bool:
+    return name in problem.rates or f"{name}_rate" in changes
+
+
+def report_planar_walk(walk: "PlanarRollout", written: Path | None, *, steps: int, json: bool) -> None:
+    """Print the events of a walk as JSON or as a table."""
+    from gaitopt.motion.planar_gait_summary import event_facts
+    from gaitopt.motion.summary import ledger_facts
+
+    if json:
+        facts = {"engine": ENGINE, "stop": walk.stop.key, "hint": walk.stop.hint, "steps": steps}
+        facts |= {
+            "sequences": [walk.motion.sequence],
+            "events": [event_facts(walk.motion, event) for event in walk.motion.events],
+        }
+        facts |= {"energy": ledger_facts(walk.motion.ledger()), "file": None if written is None else str(written)}
+        print_json(facts)
+        return
+    print_planar_walk(walk)
+    if written is not None:
+        report_file(written)
+
+
+def print_planar_walk(walk: "PlanarRollout") -> None:
+    """Print the events of a walk as a table, and the reason of its end."""
+    table = Table(box=box.SIMPLE, pad_edge=False, title=f"events (engine {ENGINE})", title_justify="left")
+    for column in ("time [s]", "event", "contacts afterwards", "energy lost [J]"):
+        table.add_column(column)
+    for event in walk.motion.events:
+        closed = ", ".join(f"{name} {mode.value}" for name, mode in event.after.modes if name in event.after.closed)
+        lost = f"{event.energy_lost:.6g}" if event.is_impact else ""
+        table.add_row(f"{event.time:.6f}", " & ".join(event.names), closed or "flight", lost)
+    out.print(table)
+    out.print(walk.stop.hint)

@@ -1,0 +1,91 @@
+"""Table of the facts of a gait of a robot with several contacts, the same in terminal, report and notebook."""
+
+import math
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.gait_table import Facts, describe_energy, describe_objective, describe_script, round_margin
+from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.planar_gait_summary import find_slides, friction_margin
+from gaitopt.status import Status
+
+LEAST_IMPULSE = 1e-6
+"""Impulse below which a contact is not listed [N s]."""
+
+
+def tabulate_planar_gait(gait: PlanarGait) -> Facts:
+    """Return the facts of a gait as pairs of a name and a text, as :func:`gaitopt.motion.gait_table.tabulate_gait`.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.ocp import Collocation, PlanarProblem, solve_planar
+    >>> gait = solve_planar(PlanarProblem(
+    ...     robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.5, step_length=0.6,
+    ...     objective="torque_squared", transcription=Collocation(intervals=(8, 12))))
+    >>> [text for name, text in tabulate_planar_gait(gait) if name == "sequence"]
+    ['foot stick > flight |']
+    """
+    solver, friction = gait.solver, gait.motion.parameters["friction"]
+    facts = [
+        ("status", f"{gait.status.key}: {gait.status.hint}"),
+        ("sequence", str(gait.sequence)),
+        ("robot", f"{gait.robot_name}, friction {friction:g}, objective {describe_objective(gait.problem)}"),
+        *describe_script(gait.problem),
+    ]
+    if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
+        facts += _numbers(gait)
+    times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
+    facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
+    facts += [("warning", warning) for warning in solver.warnings]
+    facts += [("not met", str(violation)) for violation in solver.violations]
+    return facts
+
+
+def _numbers(gait: PlanarGait) -> Facts:
+    objective, margin = gait.problem["objective"], friction_margin(gait)
+    unit = gait.problem.get("objective_unit") or ""
+    facts = [(objective.replace("_", " "), f"{gait.solver.objective:.6g} {unit}".strip())]
+    if objective != "cost_of_transport" and math.isfinite(gait.cost_of_transport):
+        facts.append(("cost of transport", f"{gait.cost_of_transport:.6f}"))
+    facts += [
+        ("speed", f"{gait.speed:.6g} m/s"),
+        ("step length", f"{gait.step_length:.6g} m"),
+        ("period", f"{gait.period:.6g} s"),
+        *_phases(gait),
+        *_events(gait),
+    ]
+    if math.isfinite(margin):
+        facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
+    facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
+    return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait))]
+
+
+def _phases(gait: PlanarGait) -> Facts:
+    facts = []
+    for segment in gait.motion.segments:
+        closed = [f"{name} {mode.value}" for name, mode in segment.state.modes if mode is not Mode.FREE]
+        duration = segment.time[-1] - segment.time[0]
+        facts.append(("phase", f"{duration:.4g} s  {', '.join(closed) or 'flight'}"))
+    return facts
+
+
+def _events(gait: PlanarGait) -> Facts:
+    facts = []
+    for event in gait.motion.events:
+        impulses = [
+            f"{entry.name} ({t:.4g}, {n:.4g}) {'N s' if entry.unit == 'm' else 'N m s'}"
+            for entry, (t, n) in zip(gait.motion.contact_entries, event.impulse, strict=True)
+            if max(abs(t), abs(n)) > LEAST_IMPULSE
+        ]
+        received = f"; impulse {', '.join(impulses)}" if impulses else ""
+        facts.append(("event", f"{event.time:.4g} s  {' & '.join(event.names)}{received}"))
+    return facts
+
+
+def _replay(gait: PlanarGait) -> str:
+    replay = gait.verification
+    if replay is None:
+        return "not replayed"
+    if not replay.passed:
+        return f"failed: {'; '.join(replay.reasons)}"
+    return f"passed: contact sequence '{replay.sequence}', state within {replay.state_error:.1e}"

@@ -1,0 +1,72 @@
+"""The mode of each contact over time, as a bar for each contact."""
+
+from typing import TYPE_CHECKING, Any
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.motion_view import MotionView
+from gaitopt.plot.style import MODE_FILL, MODE_HATCH
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+HEIGHT = 0.7
+"""Height of a bar over the distance of neighbouring bars."""
+
+LETTER = 0.014
+"""Width of a letter as a share of the time axis."""
+
+
+def draw_mode_bar(axes: "Axes", view: MotionView) -> None:
+    """Draw the mode of each contact over time; flight, and the modes of long phases, are named.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    view : MotionView
+    """
+    shown = view.closing
+    for row, contact in enumerate(shown):
+        for start, end, mode in merge_modes(view, contact):
+            if mode is not Mode.FREE:
+                _draw_bar(axes, view, (start, end), row, mode)
+    feet = [row for row, contact in enumerate(shown) if contact in view.feet]
+    for part in view.segments:
+        if view.is_flight(part) and part.duration > len("flight") * LETTER * view.period:
+            middle = float(part.time[0] + part.time[-1]) / 2
+            axes.text(middle, sum(feet) / max(len(feet), 1), "flight", ha="center", va="center", style="italic")
+    for event in view.events[:-1]:
+        axes.axvline(event.time, color="0.6", linewidth=0.6, zorder=0)
+    axes.set_yticks(range(len(shown)), [view.contacts[contact].name for contact in shown])
+    axes.set_ylim(max(len(shown), 1) - 0.5, -0.5)
+    axes.grid(visible=False)
+    axes.tick_params(left=False)
+
+
+def merge_modes(view: MotionView, contact: int) -> list[tuple[float, float, Mode]]:
+    """Return begin, end and mode of each interval in which the mode of a contact is the same.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> from gaitopt.motion.view_motion import view_motion
+    >>> view = view_motion(load("docs/examples/compass_slip.h5").motion)
+    >>> [mode.value for _, _, mode in merge_modes(view, 0)]
+    ['slip+', 'stick']
+    """
+    intervals: list[tuple[float, float, Mode]] = []
+    for part in view.segments:
+        start, end, mode = float(part.time[0]), float(part.time[-1]), part.modes[contact]
+        if intervals and intervals[-1][2] is mode:
+            start = intervals.pop()[0]
+        intervals.append((start, end, mode))
+    return intervals
+
+
+def _draw_bar(axes: "Axes", view: MotionView, span: tuple[float, float], row: int, mode: Mode) -> None:
+    width = span[1] - span[0]
+    style: dict[str, Any] = {"facecolor": MODE_FILL[mode], "edgecolor": "0.3", "hatch": MODE_HATCH[mode]}
+    axes.barh(row, width, HEIGHT, left=span[0], linewidth=0.5, gid=mode.value, **style)
+    if width > len(mode.label) * LETTER * view.period:
+        box = {"boxstyle": "square,pad=0.1", "facecolor": MODE_FILL[mode], "edgecolor": "none"}
+        text: dict[str, Any] = {"color": "black", "ha": "center", "va": "center", "bbox": box}
+        axes.text(sum(span) / 2, row, mode.label, **text)

@@ -1,0 +1,113 @@
+"""Pictures, reports, tables and simulations of robots with several contacts on the command line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from gaitopt import save
+from gaitopt.cli.app import main
+
+PROBLEMS = Path(__file__).parents[2] / "problems"
+KNEED = str(PROBLEMS / "kneed_walker.py")
+
+
+@pytest.fixture(scope="module")
+def hop(hop_gait, tmp_path_factory):
+    return str(save(hop_gait, tmp_path_factory.mktemp("hop") / "hop.h5"))
+
+
+def run(capsys, *words):
+    with pytest.raises(SystemExit) as end:
+        main([str(word) for word in words])
+    return end.value.code, capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "options"),
+    [
+        ("plot", "hop.png", []),
+        ("plot", "hop.pdf", ["--width", "3.5", "--no-title"]),
+        ("animate", "hop.gif", ["--steps", "1", "--slow", "0.5"]),
+        ("report", "hop.html", []),
+        ("export", "hop.csv", []),
+        ("export", "hop.json", []),
+    ],
+)
+def test_a_saved_gait_is_drawn_reported_and_exported(capsys, hop, tmp_path, command, name, options):
+    status, printed = run(capsys, command, hop, "-o", tmp_path / name, *options, "--json")
+    assert status in (0, None)
+    assert json.loads(printed.out)["file"] == str(tmp_path / name)
+    assert (tmp_path / name).stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("plot", "-o", "hop.bmp"), "'.bmp' is not that of a known format"),
+        (("animate", "-o", "hop.png"), "'.png' is not that of a known format"),
+        (("export", "-o", "hop.xlsx"), "'.xlsx' is not that of a known format"),
+        (("export", "-o", "hop.c"), "gait of a robot with several contacts"),
+        (("export", "-o", "hop.json", "--law", "lqr"), "gait of a robot with several contacts"),
+        (("compare", "-o", "hop.png"), "gait of a robot with several contacts"),
+    ],
+)
+def test_wrong_arguments_are_refused_in_a_sentence(capsys, hop, words, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, printed = run(capsys, words[0], hop, *words[1:])
+    assert status == 2
+    assert sentence in " ".join(printed.err.split())
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_walk_is_simulated_and_its_events_are_listed(capsys, tmp_path):
+    path = tmp_path / "walk.csv"
+    status, printed = run(capsys, "simulate", KNEED, "--steps", "2", "-o", path, "--json")
+    data = json.loads(printed.out)
+    assert (status, data["stop"], data["steps"], data["file"]) == (0, "duration_done", 2, str(path))
+    assert [event["names"][0] for event in data["events"]] == ["knee B closes", "foot B closes", "knee A closes"]
+    assert data["events"][0]["time"] == pytest.approx(0.3486120004843, abs=1e-9)  # contacts.md, section 6
+    assert data["events"][1]["impulse"]["foot B"][1] > 0
+    assert "foot_A_mode" in path.read_text(encoding="utf-8").splitlines()[0]
+
+
+@pytest.mark.parametrize("name", ["walk.png", "walk.gif"])
+def test_a_walk_is_drawn(capsys, tmp_path, name):
+    status, printed = run(capsys, "simulate", KNEED, "--steps", "1", "-o", tmp_path / name)
+    assert status == 0
+    assert "knee B closes" in printed.out
+    assert f"wrote {tmp_path / name}" in printed.out
+    assert (tmp_path / name).stat().st_size > 5000
+
+
+def test_the_walk_of_one_foot_is_drawn_too(capsys, tmp_path):
+    script = PROBLEMS / "compass_passive.py"
+    status, _ = run(capsys, "simulate", script, "--steps", "2", "-o", tmp_path / "walk.png", "--quiet")
+    assert status == 0
+    assert (tmp_path / "walk.png").stat().st_size > 5000
+
+
+def test_a_changed_state_stands_on_the_foot(capsys):
+    status, printed = run(capsys, "simulate", KNEED, "--steps", "1", "--state", "a_rate=-1.12", "--json")
+    data = json.loads(printed.out)
+    assert status == 0
+    assert 0.3 < data["events"][0]["time"] < 0.4
+    assert abs(data["energy"]["relative_residual"]) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--state", "knee=0.1"], "--state names 'knee'. Known: x, y"),
+        (["--state", "a=steep"], "--state must have the form NAME=NUMBER"),
+        (["--engine", "heyoka"], "--engine must be auto or scipy for a robot with several contacts"),
+        (["--steps", "0"], "'--steps'"),
+        (["-o", "missing/walk.png"], "missing"),
+        (["--set", "slope=-3"], "No periodic gait was found"),
+    ],
+)
+def test_wrong_options_of_a_simulation_are_refused_in_a_sentence(capsys, words, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, printed = run(capsys, "simulate", KNEED, *words)
+    assert status == 2
+    assert sentence in " ".join(printed.err.split())

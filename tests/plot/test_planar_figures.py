@@ -1,0 +1,166 @@
+"""Figures of robots with several contacts: every foot, stop, mode and flight is drawn."""
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt import FigureStyle, InputError, animate, plot_gait
+from gaitopt.cli.script import call_script
+from gaitopt.model import PlanarCoordinates, PointContact, PointMass, assemble_planar
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+from gaitopt.model.robots.monopod import monopod
+from gaitopt.model.robots.round_foot_walker import round_foot_walker
+from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.view_motion import view_motion
+from gaitopt.parameters import Parameter
+from gaitopt.plot import plot_motion
+from gaitopt.plot.style import MODE_FILL, contact_color
+from gaitopt.simulation import place_planar, simulate_planar
+from tests.plot.test_gait_figure import axes_of, check_texts, every_text
+
+PROBLEMS = Path(__file__).parents[2] / "problems"
+
+
+def period_of(script):
+    return next(call_script(PROBLEMS / script, []).search(1)).motion
+
+
+@pytest.fixture(scope="module")
+def kneed():
+    return period_of("kneed_walker.py")
+
+
+@pytest.fixture(scope="module")
+def hopper():
+    return period_of("hopper.py")
+
+
+@pytest.fixture(scope="module")
+def both_feet():
+    """Two feet that slide apart and one of them forward, then backward (contacts.md, section 6)."""
+    robot, th = compass_with_two_feet(), 0.5
+    q = [0, 1.6 * np.cos(th), -th, th]
+    v = [1.6 * np.cos(th), -1.6 * np.sin(th), -1, 0.5]
+    return simulate_planar(robot, q, v, {"friction": 0.3}, duration=0.25).motion
+
+
+def labels(axes):
+    return [text.get_text() for text in axes.get_yticklabels()]
+
+
+def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
+    axes = axes_of(plot_gait(hop_gait))
+    expected = [
+        "modes",
+        "angles",
+        "lengths",
+        "torques",
+        "actuator forces",
+        "normal forces",
+        "force ratio",
+        "foot speed",
+    ]
+    assert [name for name in axes if name in expected] == expected
+    assert axes["actuator forces"].get_ylabel() == "actuator [N]"
+    assert labels(axes["modes"]) == ["foot"]
+    assert "flight" in [text.get_text() for text in axes["modes"].texts]
+    assert "flight" in [text.get_text() for text in axes["stick figures"].texts]
+    assert "verified by replay" in plot_gait(hop_gait).get_suptitle()
+
+
+def test_every_foot_shows_its_force_its_cone_and_its_mode(both_feet):
+    axes = axes_of(plot_motion(both_feet))
+    assert labels(axes["modes"]) == ["foot A", "foot B"]
+    for name in ("normal forces", "force ratio", "foot speed"):
+        colors = [line.get_color() for line in axes[name].lines[:2]]
+        assert colors == [contact_color(0), contact_color(1)], name
+    bars = {patch.get_gid() for patch in axes["modes"].patches}
+    assert {"slip+", "slip-"} <= bars
+    ratio = axes["force ratio"].lines[0].get_ydata()
+    np.testing.assert_allclose(np.abs(ratio[np.isfinite(ratio)]), 0.3, rtol=1e-6)
+    slides = [text.get_text() for text in axes["stick figures"].texts if "mm" in text.get_text()]
+    assert slides[0].startswith("foot A\n\N{RIGHTWARDS ARROW} 0.3")
+    assert len(slides) == 4
+
+
+def test_no_force_is_drawn_while_a_foot_is_in_the_air(hop_gait):
+    view, line = view_motion(hop_gait.motion), axes_of(plot_gait(hop_gait))["normal forces"].lines[0]
+    time, force = line.get_data()
+    flight = (time > view.segments[1].time[0]) & np.isfinite(time)
+    assert np.isnan(force[flight]).all()
+    assert force[~flight & np.isfinite(force)].max() > 1
+
+
+def test_joint_stops_are_drawn_among_the_angles_and_in_the_mode_bar(kneed):
+    axes = axes_of(plot_motion(kneed))
+    assert labels(axes["modes"]) == ["foot A", "knee A", "knee B"]
+    assert "joint stop" in axes["angles"].get_legend_handles_labels()[1]
+    levels = [line.get_ydata()[0] for line in axes["angles"].lines if len(line.get_ydata()) == 2]
+    assert levels == pytest.approx([0.0], abs=1e-9)
+    latched = [patch for patch in axes["modes"].patches if patch.get_gid() == "latched"]
+    assert len(latched) == 2
+
+
+def test_a_stop_of_two_coordinates_shows_its_gap(hopper):
+    axes = axes_of(plot_motion(hopper))
+    assert "full length, gap" in axes["lengths"].get_legend_handles_labels()[1]
+    assert "force ratio" not in axes  # its sole has no tangential force
+
+
+def test_round_feet_have_arcs_joined_to_their_legs():
+    values = {"gravity": 1.0, "slope": 0.01}
+    coordinates, rates = {"x": 0, "a": 0.19, "b": -0.19}, {"a": -0.24, "b": -0.19}
+    q, v = place_planar(round_foot_walker(), coordinates, rates, values, on=("foot A",))
+    figure = plot_motion(simulate_planar(round_foot_walker(), q, v, values, until="foot B closes").motion)
+    lines = axes_of(figure)["stick figures"].lines
+    assert sum(len(line.get_xdata()) == 49 for line in lines) == 2 * 9
+    assert "modes" not in axes_of(figure)  # one foot on the ground, as in figures of other walkers
+
+
+def test_a_robot_without_links_is_drawn_as_its_points(tmp_path):
+    ball = drop_ball()
+    axes = axes_of(plot_motion(ball))["stick figures"]
+    heights = [line.get_ydata()[0] for line in axes.lines if line.get_marker() == "o"]
+    assert max(heights) == pytest.approx(0.2)
+    assert animate(ball, tmp_path / "ball.gif", steps=1, fps=4, slow=1.0).exists()
+
+
+def drop_ball():
+    """Return the fall of a point mass."""
+    gravity = Parameter("gravity", 9.81, "m/s^2", "gravity")
+    c = PlanarCoordinates(("height",), [gravity])
+    place = ca.vertcat(0, c.coordinate("height"))
+    ball = assemble_planar("ball", c, bodies=[PointMass(1.0, place)], contacts={"ground": PointContact(place)})
+    return simulate_planar(ball, [0.2], [0], {}, duration=0.4).motion
+
+
+def test_every_mode_has_a_colour():
+    assert set(MODE_FILL) == set(Mode) - {Mode.ANY}
+
+
+@pytest.mark.parametrize("name", ["kneed", "hopper", "both_feet"])
+def test_texts_of_motions_are_large_enough_inside_the_page_and_apart(name, request):
+    check_texts(plot_motion(request.getfixturevalue(name), title=name))
+
+
+def test_texts_of_a_gait_are_large_enough_inside_the_page_and_apart(hop_gait):
+    check_texts(plot_gait(hop_gait))
+    narrow = plot_gait(hop_gait, style=FigureStyle(width=3.5, titled=False))
+    assert every_text(narrow)
+
+
+def test_a_view_of_a_view_is_itself(slip_gait):
+    view = view_motion(slip_gait.motion)
+    assert isinstance(view, MotionView)
+    assert view_motion(view) is view
+
+
+def test_motions_that_cannot_be_drawn_are_refused():
+    still = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, duration=0.1).motion
+    with pytest.raises(InputError, match="has no duration"):
+        plot_motion(still.__class__(**{**vars(still), "segments": ()}))
+    with pytest.raises(InputError, match="motion must be"):
+        view_motion("walk")
