@@ -119,7 +119,8 @@ class GuardWatch:
             return t, y
         number, rates = phase.equations.guards.index(event.kind), phase.rates(t, y)
         gradient, drift = phase.guard_slope(t, y, number)
-        rate = gradient @ rates[: gradient.size] + drift
+        n = 2 * phase.n_q
+        rate = gradient[:n] @ rates[:n] + drift
         shift = -phase.guards(t, y)[number] / rate if rate else 0.0
         return (t + shift, y + shift * rates) if abs(shift) <= LARGEST_SHIFT * (1 + t) else (t, y)
 
