@@ -119,3 +119,15 @@ def test_wrong_options_of_an_optimal_gait_get_a_sentence(options, message):
     error = run("stability", "problems/monopod.py", *options).exception
     assert isinstance(error, InputError)
     assert message in str(error)
+
+
+def test_a_sweep_of_a_robot_with_several_contacts_is_a_command(tmp_path):
+    script = "problems/compass_double_support.py"
+    settings = ("--set", "sequence=foot A stick |", "--set", "single_intervals=8", "--set", "step_length=0.4")
+    result = run(
+        "sweep", script, "--over", "friction=0.5,0.9", *settings, "-o", tmp_path / "a.nc", "--starts", 1, "--json"
+    )
+    assert result.exit_code == 0, result.output
+    facts = json.loads(result.stdout)
+    assert [point["status"] for point in facts["points"]] == ["solved", "solved"]
+    assert facts["points"][0]["verified"]

@@ -5,15 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait, PoseGuess
-from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_solver import solve_planar
-from gaitopt.reductions import rank_of
-from gaitopt.simulation.planar_verification import verify_planar
 from gaitopt.study.planar_metrics import CONTACT_MEASURES, PLANAR_MEASURES
+from gaitopt.study.planar_starts import planar_objective, select_best, solve_default, verify_best_planar
 from gaitopt.study.storage.failure_reason import explain_failure
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepTask
 
@@ -30,43 +27,11 @@ def solve_planar_task(grid: SweepGrid, task: SweepTask, *results: PlanarGait | N
     here = [gait for point, gait in gaits if point == task.point]
     if task.kind == "point":
         return verify_best_planar([gait for gait in here if gait.status.ok] or [solve_default(problem, grid.starts)])
-    near = sorted((gait for point, gait in gaits if point != task.point and gait.status.ok), key=_objective)
+    near = sorted((gait for point, gait in gaits if point != task.point and gait.status.ok), key=planar_objective)
     continued = [solve_planar(problem.replace(guess=FromPlanarGait(gait))) for gait in near[:1]]
     if task.kind == "cold" or not (here or any(gait.status.ok for gait in continued)):
         continued.append(solve_default(problem, grid.starts))
     return select_best([*here, *continued])
-
-
-def solve_default(problem: PlanarProblem, starts: int) -> PlanarGait:
-    """Return the gait of lowest objective from the default starts of a problem.
-
-    A guess whose phases are those of another contact sequence is replaced by a line between poses.
-    """
-    try:
-        return solve_planar(problem, starts=starts)
-    except InputError:
-        return solve_planar(problem.replace(guess=PoseGuess()), starts=starts)
-
-
-def select_best(gaits: list[PlanarGait]) -> PlanarGait:
-    """Return the solved gait of lowest objective, or the failure of least constraint violation."""
-    solved = [gait for gait in gaits if gait.status.ok]
-    return min(solved, key=_objective) if solved else min(gaits, key=lambda g: rank_of(g.solver.constraint_violation))
-
-
-def verify_best_planar(gaits: list[PlanarGait]) -> PlanarGait:
-    """Return the gait of lowest objective that passes its replay, or the best one with its failed replay."""
-    ordered = sorted(gaits, key=_objective)
-    checked: list[PlanarGait] = []
-    for gait in ordered:
-        checked.append(verify_planar(gait) if gait.status.ok else gait)
-        if checked[-1].status.ok:
-            return checked[-1]
-    return checked[0]
-
-
-def _objective(gait: PlanarGait) -> float:
-    return rank_of(gait.solver.objective)
 
 
 def planar_dataset(findings: "SweepResults") -> "xr.Dataset":
