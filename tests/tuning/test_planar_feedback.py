@@ -1,7 +1,5 @@
 """Feedback on optimised planar gaits: exact closed-loop multipliers, and walks that return to the gait."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -16,6 +14,7 @@ from gaitopt.stability import assess_planar
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection
 from gaitopt.tuning import planar_step_lqr
 from tests.ocp.multicontact_examples import drag, hop, knee_strike, walk
+from tests.stability.difference_quotients import planar_differences
 
 DRAG = PlanarLimits(torque={"ankle A": 0}, impulse=0.05)
 
@@ -44,25 +43,6 @@ STEPS = {"monopod": 1e-8}
 second derivatives jump there; the error of a difference is proportional to its step."""
 
 
-def differences(gait, law, cycle):
-    """Return the difference quotient of the return map on the section."""
-    automaton = PlanarAutomaton(gait.robot, cycle.parameters, law)
-    y, n = np.array([*cycle.state.values()]), gait.robot.n_q
-    first = follow(automaton, automaton.begin(y[:n], y[n:]), duration=5.0, until=cycle.section)
-    section = PlanarSection(automaton, first.arcs[-1], first.motion.events[-1], gait.robot.mirror)
-    start, columns, step = section.exchange(first.end), [], STEPS.get(gait.robot.name, 1e-6)
-    for direction in cycle.basis.T:
-        ends = []
-        for sign in (1, -1):
-            near = section.correct(y + sign * step * direction)
-            state = automaton.restart(replace(start, q=near[:n], v=near[n:]))
-            state = automaton.events.choose(state, start.closed, start.latched, {})
-            rollout = follow(automaton, state, duration=5.0, until=cycle.section)
-            ends.append(section.project(section.exchange(rollout.end).y))
-        columns.append(cycle.basis.T @ (ends[0] - ends[1]) / (2 * step))
-    return np.column_stack(columns)
-
-
 def test_step_to_step_feedback_stabilises_the_gait(gait, law):
     cycle = assess_planar(gait, law)
     assert cycle.radius < 0.9
@@ -73,7 +53,9 @@ def test_closed_loop_multipliers_agree_with_differences(gait, law):
     for feedback in (planar_joint_pd(gait, stiffness=30, damping=3), law):
         cycle = assess_planar(gait, feedback)
         scale = max(1.0, np.max(np.abs(cycle.derivative)))
-        np.testing.assert_allclose(differences(gait, feedback, cycle), cycle.derivative, atol=1e-5 * scale)
+        step = STEPS.get(gait.robot.name, 1e-6)
+        found = planar_differences(gait.robot, cycle, feedback, step)
+        np.testing.assert_allclose(found, cycle.derivative, atol=1e-5 * scale)
 
 
 def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gait, law):

@@ -81,7 +81,7 @@ class EventResolution:
         if closing:
             outcome = self.contacts(before.extended).impact(q, v, touching, latched)
             if outcome.status is not Determinacy.UNIQUE:
-                return UNDETERMINED[outcome.status]
+                return self._name_stop(UNDETERMINED[outcome.status])
             v_plus, touching = self._close_slow(state, outcome, touching)
             names = [robot.contact_names[i] for i in closing]
             memory = self._source.pass_impact(state.memory, names, state.time, q, v_plus)
@@ -93,10 +93,18 @@ class EventResolution:
             replace(state, extended=extended), touching, latched, self._find_ending_modes(kind, before), was_closed
         )
         if isinstance(after, Stop):
-            return after
+            return self._name_stop(after)
         if not closing and after.contacts == before.contacts and after.extended == before.extended:
-            return Stop.INCONSISTENT  # the present modes end, and no others satisfy the friction law
+            return self._name_stop(Stop.INCONSISTENT)  # the present modes end, and no others satisfy the friction law
         return after, self._event(before, after, v, closing, outcome)
+
+    def _name_stop(self, stop: Stop) -> Stop:
+        """Return the reason of a stop.
+
+        For any finite coefficient of friction a foot slips before its normal force vanishes, if a tangential force
+        remains.  In the limit of infinite friction it slips without normal force, which a foot that never slips cannot.
+        """
+        return Stop.MUST_SLIP if stop is Stop.INCONSISTENT and np.isinf(self._values["friction"]) else stop
 
     def _leaves(self, state: PlanarState, contact: int, latched: frozenset[int]) -> bool:
         """Return whether a contact without force leaves: without it, its gap has no acceleration towards the ground.
