@@ -99,6 +99,31 @@ def test_the_monopod_is_unstable_in_open_loop_and_its_body_turns_freely():
     assert np.sort(np.abs(cycle.multipliers - 1))[:2] == pytest.approx([0, 0], abs=1e-6)
 
 
+def test_a_slip_that_stays_below_the_tolerance_ends_by_itself():
+    """Just before lift-off the foot slips backward for an instant, and then forward, at less than 1e-9 m/s."""
+    gait = solve_planar(hop(clearance=1e-2))
+    law, n = planar_step_lqr(gait), gait.robot.n_q
+    cycle = assess_planar(gait, law)
+    y = np.array([*cycle.state.values()])
+    section = first_section(gait, law, y)
+    for size in (1e-6, 3e-6):
+        start = section.correct(y + cycle.basis @ np.full(cycle.basis.shape[1], size))
+        rollout = simulate_planar(
+            gait.robot, start[:n], start[n:], gait.motion.parameters, torque=law, duration=2 * gait.period
+        )
+        assert rollout.stop.key == "duration_done"
+
+
+def test_a_least_impulse_keeps_the_trailing_foot_loaded():
+    free, loaded = (
+        solve_planar(drag().replace(limits=limits)) for limits in (PlanarLimits(torque={"ankle A": 0}), DRAG)
+    )
+    trailing = [gait.motion.events[-1].impulse[1, 1] for gait in (free, loaded)]
+    assert trailing == [pytest.approx(0, abs=1e-6), pytest.approx(0.05, abs=1e-6)]
+    with pytest.raises(InputError, match=r"impulse must be at least 0 N s, got -1"):
+        PlanarLimits(impulse=-1)
+
+
 def test_zero_gains_are_the_feedforward_torques():
     gait = solve_planar(walk())
     open_loop, zero = assess_planar(gait), assess_planar(gait, planar_joint_pd(gait))

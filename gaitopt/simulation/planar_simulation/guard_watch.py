@@ -170,7 +170,7 @@ def _find_fall(guard: Callable[[float], float], span: tuple[float, float], zero:
     for _ in range(MAX_HALVINGS):
         positive = (span[0] + positive) / 2
         value = guard(positive)
-        if value > zero:
+        if value > 0:
             return find_root(guard, (positive, negative))
         if value < 0:
             negative = positive
