@@ -83,6 +83,10 @@ class Stop(Enum):
     INCONSISTENT = (
         "No contact modes and forces satisfy the friction law here; the simulation of rigid bodies ends there."
     )
+    MUST_SLIP = (
+        "A foot on ground of infinite friction would have to slip: its normal force vanishes but not its tangential "
+        "force, and it cannot leave the ground. Use a finite coefficient of friction."
+    )
     AMBIGUOUS = "Several motions satisfy the friction law here; the simulation ends there."
     JAM = "The sliding contacts jam: their forces are not determined together; the simulation ends there."
 

@@ -9,10 +9,11 @@ import numpy as np
 from gaitopt.cli.script import Script
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.stability.walk_problem import WalkProblem
 
-Problem = GaitProblem | WalkProblem
+Problem = GaitProblem | PlanarProblem | WalkProblem
 
 
 def grid(over: Sequence[str], most: int) -> dict[str, Array]:
@@ -115,7 +116,7 @@ def _has(problem: Problem, name: str) -> bool:
     """Return whether a problem has a quantity that can be an axis."""
     from gaitopt.study.sweeps.sweep_grid import FIELDS
 
-    return name in problem.parameters or (isinstance(problem, GaitProblem) and name in FIELDS)
+    return name in problem.parameters or (isinstance(problem, GaitProblem | PlanarProblem) and name in FIELDS)
 
 
 def _number(script: Script, problem: Problem, name: str) -> float:
@@ -128,10 +129,11 @@ def _number(script: Script, problem: Problem, name: str) -> float:
 
 def _differences(one: Problem, other: Problem) -> set[str]:
     """Return the names of what differs between two problems."""
+    optimal = GaitProblem | PlanarProblem
     first, second = (
-        problem.describe() if isinstance(problem, GaitProblem) else dict(problem.parameters) for problem in (one, other)
+        problem.describe() if isinstance(problem, optimal) else dict(problem.parameters) for problem in (one, other)
     )
-    return {key for key in first if first[key] != second[key]} - {"name", "script"}
+    return {key for key in first if first[key] != second[key]} - {"name", "script", "events"}
 
 
 def _read(text: str) -> tuple[str, list[float], int]:

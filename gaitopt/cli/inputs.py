@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitopt.cli.script import any_walk_problem, load_gait, read_script, require_single_support
+from gaitopt.cli.script import load_gait, read_script, require_single_support, require_walk_problem
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -66,8 +66,8 @@ class Request:
         return self.source.suffix == ".py"
 
     @functools.cached_property
-    def problem(self) -> WalkProblem | PlanarWalkProblem:
-        """The walking problem of a script.
+    def stated(self) -> object:
+        """What the function ``problem`` of a script returns.
 
         Raises
         ------
@@ -79,11 +79,23 @@ class Request:
                 "--problem specifies the robot of a saved gait; it is not accepted for a script, which defines its "
                 "robot."
             )
+        return read_script(self.source, self.settings)()
+
+    @functools.cached_property
+    def problem(self) -> WalkProblem | PlanarWalkProblem:
+        """The walking problem of a script.
+
+        Raises
+        ------
+        InputError
+            If an option does not apply to a script, or the script is invalid.
+        """
+        stated = self.stated
         if self.feedback is not None:
             raise InputError(
                 "--law is accepted for a saved gait only; the law of a walking problem is defined in its script."
             )
-        return any_walk_problem(read_script(self.source, self.settings))
+        return require_walk_problem(stated, read_script(self.source, self.settings))
 
 
 def read_input(request: Request, starts: int, *, steps: int = 1, first: bool = False) -> CommandInput:

@@ -11,11 +11,41 @@ from gaitopt.cli.walk_output import format_multiplier
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
+    from gaitopt.cli.inputs import Request
+    from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
 ENGINE = "scipy"
 """The engine that simulates robots with several contacts."""
+
+
+def find_planar_gaits(
+    request: "Request", starts: int, *, steps: int, law: "PlanarLawOption"
+) -> tuple["PlanarCycle", ...] | None:
+    """Return the periodic gaits of a script whose robot has several contacts; None for any other input.
+
+    The gait of an optimal-control problem is solved and assessed under a law.
+
+    Raises
+    ------
+    InputError
+        If an option does not apply to the script, or no gait is found.
+    """
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.ocp.multicontact.planar_solver import solve_planar
+    from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
+    if not request.is_script:
+        return None
+    if isinstance(request.stated, PlanarProblem):
+        _check_options(steps, request.engine)
+        gait = solve_planar(request.stated).require()
+        return (assess_planar(gait, law.make(gait)),)
+    if isinstance(request.stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
+        return search_planar(request.problem, starts, steps=steps, engine=request.engine)
+    return None
 
 
 def search_planar(problem: "PlanarWalkProblem", starts: int, *, steps: int, engine: str) -> tuple["PlanarCycle", ...]:
@@ -26,12 +56,17 @@ def search_planar(problem: "PlanarWalkProblem", starts: int, *, steps: int, engi
     InputError
         If the period has several steps, or the engine does not simulate such robots.
     """
+    _check_options(steps, engine)
+    cycles = itertools.islice(problem.search(starts), starts)
+    return tuple(sorted(cycles, key=lambda cycle: cycle.radius))
+
+
+def _check_options(steps: int, engine: str) -> None:
+    """Raise InputError if the options of a command are not those of robots with several contacts."""
     if steps > 1:
         raise InputError(f"--steps must be 1 for a robot with several contacts, got {steps}.")
     if engine not in ("auto", ENGINE):
         raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
-    cycles = itertools.islice(problem.search(starts), starts)
-    return tuple(sorted(cycles, key=lambda cycle: cycle.radius))
 
 
 def report_planar_cycles(cycles: tuple["PlanarCycle", ...], *, json: bool) -> None:

@@ -164,7 +164,8 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
     """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
     if isinstance(problem, PlanarProblem):
         raise InputError(
-            f"{script.path} has a robot with several contacts; 'gaitopt solve' and 'gaitopt impact' accept it."
+            f"{script.path} has a robot with several contacts; 'gaitopt solve', 'gaitopt stability' and 'gaitopt "
+            "impact' accept it."
         )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
@@ -191,7 +192,11 @@ def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path)
 
 def any_walk_problem(script: Script) -> WalkProblem | PlanarWalkProblem:
     """Return the walking problem a script states, of a robot with any contacts; errors as :func:`gait_problem`."""
-    problem = script()
+    return require_walk_problem(script(), script)
+
+
+def require_walk_problem(problem: object, script: Script) -> WalkProblem | PlanarWalkProblem:
+    """Return the walking problem that a script has returned; errors as :func:`gait_problem`."""
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
         raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")

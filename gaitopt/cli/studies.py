@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -33,6 +34,7 @@ from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     from gaitopt.motion.motion import Array
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
 MOST_POINTS = 100_000
@@ -63,11 +65,11 @@ def search(
 
     Example: gaitopt search problems/compass_slip.py --max-phases 2 -o sequences
     """
-    from gaitopt.cli.script import build_problem, load_script
+    from gaitopt.cli.script import load_script, optimal_problem, read_script
     from gaitopt.cli.study_output import print_ranking
     from gaitopt.study.sequence_search.search import search as search_sequences
 
-    began, problem = time.perf_counter(), build_problem(script, setting)
+    began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
     with (
         worker_options(workers, scheduler) as team,
         show_progress("optimisations", hidden=json, counted=True) as display,
@@ -120,7 +122,7 @@ def sweep(
         table = sweep_problem(
             problem,
             axes,
-            sequences=[sequence.strip() for text in sequences or [] for sequence in text.split(",")] or None,
+            sequences=[sequence for text in sequences or [] for sequence in split_sequences(text)] or None,
             starts=starts,
             execution=team.execution(display.count, functools.partial(load_script, script.resolve())),
             path=output,
@@ -133,15 +135,30 @@ def sweep(
     _exit(bool(table.attrs["complete"]), bool((table.status == "solved").any()))
 
 
+def split_sequences(text: str) -> list[str]:
+    """Return the contact sequences of a list with commas; a comma between contacts of one phase does not separate.
+
+    Examples
+    --------
+    >>> split_sequences("stick | stick, slip+ | slip+")
+    ['stick | stick', 'slip+ | slip+']
+    >>> split_sequences("foot A slip+, foot B stick > foot B stick |, foot A stick |")
+    ['foot A slip+, foot B stick > foot B stick |', 'foot A stick |']
+    """
+    names_contacts = re.search(r"[>|\]]\s*(,|$)", text)
+    separator = r"(?<=[>|\]])\s*," if names_contacts else ","
+    return [part.strip() for part in re.split(separator, text)]
+
+
 def _sweep_inputs(
     path: Path, setting: list[str] | None, over: list[str], *, hidden: bool
-) -> tuple["GaitProblem", dict[str, "Array"]]:
+) -> tuple["GaitProblem | PlanarProblem", dict[str, "Array"]]:
     """Return the problem of a sweep and its axes in SI units."""
     from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
-    from gaitopt.cli.script import gait_problem, read_script
+    from gaitopt.cli.script import optimal_problem, read_script
 
     script = read_script(path, setting)
-    problem = gait_problem(script)
+    problem = optimal_problem(script)
     axes = convert_axes(script, problem, grid(over, MOST_POINTS))
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:

@@ -1,5 +1,6 @@
 """Output of the commands on studies."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,8 +10,9 @@ from rich.text import Text
 
 from gaitopt.cli.output import out
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.study.comparison import Comparison
-from gaitopt.study.sequence_search.ranking import Ranking, ranking_cost
+from gaitopt.study.sequence_search.ranking import Ranking, phase_durations, ranking_cost
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +33,7 @@ def print_ranking(ranking: Ranking) -> None:
         out.print(unranked)
 
 
-def _ranked_gaits(gaits: list[Gait]) -> Table:
+def _ranked_gaits(gaits: Sequence[Gait | PlanarGait]) -> Table:
     """Return the table of ranked gaits; the second column is the number they are ranked by."""
     cost, unit = gaits[0].problem["objective"], gaits[0].problem.get("objective_unit", "")
     header = "cost of transport" if cost == "cost_of_transport" else cost
@@ -47,7 +49,7 @@ def _ranked_gaits(gaits: list[Gait]) -> Table:
     lowest = ranking_cost(gaits[0])
     for gait in gaits:
         value = ranking_cost(gait)
-        phases = ", ".join(f"{part.mode.value} {1e3 * part.duration:.1f}" for part in gait.motion.segments)
+        phases = ", ".join(f"{mode} {1e3 * duration:.1f}" for mode, duration in phase_durations(gait))
         error = "" if gait.verification is None else f"state within {gait.verification.state_error:.0e}"
         shown.add_row(str(gait.sequence), f"{value:.6f}", f"{100 * (value / lowest - 1):.2f} %", phases, error)
     return shown

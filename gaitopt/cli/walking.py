@@ -49,28 +49,27 @@ def stability(
 ) -> None:
     """Find the periodic gaits of a walker, or take a saved gait, and compute their exact multipliers.
 
-    A saved gait is assessed in open loop, with its torques replayed, or under the given feedback law.
+    A saved gait is assessed in open loop, with its torques replayed, or under the given feedback law; so is the gait
+    of a script that optimises a robot with several contacts.
 
     Exit status 0 if a gait was found (stable or not), 1 if none was.
 
     Example: gaitopt stability problems/compass_passive.py --set friction=0.14 --steps 2
     """
     from gaitopt.cli.inputs import Request, read_input
-    from gaitopt.cli.planar_walks import report_planar_cycles, search_planar
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.cli.planar_walks import find_planar_gaits, report_planar_cycles
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.cycle_summary import summarise_cycle
-    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("searching for periodic gaits", hidden=json):
-        if request.is_script and isinstance(request.problem, PlanarWalkProblem):
-            cycles = search_planar(request.problem, starts, steps=steps, engine=engine)
-            subject = None
-        else:
-            subject = read_input(request, starts, steps=steps)
+        option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
+        cycles = find_planar_gaits(request, starts, steps=steps, law=option)
+        subject = read_input(request, starts, steps=steps) if cycles is None else None
     if subject is None:
-        report_planar_cycles(cycles, json=json)
+        report_planar_cycles(cycles or (), json=json)
         raise typer.Exit(0 if cycles else 1)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})

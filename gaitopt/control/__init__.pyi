@@ -4,6 +4,10 @@ from gaitopt.control.law import Law as Law
 from gaitopt.control.law import feedforward as feedforward
 from gaitopt.control.law import passive as passive
 from gaitopt.control.phase_variable import by_stance_angle as by_stance_angle
+from gaitopt.control.planar_laws.planar_feedback import planar_feedforward as planar_feedforward
+from gaitopt.control.planar_laws.planar_feedback import planar_joint_pd as planar_joint_pd
+from gaitopt.control.planar_laws.planar_feedback import planar_step_to_step as planar_step_to_step
+from gaitopt.control.planar_laws.planar_law import PlanarLaw as PlanarLaw
 from gaitopt.control.push_off import push_off as push_off
 from gaitopt.control.signature import control_function as control_function
 from gaitopt.control.signature import law_inputs as law_inputs

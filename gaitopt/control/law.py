@@ -16,6 +16,7 @@ import numpy as np
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturate_control, torque_function
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, check_motion
 from gaitopt.parameters import Parameter, check_type
@@ -162,7 +163,7 @@ class Law:
         return replace(self, table=table)
 
 
-def passive(robot: Robot) -> Law:
+def passive(robot: Robot | PlanarRobot) -> Law:
     """Return the law with zero torque.
 
     Examples

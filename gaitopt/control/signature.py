@@ -13,6 +13,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 
 INPUTS = ("clock", "q", "v", "latched", "slide", "data")
@@ -43,7 +44,7 @@ class LawInputs(NamedTuple):
     data: ca.SX
 
 
-def law_inputs(robot: Robot, *, data: int = 0, latched: int = 0) -> LawInputs:
+def law_inputs(robot: Robot | PlanarRobot, *, data: int = 0, latched: int = 0) -> LawInputs:
     """Return new symbols for a law of a robot with `data` rows in its table and `latched` values.
 
     Examples
@@ -91,7 +92,9 @@ def control_function(
     return ca.Function("control", [*inputs], outputs, [*INPUTS], [*OUTPUTS])
 
 
-def torque_function(robot: Robot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> ca.Function:
+def torque_function(
+    robot: Robot | PlanarRobot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]
+) -> ca.Function:
     """Return the Function of a law without memory from its torque in terms of clock, q and v.
 
     Examples

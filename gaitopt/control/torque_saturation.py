@@ -15,6 +15,7 @@ import numpy as np
 from gaitopt.control.law import Law
 from gaitopt.control.signature import LawInputs, control_function, inputs_of, rewrite_memory
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import Parameter
@@ -23,7 +24,7 @@ UNLIMITED = 1e9
 """Limit [N m] of an unlimited actuator of a robot with other, limited actuators."""
 
 
-def torque_limits(robot: Robot, limits: float | Mapping[str, float]) -> Array:
+def torque_limits(robot: Robot | PlanarRobot, limits: float | Mapping[str, float]) -> Array:
     """Return the limit of each actuator [N m], shape (n_u,); empty if none is limited.
 
     Raises

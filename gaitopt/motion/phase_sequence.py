@@ -169,6 +169,16 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
                 changes.append(f"{name} {new.value}")
         return tuple(changes)
 
+    def describe_phases(self) -> tuple[str, ...]:
+        """Return the closed contacts and their modes in each phase, as in the text of the sequence.
+
+        Examples
+        --------
+        >>> PhaseSequence.parse("foot stick > flight |").describe_phases()
+        ('foot stick', 'flight')
+        """
+        return tuple(_text_of(modes) for modes in self.phases)
+
     def __str__(self) -> str:
         return " ".join(f"{_text_of(modes)} {event}" for modes, event in zip(self.phases, self.events, strict=True))
 

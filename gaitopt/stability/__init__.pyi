@@ -5,6 +5,7 @@ from gaitopt.stability.cycle_search import find_cycles as find_cycles
 from gaitopt.stability.cycle_summary import summarise_cycle as summarise_cycle
 from gaitopt.stability.gain_sensitivity import GainSensitivity as GainSensitivity
 from gaitopt.stability.gain_sensitivity import gain_sensitivity as gain_sensitivity
+from gaitopt.stability.planar_gaits.planar_assessment import assess_planar as assess_planar
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle as PlanarCycle
 from gaitopt.stability.planar_gaits.planar_cycle import find_planar_cycle as find_planar_cycle
 from gaitopt.stability.planar_gaits.planar_cycle_summary import summarise_planar_cycle as summarise_planar_cycle

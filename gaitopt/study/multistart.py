@@ -12,6 +12,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
@@ -118,7 +119,7 @@ def solve_coarse(problem: GaitProblem, starts: Sequence[Gait | Guess]) -> list[G
     return sorted(solved, key=objective) if solved else [best(failed)]
 
 
-def objective(gait: Gait) -> float:
+def objective(gait: Gait | PlanarGait) -> float:
     """Return the minimised objective of a gait; infinite unless it is a solution."""
     return rank_of(gait.solver.objective) if gait.status.ok else math.inf
 

@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app
+from gaitopt.errors import InputError
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
 KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_feet"))
@@ -101,3 +102,40 @@ def test_what_these_robots_do_not_support_is_said(arguments, message):
 
 def test_no_gait_is_exit_status_1():
     assert run("stability", HOPPER, "--set", "thrust=0", "--starts", 1).exit_code == 1
+
+
+def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
+    monopod = ("problems/monopod.py", "--set", "clearance=0.01")
+    (open_loop,), (controlled,) = gaits_of(*monopod), gaits_of(*monopod, "--law", "step-lqr")
+    assert open_loop["radius"] > 3
+    assert controlled["radius"] < 0.5
+    assert set(open_loop) == set(controlled)
+    assert controlled["forces"]["foot"]["largest_normal"] > 100
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--law", "lqr"), "There is no feedback law 'lqr' for a robot with several contacts"),
+        (("--stance-angle",), "--stance-angle is not accepted"),
+        (("--gain", "hip_stiffness=1"), "has no gains and no torque limit to set"),
+        (("--law", "joint-pd", "--gain", "knee_stiffness=1"), "has no gain 'knee_stiffness'"),
+        (("--steps", 2), "--steps must be 1"),
+    ],
+)
+def test_wrong_options_of_an_optimal_gait_get_a_sentence(options, message):
+    error = run("stability", "problems/monopod.py", *options).exception
+    assert isinstance(error, InputError)
+    assert message in str(error)
+
+
+def test_a_sweep_of_a_robot_with_several_contacts_is_a_command(tmp_path):
+    script = "problems/compass_double_support.py"
+    settings = ("--set", "sequence=foot A stick |", "--set", "single_intervals=8", "--set", "step_length=0.4")
+    result = run(
+        "sweep", script, "--over", "friction=0.5,0.9", *settings, "-o", tmp_path / "a.nc", "--starts", 1, "--json"
+    )
+    assert result.exit_code == 0, result.output
+    facts = json.loads(result.stdout)
+    assert [point["status"] for point in facts["points"]] == ["solved", "solved"]
+    assert facts["points"][0]["verified"]

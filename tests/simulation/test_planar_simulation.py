@@ -258,7 +258,7 @@ def test_named_stops():
     fall = simulate_planar(monopod(), [0, 0, 0, np.pi / 2, 0.5], np.zeros(5), {})
     assert (fall.stop, fall.motion.segments) == (Stop.FELL, ())
     lift = simulate_planar(COMPASS, *compass_state(-0.2, (2.0, 1.0)), {}, duration=2.0)
-    assert lift.stop is Stop.INCONSISTENT  # infinite friction pulls at the foot that lifts off
+    assert lift.stop is Stop.MUST_SLIP  # infinite friction pulls at the foot that lifts off
 
 
 def test_an_actuator_works_and_the_energy_closes():

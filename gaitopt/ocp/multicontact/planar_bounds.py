@@ -149,7 +149,7 @@ def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProbl
     weight = weight_of(problem)
     for phase in transcription.phases:
         _bound_forces(transcription, phase, problem.margins.normal_force * weight, lower, upper)
-        _bound_impulses(transcription, phase, lower)
+        _bound_impulses(transcription, phase, problem.limits.impulse, lower)
     return lower, upper
 
 
@@ -181,14 +181,15 @@ def _fractions(transcription: PlanarTranscription) -> list[float]:
     return [float(fraction) for fraction in transcription.structure.scheme.fractions[:-1]]
 
 
-def _bound_impulses(transcription: PlanarTranscription, phase: GridPhase, lower: Array) -> None:
-    """Bound the normal impulses from below, except those of latched stops."""
+def _bound_impulses(transcription: PlanarTranscription, phase: GridPhase, least: float, lower: Array) -> None:
+    """Bound the normal impulses from below, except those of latched stops; `least` holds for the feet [N s]."""
     if phase.outcome is None:
         return
     column = transcription.variables[Unknown.IMPULSE, phase.number][:, 0]
     for k, i in enumerate(impact_contacts(phase)):
         if phase.outcome[i] is not Mode.LATCHED:
-            lower[column[k]] = 0.0
+            foot = transcription.structure.robot.contacts[i].kind != "stop"
+            lower[column[k]] = least if foot else 0.0
 
 
 def weight_of(problem: PlanarProblem) -> float:

@@ -29,6 +29,9 @@ class PlanarLimits:
         Least gap of open contacts, decreasing to zero within a quarter of the phase towards lift-off and touchdown.
         Contacts that swing through the ground, with a condition under which they close, have none.  With zero, a foot
         may follow the ground, and the replay then has further touchdowns.
+    impulse : float [N s]
+        Least normal impulse of each contact that an impact leaves closed.  Optimal landings in double support have a
+        trailing foot without impulse; a return map is not smooth there.
 
     Examples
     --------
@@ -43,6 +46,7 @@ class PlanarLimits:
     longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))
     height: Mapping[str, float] = field(factory=dict)
     clearance: float = field(default=1e-3, converter=as_float, validator=number_within("m", lower=0.0))
+    impulse: float = field(default=0.0, converter=as_float, validator=number_within("N s", lower=0.0))
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator, in order; raise InputError for an invalid limit or name."""

@@ -179,7 +179,10 @@ def _impulses(transcription: PlanarTranscription, phase: GridPhase, x: Array, p:
 
 
 def error_between_nodes(transcription: PlanarTranscription, values: dict[str, float], x: Array) -> float:
-    """Return the largest difference of a state at the end of an interval from its integration over this interval."""
+    """Return the largest difference of a state at the end of an interval from its integration over this interval.
+
+    Infinite where the equations of motion have no unique solution.
+    """
     robot, error = transcription.structure.robot, 0.0
     p, builder = robot.vector(values), transcription.builder
     finite = np.where(np.isinf(p), 1.0, p)
@@ -190,7 +193,10 @@ def error_between_nodes(transcription: PlanarTranscription, values: dict[str, fl
         step = _build_step(phase.system).map(phase.count)
         for k in range(STEPS):
             ends = [u[:, :-1] + part / STEPS * (u[:, 1:] - u[:, :-1]) for part in (k, k + 1)]
-            reached = np.array(step(reached, *ends, h / STEPS, finite))
+            try:
+                reached = np.array(step(reached, *ends, h / STEPS, finite))
+            except RuntimeError:  # the linear system of CasADi is singular
+                return float("inf")
         error = worst(error, np.abs(reached - y[:, 1:]))
     return error
 

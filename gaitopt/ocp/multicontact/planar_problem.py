@@ -155,6 +155,7 @@ class PlanarProblem:
             "rate_limit": limits.rate,
             "shortest_phase": limits.shortest_phase,
             "longest_step": limits.longest_step,
+            "least_impulse": limits.impulse,
             "margins": plain_fields(self.margins),
             "guess": self.guess.describe(),
             "transcription": self.transcription.name,

@@ -1,6 +1,6 @@
 """Resolution of the events of a planar robot: impact, released stops, switched springs, and the modes that follow."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.planar_simulation.contact_resolution import ContactResolution
 from gaitopt.simulation.planar_simulation.guard_watch import JAMS, ZERO
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.planar_torque import TorqueSource
 from gaitopt.status import Stop
 
 REST_NORMAL = 1e-5
@@ -39,14 +40,11 @@ class EventResolution:
     robot : PlanarRobot
     values : mapping of str to float
         All parameters by name.
-    torque_at : callable
-        (t, q, v) -> u.
+    torque : TorqueSource
     """
 
-    def __init__(
-        self, robot: PlanarRobot, values: Mapping[str, float], torque_at: Callable[[float, Array, Array], Array]
-    ) -> None:
-        self.robot, self._values, self._torque = robot, dict(values), torque_at
+    def __init__(self, robot: PlanarRobot, values: Mapping[str, float], torque: TorqueSource) -> None:
+        self.robot, self._values, self._source = robot, dict(values), torque
         self._resolutions: dict[tuple[bool, ...], ContactResolution] = {}
 
     def contacts(self, extended: tuple[bool, ...]) -> ContactResolution:
@@ -59,8 +57,7 @@ class EventResolution:
         self, state: PlanarState, closed: list[int], latched: frozenset[int], ended: Mapping[str, Mode]
     ) -> PlanarState | Stop:
         """Return a state with the modes of its closed contacts, or the reason why they are not determined."""
-        u = self._torque(state.time, state.q, state.v)
-        choice = self.contacts(state.extended).modes(state.q, state.v, u, closed, latched, ended)
+        choice = self.contacts(state.extended).modes(state.q, state.v, self._torque(state), closed, latched, ended)
         if choice.status is not Determinacy.UNIQUE:
             return UNDETERMINED[choice.status]
         return replace(state, contacts=self._state_of(choice.chosen))
@@ -84,9 +81,11 @@ class EventResolution:
         if closing:
             outcome = self.contacts(before.extended).impact(q, v, touching, latched)
             if outcome.status is not Determinacy.UNIQUE:
-                return UNDETERMINED[outcome.status]
+                return self._name_stop(UNDETERMINED[outcome.status])
             v_plus, touching = self._close_slow(state, outcome, touching)
-            state = replace(state, v=v_plus)
+            names = [robot.contact_names[i] for i in closing]
+            memory = self._source.pass_impact(state.memory, names, state.time, q, v_plus)
+            state = replace(state, v=v_plus, memory=memory)
         was_closed = {*before.closed, *closing}
         if kind.name == "opens" and not closing and self._leaves(state, kind.number, latched):
             touching.remove(kind.number)
@@ -94,10 +93,18 @@ class EventResolution:
             replace(state, extended=extended), touching, latched, self._find_ending_modes(kind, before), was_closed
         )
         if isinstance(after, Stop):
-            return after
+            return self._name_stop(after)
         if not closing and after.contacts == before.contacts and after.extended == before.extended:
-            return Stop.INCONSISTENT  # the present modes end, and no others satisfy the friction law
+            return self._name_stop(Stop.INCONSISTENT)  # the present modes end, and no others satisfy the friction law
         return after, self._event(before, after, v, closing, outcome)
+
+    def _name_stop(self, stop: Stop) -> Stop:
+        """Return the reason of a stop.
+
+        For any finite coefficient of friction a foot slips before its normal force vanishes, if a tangential force
+        remains.  In the limit of infinite friction it slips without normal force, which a foot that never slips cannot.
+        """
+        return Stop.MUST_SLIP if stop is Stop.INCONSISTENT and np.isinf(self._values["friction"]) else stop
 
     def _leaves(self, state: PlanarState, contact: int, latched: frozenset[int]) -> bool:
         """Return whether a contact without force leaves: without it, its gap has no acceleration towards the ground.
@@ -105,8 +112,7 @@ class EventResolution:
         The choice among all modes is not determined by rounded forces if the friction cone has shrunk to a point.
         """
         resolution, others = self.contacts(state.extended), [i for i in state.closed if i != contact]
-        u = self._torque(state.time, state.q, state.v)
-        choice = resolution.modes(state.q, state.v, u, others, latched - {contact}, {})
+        choice = resolution.modes(state.q, state.v, self._torque(state), others, latched - {contact}, {})
         if choice.status is not Determinacy.UNIQUE:
             return False
         parts = resolution.kinematics(state.q, state.v)
@@ -201,6 +207,9 @@ class EventResolution:
                 names.append(f"{name} {new.value}")
         switches = zip(self.robot.switches, before.extended, after.extended, strict=True)
         return (*names, *(f"{name} extends" for name, old, new in switches if new and not old))
+
+    def _torque(self, state: PlanarState) -> Array:
+        return self._source.phase_torque(state.memory).value(state.time, state.q, state.v)
 
     def _kinetic(self, state: PlanarState, v: Array) -> float:
         return float(self.robot.energy(state.q, v, self.robot.vector(self._values))[0])

@@ -119,7 +119,8 @@ class GuardWatch:
             return t, y
         number, rates = phase.equations.guards.index(event.kind), phase.rates(t, y)
         gradient, drift = phase.guard_slope(t, y, number)
-        rate = gradient @ rates[: gradient.size] + drift
+        n = 2 * phase.n_q
+        rate = gradient[:n] @ rates[:n] + drift
         shift = -phase.guards(t, y)[number] / rate if rate else 0.0
         return (t + shift, y + shift * rates) if abs(shift) <= LARGEST_SHIFT * (1 + t) else (t, y)
 
@@ -169,7 +170,7 @@ def _find_fall(guard: Callable[[float], float], span: tuple[float, float], zero:
     for _ in range(MAX_HALVINGS):
         positive = (span[0] + positive) / 2
         value = guard(positive)
-        if value > zero:
+        if value > 0:
             return find_root(guard, (positive, negative))
         if value < 0:
             negative = positive

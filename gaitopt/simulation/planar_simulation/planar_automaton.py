@@ -1,23 +1,24 @@
 """The hybrid automaton of a planar robot: smooth phases in one contact state, and the events between them."""
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.planar_robot import PlanarRobot
-from gaitopt.model.planar.torque_function import check_torque, passive_torque
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
 from gaitopt.simulation.planar_simulation.planar_phase import ABSOLUTE, RELATIVE, PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.planar_torque import LawState, make_torque
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
@@ -39,22 +40,22 @@ class PlanarAutomaton:
     robot : PlanarRobot
     values : mapping of str to float
         All parameters by name.
-    torque : Function, optional
-        (t, q, v) -> u; by default zero.
+    torque : Function or PlanarLaw, optional
+        (t, q, v) -> u, or a law; by default zero.
 
     Raises
     ------
     InputError
-        If the torque has other inputs or outputs.
+        If the torque has other inputs or outputs, or the law belongs to another robot.
     """
 
-    def __init__(self, robot: PlanarRobot, values: Mapping[str, float], torque: ca.Function | None = None) -> None:
+    def __init__(
+        self, robot: PlanarRobot, values: Mapping[str, float], torque: ca.Function | PlanarLaw | None = None
+    ) -> None:
         self.robot, self.values = robot, dict(values)
-        self.torque = torque or passive_torque(robot)
-        check_torque(robot, self.torque)
-        self._phases: dict[tuple[ContactState, tuple[bool, ...]], PlanarPhase] = {}
-        call = FastCall(self.torque)
-        self.events = EventResolution(robot, values, lambda t, q, v: call(t, q, v)[0])
+        self.torque = make_torque(robot, torque)
+        self._phases: dict[tuple[ContactState, tuple[bool, ...], LawState | None], PlanarPhase] = {}
+        self.events = EventResolution(robot, values, self.torque)
         self.weight = float(robot.mass(robot.vector(values))) * values["gravity"]
 
     def p(self, extended: tuple[bool, ...]) -> Array:
@@ -63,9 +64,10 @@ class PlanarAutomaton:
 
     def phase(self, state: PlanarState) -> PlanarPhase:
         """Return the equations of the contact state of a state."""
-        key = state.contacts, state.extended
+        key = state.contacts, state.extended, state.memory
         if key not in self._phases:
-            self._phases[key] = PlanarPhase(self.robot, state.contacts, self.p(state.extended), self.torque)
+            torque = self.torque.phase_torque(state.memory)
+            self._phases[key] = PlanarPhase(self.robot, state.contacts, self.p(state.extended), torque)
         return self._phases[key]
 
     def begin(self, q: Array, v: Array, *, latched: tuple[str, ...] | None = None) -> PlanarState | Stop:
@@ -94,7 +96,7 @@ class PlanarAutomaton:
         else:
             fixed = frozenset(robot.contact_index(name) for name in latched)
         free = ContactState(tuple((name, Mode.FREE) for name in robot.contact_names))
-        state = PlanarState(0.0, q, v, free, extended)
+        state = PlanarState(0.0, q, v, free, extended, self.torque.start(0.0, q, v))
         return self.events.choose(state, sorted({*closed, *fixed}), fixed, {})
 
     def well_posedness(self, state: PlanarState) -> Callable[[Array], bool] | None:
@@ -106,13 +108,25 @@ class PlanarAutomaton:
 
     def flow(self, state: PlanarState, until: float) -> PlanarArc:
         """Integrate a contact state until a guard falls through zero or the time limit."""
+        arc = self._integrate(state, until)
+        self.phase(state).source.hold_piece(None)
+        return arc
+
+    def restart(self, state: PlanarState) -> PlanarState:
+        """Return a state at the beginning of a period, with the law's memory of it."""
+        return replace(state, memory=self.torque.start(state.time, state.q, state.v))
+
+    def _integrate(self, state: PlanarState, until: float) -> PlanarArc:
+        """Integrate a contact state, with a restart at the corners of the torque and wherever the constraints drift."""
         phase = self.phase(state)
         anchors = phase.anchors(state.y)
         y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
         watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
         times, states, short = [state.time], [y], 0
         while times[-1] < until:
-            integrator = DOP853(phase.rates, times[-1], states[-1], until, rtol=RELATIVE, atol=ABSOLUTE)
+            corner = min(until, phase.source.next_corner(times[-1]))
+            phase.source.hold_piece((times[-1], corner))
+            integrator = DOP853(phase.rates, times[-1], states[-1], corner, rtol=RELATIVE, atol=ABSOLUTE)
             for event in _follow(integrator, watch, times, states):
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)

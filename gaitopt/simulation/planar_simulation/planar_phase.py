@@ -1,6 +1,5 @@
 """Numerical equations of a planar robot in one contact state: flow, guards, forces and constraints."""
 
-import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.linalg.lapack import dgesv
@@ -9,8 +8,8 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
-from gaitopt.model.planar.torque_function import torque_slope
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.planar_simulation.planar_torque import PhaseTorque, TorqueSlope
 
 RELATIVE, ABSOLUTE = 1e-13, 1e-15
 """Tolerances of the integration."""
@@ -28,19 +27,16 @@ class PlanarPhase:
     state : ContactState
     p : (n_p,) array
         Parameters and switches.
-    torque : Function
-        (t, q, v) -> u.
+    torque : PhaseTorque
     """
 
-    def __init__(self, robot: PlanarRobot, state: ContactState, p: Array, torque: ca.Function) -> None:
+    def __init__(self, robot: PlanarRobot, state: ContactState, p: Array, torque: PhaseTorque) -> None:
         infinite = bool(np.isinf(p[robot.index("friction")]))
         self.robot, self.state, self.p = robot, state, p
         self.equations: PhaseSystem = make_phase_system(robot, state, infinite)
         self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
         self.n_works = robot.n_u + len(robot.contacts) + 1
-        self._torque = FastCall(torque)
-        slope = torque_slope(torque)
-        self._torque_slope = None if slope is None else FastCall(slope)
+        self.source = torque
         self._system_slope = FastCall(self.equations.system_slope, p)
         self._guard_slope = FastCall(self.equations.guard_slope, p)
         self._system = FastCall(self.equations.system, p)
@@ -51,7 +47,7 @@ class PlanarPhase:
 
     def torque(self, t: float, y: Array) -> Array:
         """Return the torque, shape (n_u,)."""
-        return self._torque(t, y[: self.n_q], y[self.n_q : 2 * self.n_q])[0]
+        return self.source.value(t, y[: self.n_q], y[self.n_q : 2 * self.n_q])
 
     def solve(self, t: float, y: Array) -> tuple[Array, Array]:
         """Return the torque u (n_u,) and the unknowns z (n_z,): accelerations and forces."""
@@ -97,40 +93,32 @@ class PlanarPhase:
         return integrator.y if integrator.status == "finished" else np.full(size, np.nan)
 
     def slope(self, t: float, y: Array) -> tuple[Array, Array]:
-        """Return the derivatives of (v, a) by the state (q, v), shape (2 n_q, 2 n_q), and by time, shape (2 n_q,)."""
+        """Return the derivatives of (v, a) by (q, v, latched), shape (2 n_q, 2 n_q + n_l), and by time, (2 n_q,)."""
         n = self.n_q
         by_state, by_time, _, _ = self._derivatives(t, y)
-        return np.vstack([np.eye(n, 2 * n, n), by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
+        rates = np.eye(n, by_state.shape[1], n)
+        return np.vstack([rates, by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
 
     def guard_slope(self, t: float, y: Array, guard: int) -> tuple[Array, float]:
-        """Return the derivatives of a guard by the state (q, v), shape (2 n_q,), and by time."""
+        """Return the derivatives of a guard by (q, v, latched), shape (2 n_q + n_l,), and by time."""
         n_g = len(self.equations.guards)
         by_state, by_time, torque, inputs = self._derivatives(t, y)
         slopes = self._guard_slope(*inputs)
         by_y, by_u, by_z = (part.reshape(-1, n_g)[:, guard] for part in slopes)
-        return by_y + torque[0].T @ by_u + by_state.T @ by_z, float(torque[1] @ by_u + by_time @ by_z)
+        direct = np.concatenate([by_y + torque.by_state.T @ by_u, torque.by_latched.T @ by_u])
+        return direct + by_state.T @ by_z, float(torque.by_time @ by_u + by_time @ by_z)
 
-    def _derivatives(
-        self, t: float, y: Array
-    ) -> tuple[Array, Array, tuple[Array, Array], tuple[Array, Array, Array, Array]]:
-        """Return the derivatives of z by the state and by time, those of the torque, and (q, v, u, z)."""
+    def _derivatives(self, t: float, y: Array) -> tuple[Array, Array, TorqueSlope, tuple[Array, Array, Array, Array]]:
+        """Return the derivatives of z by (q, v, latched) and by time, those of the torque, and (q, v, u, z)."""
         n = self.n_q
         u, z = self.solve(t, y)
         inputs = y[:n], y[n : 2 * n], u.copy(), z
         by_y, by_u = (part.reshape(-1, self.n_z).T for part in self._system_slope(*inputs))
         matrix = self._system(*inputs[:3])[0].reshape(self.n_z, self.n_z).T
-        torque = self._torque_derivatives(t, y)
-        right = np.column_stack([by_y + by_u @ torque[0], by_u @ torque[1]])
+        torque = self.source.slope(t, y[:n], y[n : 2 * n])
+        right = np.column_stack([by_y + by_u @ torque.by_state, by_u @ torque.by_latched, by_u @ torque.by_time])
         solution = -solve_linear(matrix, right)
         return solution[:, :-1], solution[:, -1], torque, inputs
-
-    def _torque_derivatives(self, t: float, y: Array) -> tuple[Array, Array]:
-        """Return the derivatives of the torque by the state, shape (n_u, 2 n_q), and by time, shape (n_u,)."""
-        n, n_u = self.n_q, self.robot.n_u
-        if self._torque_slope is None:
-            return np.zeros((n_u, 2 * n)), np.zeros(n_u)
-        by_t, by_q, by_v = self._torque_slope(t, y[:n], y[n : 2 * n])
-        return np.vstack([by_q.reshape(n, n_u), by_v.reshape(n, n_u)]).T, by_t.copy()
 
     def sample(self, y: Array) -> tuple[tuple[float, float, float], Array]:
         """Return kinetic, potential and elastic energy [J], and the points of figures, shape (2, n_points) [m]."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -64,7 +65,7 @@ def simulate_planar(
     *,
     duration: float = 10.0,
     until: str | None = None,
-    torque: ca.Function | None = None,
+    torque: ca.Function | PlanarLaw | None = None,
     latched: tuple[str, ...] | None = None,
 ) -> PlanarRollout:
     """Simulate a planar robot; every contact is free, sticks or slips by itself.
@@ -80,8 +81,8 @@ def simulate_planar(
         Time after which the simulation ends.
     until : str, optional
         Event at which the simulation ends, such as ``"foot B closes"``.
-    torque : Function, optional
-        (t, q, v) -> u of all actuators; zero by default.
+    torque : Function or PlanarLaw, optional
+        (t, q, v) -> u of all actuators, or a law, whose clock starts here; zero by default.
     latched : tuple of str, optional
         Stops that are latched at the beginning; see :meth:`PlanarAutomaton.begin` for the default.
 

@@ -9,6 +9,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.planar_simulation.planar_torque import LawState
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +23,8 @@ class PlanarState:
     contacts : ContactState
     extended : tuple of bool
         Whether each switched spring is extended.
+    memory : LawState or None
+        Memory of the law of the torques; None for a torque without memory.
     """
 
     time: float
@@ -29,6 +32,7 @@ class PlanarState:
     v: Array
     contacts: ContactState
     extended: tuple[bool, ...] = ()
+    memory: LawState | None = None
 
     @property
     def y(self) -> Array:

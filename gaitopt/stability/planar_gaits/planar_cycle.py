@@ -1,12 +1,14 @@
 """Periodic gaits of planar robots by Newton's method with exact derivatives."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.energy import Ledger
@@ -26,6 +28,9 @@ TOLERANCE = 1e-10
 
 MAX_ITERATIONS, SMALLEST_STEP = 30, 1 / 16
 """Largest number of Newton iterations, and smallest damping."""
+
+SINGULAR = 1e-9
+"""Singular values relative to the largest that count as zero: the state is not corrected in these directions."""
 
 LONGEST, PERIODS = 20.0, 3.0
 """Longest motion from the given state to the section [s]; later ones take at most this number of its periods."""
@@ -50,6 +55,10 @@ class PlanarCycle:
         Derivative of the return map in an orthonormal basis of the section.
     multipliers : (n_z,) complex array
         Its eigenvalues, largest modulus first.
+    basis : (2 n_q, n_z) array
+        The basis of the section: a deviation z of the state (q, v) is basis @ z.
+    latched_effect : (n_z, n_l) array
+        Derivative of the return map by the latched values of the law.
     critical_friction : CriticalFriction or None
         None if a contact slips or none sticks.
     residual : float
@@ -73,6 +82,8 @@ class PlanarCycle:
     travel: float
     derivative: Array
     multipliers: NDArray[np.complex128]
+    basis: Array = field(repr=False)
+    latched_effect: Array = field(repr=False)
     critical_friction: CriticalFriction | None
     residual: float
     motion: PlanarMotion
@@ -109,7 +120,7 @@ def find_planar_cycle(
     parameters: Mapping[str, float],
     *,
     section: str,
-    torque: ca.Function | None = None,
+    torque: ca.Function | PlanarLaw | None = None,
 ) -> PlanarCycle | None:
     """Return the periodic gait to which Newton's method converges from a state, or None.
 
@@ -124,8 +135,8 @@ def find_planar_cycle(
     parameters : mapping of str to float
     section : str
         Event that ends a period by an impact, such as ``"foot B closes"``.
-    torque : Function, optional
-        (t, q, v) -> u, with the time since the section; zero by default.
+    torque : Function or PlanarLaw, optional
+        (t, q, v) -> u, with the time since the section, or a law; zero by default.
 
     Raises
     ------
@@ -141,7 +152,19 @@ def find_planar_cycle(
     """
     check_event(robot, section)
     automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
-    state = automaton.begin(np.array(q, dtype=float), np.array(v, dtype=float))
+    return find_cycle_from(automaton, np.array(q, dtype=float), np.array(v, dtype=float), section)
+
+
+def find_cycle_from(
+    automaton: PlanarAutomaton, q: Array, v: Array, section: str, *, tolerance: float = TOLERANCE
+) -> PlanarCycle | None:
+    """Return the periodic gait near a state of an automaton; see :func:`find_planar_cycle`.
+
+    If Newton's method makes no further progress, a motion whose change over the period is below the tolerance is
+    returned: a gait under torques that depend on time only may have multipliers of exactly 1, and then no isolated
+    periodic state.
+    """
+    state = automaton.begin(q, v)
     first = follow(automaton, state, duration=LONGEST, until=section)
     if first.stop is not Stop.EVENT_REACHED or first.end is None:
         raise InputError(f"The motion from this state does not reach the event {section!r}: {first.stop.hint}")
@@ -149,13 +172,11 @@ def find_planar_cycle(
     for _ in range(MAX_ITERATIONS):
         if trial is None:
             return None
-        map_section, derivative, change = _linearise(automaton, trial)
-        residual = float(np.max(np.abs(change)))
-        improved = None
-        if residual > TOLERANCE / 1e4:
-            improved = _improve(automaton, trial, (map_section, derivative, change), section)
+        linear = _linearise(automaton, trial)
+        residual = float(np.max(np.abs(linear.change)))
+        improved = _improve(automaton, trial, linear, section) if residual > TOLERANCE / 1e4 else None
         if improved is None:
-            return _cycle(automaton, trial, section, derivative, residual) if residual <= TOLERANCE else None
+            return _cycle(automaton, trial, section, linear) if residual <= tolerance else None
         trial = improved
     return None
 
@@ -173,35 +194,57 @@ def _choose_first(automaton: PlanarAutomaton, first: PlanarRollout, y: Array, se
 
 def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout | None:
     """Return one period from a state with the contacts of another one near it, or None if it does not end."""
+    state = automaton.restart(state)
     chosen = automaton.events.choose(state, state.closed, state.latched, {})
     rollout = follow(automaton, chosen, duration=longest, until=section)
     return rollout if rollout.stop is Stop.EVENT_REACHED else None
 
 
-def _linearise(automaton: PlanarAutomaton, rollout: PlanarRollout) -> tuple[PlanarSection, Array, Array]:
-    """Return the section of a period, the derivative of the return map on it, and the change of the state."""
+class _LinearPeriod(NamedTuple):
+    """A period linearised on its section.
+
+    Attributes
+    ----------
+    section : PlanarSection
+    basis : (2 n_q, n_z) array
+    derivative : (n_z, n_z) array
+        Derivative of the return map, feedback at the section included.
+    latched_effect : (n_z, n_l) array
+    change : (2 n_q,) array
+        Change of the state over the period, travel excluded.
+    """
+
+    section: PlanarSection
+    basis: Array
+    derivative: Array
+    latched_effect: Array
+    change: Array
+
+
+def _linearise(automaton: PlanarAutomaton, rollout: PlanarRollout) -> _LinearPeriod:
+    """Return the derivative of the return map of a period, and the change of the state."""
     if rollout.start is None or rollout.end is None:
         raise ValueError("a period has a start and an end")
-    section = PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)
-    basis = section.tangent(rollout.start.y)
+    section, start, n = _section_of(automaton, rollout), rollout.start, 2 * automaton.robot.n_q
+    basis = section.tangent(start.y)
     matrix = section.matrix() @ planar_derivative(automaton, rollout)
-    change = section.project(section.exchange(rollout.end).y - rollout.start.y)
-    return section, basis.T @ np.column_stack([section.project(column) for column in (matrix @ basis).T]), change
+    project = basis.T @ np.diag(section.project(np.ones(n)))
+    effect = project @ matrix[:, n:]
+    latched = automaton.torque.latched_slope(start.q, start.v) @ basis
+    change = section.project(section.exchange(rollout.end).y - start.y)
+    return _LinearPeriod(section, basis, project @ matrix[:, :n] @ basis + effect @ latched, effect, change)
 
 
 def _improve(
-    automaton: PlanarAutomaton, rollout: PlanarRollout, linear: tuple[PlanarSection, Array, Array], section: str
+    automaton: PlanarAutomaton, rollout: PlanarRollout, linear: _LinearPeriod, section: str
 ) -> PlanarRollout | None:
     """Return the period after a damped Newton step that reduces the change of the state, or None."""
-    map_section, derivative, change = linear
+    map_section, basis, derivative, _, change = linear
     start = rollout.start
     if start is None or not np.all(np.isfinite(derivative)):
         return None
-    basis = map_section.tangent(start.y)
-    try:
-        direction = basis @ np.linalg.solve(np.eye(derivative.shape[0]) - derivative, basis.T @ change)
-    except np.linalg.LinAlgError:
-        return None
+    matrix = np.eye(derivative.shape[0]) - derivative
+    direction = basis @ np.linalg.lstsq(matrix, basis.T @ change, rcond=SINGULAR)[0]
     step, n, size = 1.0, automaton.robot.n_q, np.max(np.abs(change))
     while step >= SMALLEST_STEP:
         y = map_section.correct(start.y + step * direction)
@@ -218,17 +261,20 @@ def _find_change(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Array:
     """Return the change of the state over a period, travel excluded."""
     if rollout.start is None or rollout.end is None:
         raise ValueError("a period has a start and an end")
-    section = PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)
+    section = _section_of(automaton, rollout)
     return section.project(section.exchange(rollout.end).y - rollout.start.y)
 
 
-def _cycle(
-    automaton: PlanarAutomaton, rollout: PlanarRollout, section: str, derivative: Array, residual: float
-) -> PlanarCycle:
+def _section_of(automaton: PlanarAutomaton, rollout: PlanarRollout) -> PlanarSection:
+    """Return the section at the end of a period."""
+    return PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)
+
+
+def _cycle(automaton: PlanarAutomaton, rollout: PlanarRollout, section: str, linear: _LinearPeriod) -> PlanarCycle:
     robot, start, end = automaton.robot, rollout.start, rollout.end
     if start is None or end is None:
         raise ValueError("a period has a start and an end")
-    eigenvalues = np.linalg.eigvals(derivative).astype(complex)
+    eigenvalues = np.linalg.eigvals(linear.derivative).astype(complex)
     along = None if robot.travel is None else robot.coordinates.index(robot.travel)
     return PlanarCycle(
         robot=robot.name,
@@ -237,9 +283,11 @@ def _cycle(
         state=dict(zip(robot.state_names, start.y.tolist(), strict=True)),
         period=rollout.motion.period,
         travel=0.0 if along is None else float(end.q[along] - start.q[along]),
-        derivative=derivative,
+        derivative=linear.derivative,
         multipliers=eigenvalues[np.argsort(-np.abs(eigenvalues))],
+        basis=linear.basis,
+        latched_effect=linear.latched_effect,
         critical_friction=planar_critical_friction(automaton, rollout),
-        residual=residual,
+        residual=float(np.max(np.abs(linear.change))),
         motion=rollout.motion,
     )

@@ -25,7 +25,7 @@ RELATIVE, ABSOLUTE = 1e-11, 1e-12
 
 
 def planar_derivative(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Array:
-    """Return d (state after the last event) / d (state at the beginning), shape (2 n_q, 2 n_q).
+    """Return d (state after the last event) / d (state, latched values at the beginning), shape (2 n_q, 2 n_q + n_l).
 
     Parameters
     ----------
@@ -43,18 +43,19 @@ def planar_derivative(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Arr
         raise InputError(
             f"A motion has a derivative if it ends with an event; this one ended otherwise: {rollout.stop.hint}"
         )
-    matrix = np.eye(2 * automaton.robot.n_q)
+    n = 2 * automaton.robot.n_q
+    matrix = np.eye(n + automaton.torque.n_latched)
     for k, (arc, event) in enumerate(zip(arcs, events, strict=True)):
         following = arcs[k + 1].start if k + 1 < len(arcs) else None
-        matrix = _flow_derivative(automaton.phase(arc.start), arc) @ matrix
+        matrix = _flow_derivative(automaton.phase(arc.start), arc, automaton.torque.n_latched) @ matrix
         matrix = event_derivative(automaton, arc, event, following) @ matrix
-    return matrix
+    return matrix[:n]
 
 
 def event_derivative(
     automaton: PlanarAutomaton, arc: PlanarArc, event: PlanarEvent, following: PlanarState | None
 ) -> Array:
-    """Return the jump of a deviation at the event that ends an arc, shape (2 n_q, 2 n_q).
+    """Return the jump of a deviation (q, v, latched) at the event that ends an arc, shape (2 n_q + n_l, 2 n_q + n_l).
 
     Parameters
     ----------
@@ -64,39 +65,46 @@ def event_derivative(
     following : PlanarState or None
         State after the event; None if the motion ends on the section.
     """
-    n, phase = automaton.robot.n_q, automaton.phase(arc.start)
+    n, n_l, phase = automaton.robot.n_q, automaton.torque.n_latched, automaton.phase(arc.start)
     t, y = float(arc.time[-1]), arc.states[: 2 * n, -1]
-    before = phase.rates(t, arc.states[:, -1])[: 2 * n]
+    before = np.append(phase.rates(t, arc.states[:, -1])[: 2 * n], np.zeros(n_l))
     if arc.ended_by is None:
         raise ValueError("an arc that ended at the time limit has no saltation")
     gradient, drift = phase.guard_slope(t, y, phase.equations.guards.index(arc.ended_by))
-    reset = np.eye(2 * n)
+    reset = np.eye(2 * n + n_l)
     if event.outcome is not None:
         by_q, by_v = impact_slope(automaton.robot, event.outcome)(event.q, event.v_minus, phase.p)[1:]
-        reset[n:] = np.hstack([np.array(by_q), np.array(by_v)])
+        reset[n : 2 * n, : 2 * n] = np.hstack([np.array(by_q), np.array(by_v)])
     shift = -gradient / (gradient @ before + drift)
     if following is None:
-        return saltation(reset, before, np.zeros(2 * n), shift)
+        return saltation(reset, before, np.zeros(2 * n + n_l), shift)
     after = automaton.phase(following)
     rates = after.rates(t, np.concatenate([following.y, np.zeros(after.n_works)]))[: 2 * n]
-    return saltation(reset, before, rates, shift)
+    return saltation(reset, before, np.append(rates, np.zeros(n_l)), shift)
 
 
-def _flow_derivative(phase: PlanarPhase, arc: PlanarArc) -> Array:
-    """Return d (state at the end of an arc) / d (state at its beginning) at fixed times."""
+def _flow_derivative(phase: PlanarPhase, arc: PlanarArc, n_l: int) -> Array:
+    """Return d (state, latched at the end of an arc) / d (state, latched at its beginning) at fixed times."""
     n = 2 * phase.n_q
-    if arc.time[-1] <= arc.time[0]:
-        return np.eye(n)
+    shape = n, n + n_l
+    matrix = np.eye(n + n_l)
 
     def rate(t: float, y: Array) -> Array:
         slope, _ = phase.slope(t, y[:n])
-        return np.concatenate([phase.rates(t, y[:n])[:n], (slope @ y[n:].reshape(n, n)).ravel()])
+        change = slope[:, :n] @ y[n:].reshape(shape)
+        change[:, n:] += slope[:, n:]
+        return np.concatenate([phase.rates(t, y[:n])[:n], change.ravel()])
 
-    start = np.concatenate([arc.states[:n, 0], np.eye(n).ravel()])
-    integrator = DOP853(rate, arc.time[0], start, arc.time[-1], rtol=RELATIVE, atol=ABSOLUTE)
-    while integrator.status == "running":
-        integrator.step()
-    if integrator.status == "failed":
-        return np.full((n, n), np.nan)
-    derivative: Array = integrator.y[n:].reshape(n, n)
-    return derivative
+    time, y, end = float(arc.time[0]), np.concatenate([arc.states[:n, 0], np.eye(*shape).ravel()]), float(arc.time[-1])
+    while time < end:
+        corner = min(end, phase.source.next_corner(time))
+        phase.source.hold_piece((time, corner))
+        integrator = DOP853(rate, time, y, corner, rtol=RELATIVE, atol=ABSOLUTE)
+        while integrator.status == "running":
+            integrator.step()
+        if integrator.status == "failed":
+            return np.full(matrix.shape, np.nan)
+        time, y = integrator.t, integrator.y
+    phase.source.hold_piece(None)
+    matrix[:n] = y[n:].reshape(shape)
+    return matrix

@@ -13,6 +13,8 @@ from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.summary import plain
 from gaitopt.ocp.solution.start_selection import SAME_COST
 from gaitopt.ocp.statement.criteria import CostOfTransport, PositiveWork
@@ -28,14 +30,14 @@ class RankedGait:
 
     Attributes
     ----------
-    sequence : ContactSequence
+    sequence : ContactSequence or PhaseSequence
     status : str
         Status of its gait; ``"merged"`` if the gait degenerates to a shorter sequence without a lower cost than the
         gaits of fewer phases; ``"impossible"``; ``"lost"`` if its process died; ``"pending"`` if the search was
         interrupted before.
     reason : str
         Reason why it is not ranked; empty if it is.
-    gait : Gait or None
+    gait : Gait, PlanarGait or None
     merged_into : ContactSequence or None
     file : Path or None
         File of the gait.
@@ -46,10 +48,10 @@ class RankedGait:
     False
     """
 
-    sequence: ContactSequence
+    sequence: ContactSequence | PhaseSequence
     status: str
     reason: str = ""
-    gait: Gait | None = None
+    gait: Gait | PlanarGait | None = None
     merged_into: ContactSequence | None = None
     file: Path | None = None
 
@@ -70,7 +72,7 @@ class RankedGait:
                 "objective": None if gait is None else gait.solver.objective,
                 "ranked_by": None if gait is None else gait.problem["objective"],
                 "cost": None if gait is None else ranking_cost(gait),
-                "phases": [] if gait is None else [[p.mode.value, p.duration] for p in gait.motion.segments],
+                "phases": [] if gait is None else phase_durations(gait),
                 "verification": None if verification is None else dataclasses.asdict(verification),
                 "merged_into": None if self.merged_into is None else str(self.merged_into),
                 "file": None if self.file is None else str(self.file),
@@ -102,7 +104,7 @@ class Ranking:
     complete: bool
 
     @property
-    def best(self) -> Gait:
+    def best(self) -> Gait | PlanarGait:
         """The gait of lowest cost.
 
         Raises
@@ -120,7 +122,22 @@ class Ranking:
         return [finding.record() for finding in self.findings]
 
 
-def ranking_cost(gait: Gait) -> float:
+def phase_durations(gait: Gait | PlanarGait) -> list[list[Any]]:
+    """Return mode and duration [s] of each phase.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> [mode for mode, _ in phase_durations(load("docs/examples/compass_slip.h5"))]
+    ['slip+', 'stick']
+    """
+    if isinstance(gait, PlanarGait):
+        parts = zip(gait.sequence.describe_phases(), gait.motion.segments, strict=True)
+        return [[text, float(segment.time[-1] - segment.time[0])] for text, segment in parts]
+    return [[part.mode.value, part.duration] for part in gait.motion.segments]
+
+
+def ranking_cost(gait: Gait | PlanarGait) -> float:
     """Return the cost by which a solved gait is ranked: the objective, without its quadrature error if known.
 
     The cost of transport is that of the replayed step, or of the plan before a replay; positive work is integrated over
@@ -133,6 +150,8 @@ def ranking_cost(gait: Gait) -> float:
     >>> ranking_cost(gait) == gait.verification.cost_of_transport
     True
     """
+    if isinstance(gait, PlanarGait):
+        return gait.solver.objective
     name, motion = gait.problem["objective"], gait.motion
     if name == CostOfTransport.name:
         return gait.cost_of_transport if gait.verification is None else gait.verification.cost_of_transport

@@ -7,6 +7,8 @@ from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.start_selection import SAME_COST
 from gaitopt.ocp.transcription.method import check_count
@@ -21,6 +23,7 @@ from gaitopt.study.multistart import (
     solve_fine,
     verify_best,
 )
+from gaitopt.study.sequence_search.planar_search import search_planar_sequences
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
@@ -39,11 +42,11 @@ NEIGHBOUR_STARTS = 1
 
 
 def search(
-    problem: GaitProblem,
+    problem: GaitProblem | PlanarProblem,
     *,
     max_phases: int = 3,
     starts: int = 4,
-    sequences: Iterable[ContactSequence | str] | None = None,
+    sequences: Iterable[ContactSequence | PhaseSequence | str] | None = None,
     execution: Execution | None = None,
     directory: str | Path | None = None,
 ) -> Ranking:
@@ -55,19 +58,20 @@ def search(
 
     Parameters
     ----------
-    problem : GaitProblem
+    problem : GaitProblem or PlanarProblem
         Its contact sequence is ignored.
     max_phases : int
-        Largest number of phases, 1 to 6.
+        Largest number of phases, 1 to 6; 1 to 3 for a robot with several contacts.
     starts : int
         Number of default starts of each sequence: the problem's guess or a straight line, a passive cycle if one
         exists, lines with random perturbations from fixed seeds.
-    sequences : iterable of ContactSequence or str, optional
+    sequences : iterable of ContactSequence, PhaseSequence or str, optional
         Sequences to solve instead of all, each without open phases.
     execution : Execution, optional
         Workers, and the observer of (steps done, steps in all); this process alone by default.
     directory : str or Path, optional
-        Folder that stores a gait file for each contact sequence; the same call with the same folder resumes.
+        Folder that stores a gait file for each contact sequence; the same call with the same folder resumes.  Of a
+        robot with several contacts the folder contains the ranking only.
 
     Returns
     -------
@@ -93,9 +97,13 @@ def search(
     ['slip+ stick | slip+', 'stick | stick']
     """
     check_count("starts", starts, 1, 1000)
+    if isinstance(problem, PlanarProblem):
+        return _search_planar(problem, max_phases, starts, sequences, execution or Execution(), directory)
     require_valid_step(problem.robot)
     _require_one_grid(problem)
-    tried = enumerate_sequences(max_phases) if sequences is None else closed_sequences(sequences, "A search")
+    tried = enumerate_sequences(max_phases)
+    if sequences is not None:
+        tried = closed_sequences([ContactSequence.parse(str(sequence)) for sequence in sequences], "A search")
     tried = tuple(sorted(dict.fromkeys(tried), key=lambda sequence: len(sequence.phases)))
     kept: MutableMapping[str, Gait] = {}
     if directory is not None:
@@ -117,6 +125,25 @@ def search(
         if ranking.complete:  # results of the first pass are no longer needed
             kept.keep_only(map(file_name_of, tried))
         save_ranking(ranking, kept.path / RANKING)
+    return ranking
+
+
+def _search_planar(
+    problem: PlanarProblem,
+    max_phases: int,
+    starts: int,
+    sequences: Iterable[ContactSequence | PhaseSequence | str] | None,
+    execution: Execution,
+    directory: str | Path | None,
+) -> Ranking:
+    """Return the ranking of a robot with several contacts, and write it into the folder."""
+    named = None if sequences is None else [str(sequence) for sequence in sequences]
+    ranking = search_planar_sequences(
+        problem, max_phases=max_phases, starts=starts, sequences=named, execution=execution
+    )
+    if directory is not None:
+        Path(directory).mkdir(parents=True, exist_ok=True)
+        save_ranking(ranking, Path(directory) / RANKING)
     return ranking
 
 

@@ -1,6 +1,7 @@
 """Status of a grid point or contact sequence of a study, and reasons of failure."""
 
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
 
 IMPOSSIBLE, LOST, PENDING, MERGED = "impossible", "lost", "pending", "merged"
@@ -10,7 +11,7 @@ degenerates to another sequence; all others have the status of their gait."""
 UNFINISHED = "the study was interrupted before this result was computed"
 
 
-def explain_failure(gait: Gait) -> str:
+def explain_failure(gait: Gait | PlanarGait) -> str:
     """Return why a gait is not a solution; empty for a solution.
 
     Examples

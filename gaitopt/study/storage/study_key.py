@@ -3,18 +3,22 @@
 import hashlib
 from typing import Any
 
+import casadi as ca
+
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 
 STRATEGY = 3
 """Version of the solution strategy, increased when it changes so that results of both are not mixed."""
 
 
-def study_key(problem: GaitProblem, **study: Any) -> dict[str, Any]:
+def study_key(problem: GaitProblem | PlanarProblem, **study: Any) -> dict[str, Any]:
     """Return the key of a study: its problem, physics included, and its settings."""
     described = problem.describe() | {"objective": repr(problem.objective)}
     for provenance in ("objective_parameters", "objective_unit", "script"):  # a comment in the script changes no study
-        del described[provenance]
+        described.pop(provenance, None)
     return {
         "problem": described,
         "physics": _digest(problem.robot),
@@ -23,7 +27,11 @@ def study_key(problem: GaitProblem, **study: Any) -> dict[str, Any]:
     }
 
 
-def _digest(robot: Robot) -> str:
+def _digest(robot: Robot | PlanarRobot) -> str:
     """Return a digest of the equations, which distinguishes robots of the same name."""
-    functions = (robot.dynamics, robot.energy, robot.impact, robot.landing, robot.touchdown, robot.swap)
+    functions: tuple[ca.Function, ...]
+    if isinstance(robot, PlanarRobot):
+        functions = (robot.dynamics, robot.energy, robot.gaps, robot.rows, robot.arming)
+    else:
+        functions = (robot.dynamics, robot.energy, robot.impact, robot.landing, robot.touchdown, robot.swap)
     return hashlib.sha256("".join(function.serialize() for function in functions).encode()).hexdigest()[:16]

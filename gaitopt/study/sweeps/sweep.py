@@ -14,6 +14,8 @@ from gaitopt.motion.atomic import check_writable
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
+from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parallel.execution import Execution
@@ -22,6 +24,7 @@ from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.storage.study_key import study_key
+from gaitopt.study.sweeps.planar_sweep import solve_planar_task
 from gaitopt.study.sweeps.sweep_file import SweepResults, read_partial_sweep, to_dataset, write_sweep
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, plan_sweep
 from gaitopt.study.sweeps.sweep_task import solve_task
@@ -31,10 +34,10 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    problem: GaitProblem,
+    problem: GaitProblem | PlanarProblem,
     axes: Mapping[str, Sequence[float] | Array],
     *,
-    sequences: Sequence[ContactSequence | str] | None = None,
+    sequences: Sequence[ContactSequence | PhaseSequence | str] | None = None,
     starts: int = 3,
     execution: Execution | None = None,
     path: str | Path | None = None,
@@ -47,12 +50,12 @@ def sweep(
 
     Parameters
     ----------
-    problem : GaitProblem
+    problem : GaitProblem or PlanarProblem
         Problem whose other fields are constant over the grid.
     axes : mapping of str to sequence of float
         Increasing values of ``friction`` [1], ``speed`` [m/s], ``step_length`` [m], ``slope`` [rad] or parameters
         of the robot (SI units), by name.
-    sequences : sequence of ContactSequence or str, optional
+    sequences : sequence of ContactSequence, PhaseSequence or str, optional
         The contact sequence of the problem by default; each without open phases.
     starts : int
         Number of starts at points without a neighbour to start from.
@@ -60,13 +63,15 @@ def sweep(
         Workers, and the observer of (gaits computed, gaits in all); this process alone by default.
     path : str or Path, optional
         NetCDF file for the result.  Until it is complete, the folder ``PATH.parts`` stores every finished gait, from
-        which the same call resumes.
+        which the same call resumes.  Gaits of robots with several contacts are not stored: the file contains the table
+        only.
 
     Returns
     -------
     xarray.Dataset
         Over ``sequence`` and the axes, nan where there is no gait; ``status`` and ``reason`` state why.  Its attribute
         ``complete`` is 0 if the sweep was interrupted.  The gaits themselves: :func:`gaitopt.load_sweep_gait`.
+        Robots with several contacts have slides, forces and impulses over ``contact``.
 
     Raises
     ------
@@ -88,16 +93,29 @@ def sweep(
     ([['solved', 'solved']], ('sequence', 'friction'))
     """
     check_count("starts", starts, 1, 1000)
-    require_valid_step(problem.robot)
     execution, values = execution or Execution(), axis_values(axes)
-    closed = closed_sequences([problem.sequence] if sequences is None else sequences, "A sweep")
+    closed = _sequences_of(problem, sequences)
     grid = SweepGrid(problem, closed, values, starts)
     listed = {name: axis.tolist() for name, axis in values.items()}
     key = study_key(problem, sequences=[str(sequence) for sequence in closed], axes=listed, starts=starts)
     if execution.executor is not None or execution.workers != 1:
         threading.Thread(target=_import_ahead, daemon=True).start()
     find = functools.partial(_solve_grid, grid, key, execution)
-    return to_dataset(find({})) if path is None else _resume_file(Path(path), key, find)
+    if path is None:
+        return to_dataset(find({}))
+    return _resume_file(Path(path), key, find, stores_gaits=not isinstance(problem, PlanarProblem))
+
+
+def _sequences_of(
+    problem: GaitProblem | PlanarProblem, sequences: Sequence[ContactSequence | PhaseSequence | str] | None
+) -> tuple[ContactSequence, ...] | tuple[PhaseSequence, ...]:
+    """Return the contact sequences of a sweep; raise InputError if one is invalid or the robot fails its check."""
+    if isinstance(problem, PlanarProblem):
+        chosen = [problem.sequence] if sequences is None else sequences
+        return tuple(PhaseSequence.parse(str(sequence), problem.robot) for sequence in chosen)
+    require_valid_step(problem.robot)
+    stated = [problem.sequence] if sequences is None else [ContactSequence.parse(str(each)) for each in sequences]
+    return closed_sequences(stated, "A sweep")
 
 
 def _import_ahead() -> None:
@@ -114,7 +132,8 @@ def _solve_grid(
 ) -> SweepResults:
     """Solve the points that are not stored yet and store them; an interrupt ends this early."""
     planned = plan_sweep(grid)
-    running = run_tasks(solve_task, planned, grid, known=kept, execution=execution)
+    solve = solve_planar_task if isinstance(grid.problem, PlanarProblem) else solve_task
+    running = run_tasks(solve, planned, grid, known=kept, execution=execution)
     lost = collect_tasks(running, kept, planned, execution.observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():
@@ -124,15 +143,21 @@ def _solve_grid(
     return SweepResults(grid, kept, missing, key)
 
 
-def _resume_file(path: Path, key: dict[str, Any], find: Callable[[GaitStore], SweepResults]) -> "xr.Dataset":
+def _resume_file(
+    path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults], *, stores_gaits: bool
+) -> "xr.Dataset":
     """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished."""
     parts = GaitStore.beside(path)
     table = read_partial_sweep(path, key)
     if table is None:
         check_writable(path)
-        folder = GaitStore(parts, key)
-        findings = find(folder)
-        room = sum(folder.file(name).stat().st_size for name in folder if name.startswith("point-"))
+        room = 0
+        if stores_gaits:
+            folder = GaitStore(parts, key)
+            findings = find(folder)
+            room = sum(folder.file(name).stat().st_size for name in folder if name.startswith("point-"))
+        else:
+            findings = find({})
         table = write_sweep(findings, path, room)
     if table.attrs["complete"]:
         shutil.rmtree(parts, ignore_errors=True)

@@ -17,11 +17,13 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.parameters import Parameter
 from gaitopt.study.gait_metrics import MEASURES, peak_torques
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
 from gaitopt.study.storage.netcdf_file import read_table, write_table
+from gaitopt.study.sweeps.planar_sweep import planar_dataset
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
 
 if TYPE_CHECKING:
@@ -69,6 +71,8 @@ class SweepResults:
 
 def to_dataset(findings: SweepResults) -> "xr.Dataset":
     """Return the table of a sweep; numbers are nan where there is no gait."""
+    if isinstance(findings.grid.problem, PlanarProblem):
+        return planar_dataset(findings)
     import xarray as xr
 
     grid = findings.grid
@@ -103,10 +107,11 @@ def to_dataset(findings: SweepResults) -> "xr.Dataset":
     }
     coordinates["sequence"] = [str(sequence) for sequence in grid.sequences]
     coordinates["actuator"] = list(actuators)
-    return xr.Dataset(table, coordinates, _attributes(findings))
+    return xr.Dataset(table, coordinates, attributes_of(findings))
 
 
-def _attributes(findings: SweepResults) -> dict[str, Any]:
+def attributes_of(findings: SweepResults) -> dict[str, Any]:
+    """Return the attributes of the table of a sweep."""
     return {
         "title": f"{findings.grid.problem.name}: optimal gaits",
         "format": f"gaitopt {KIND}",
@@ -126,6 +131,8 @@ def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
         write_table(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
+        if isinstance(findings.grid.problem, PlanarProblem):
+            return table  # gaits of robots with several contacts are not stored
         robots: SharedGroups = {}
         with h5py.File(temporary, "a") as file:
             for point in findings.grid.points():

@@ -10,12 +10,15 @@ import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
+from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parallel.task_graph import Task
 
@@ -62,8 +65,8 @@ class SweepGrid:
 
     Attributes
     ----------
-    problem : GaitProblem
-    sequences : tuple of ContactSequence
+    problem : GaitProblem or PlanarProblem
+    sequences : tuple of ContactSequence or PhaseSequence
     axes : dict of str to (K,) array
         In SI units and rad.
     starts : int
@@ -75,8 +78,8 @@ class SweepGrid:
         If an axis is unknown or empty, or no point of the grid has a valid problem.
     """
 
-    problem: GaitProblem
-    sequences: tuple[ContactSequence, ...]
+    problem: GaitProblem | PlanarProblem
+    sequences: tuple[ContactSequence | PhaseSequence, ...]
     axes: dict[str, Array]
     starts: int
 
@@ -109,8 +112,8 @@ class SweepGrid:
         units = {parameter.name: parameter.unit for parameter in self.problem.robot.parameters}
         return FIELDS.get(axis) or units[axis]
 
-    def problem_at(self, point: SweepPoint) -> GaitProblem:
-        """Return the problem of a point.
+    def problem_at(self, point: SweepPoint) -> Any:
+        """Return the problem of a point, of the kind of the problem of the grid.
 
         Raises
         ------

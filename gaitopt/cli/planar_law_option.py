@@ -1,0 +1,61 @@
+"""The control law of a command on a robot with several contacts."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gaitopt.cli.settings import read_numbers
+from gaitopt.errors import InputError, suggest
+
+if TYPE_CHECKING:
+    from gaitopt.control.planar_laws.planar_law import PlanarLaw
+    from gaitopt.motion.planar_gait import PlanarGait
+
+PLANAR_LAWS = ("feedforward", "joint_pd", "step_lqr")
+"""Laws of robots with several contacts."""
+
+
+@dataclass(frozen=True)
+class PlanarLawOption:
+    """The options of a command that select the law of a robot with several contacts.
+
+    Attributes
+    ----------
+    name : str
+    gains : list of str
+        ``NAME=VALUE``; a gain of joint PD feedback that is not named is zero.
+    torque_limit : float or None [N m or N]
+    stance_angle : bool
+    """
+
+    name: str
+    gains: list[str]
+    torque_limit: float | None
+    stance_angle: bool
+
+    def make(self, gait: "PlanarGait") -> "PlanarLaw":
+        """Return the law for a gait.
+
+        Raises
+        ------
+        InputError
+            If there is no such law, or it does not have the gains or options.
+        """
+        from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_joint_pd
+        from gaitopt.tuning.planar_lqr import planar_step_lqr
+
+        name = self.name.replace("-", "_").replace(" ", "_")
+        if name not in PLANAR_LAWS:
+            raise InputError(
+                f"There is no feedback law {self.name!r} for a robot with several contacts. "
+                f"{suggest(name, PLANAR_LAWS)}"
+            )
+        if self.stance_angle:
+            raise InputError("--stance-angle is not accepted for a robot with several contacts.")
+        if name == "joint_pd":
+            limit = float("inf") if self.torque_limit is None else self.torque_limit
+            return planar_joint_pd(gait, torque_limit=limit).with_gains(read_numbers(self.gains, "--gain"))
+        if self.gains or self.torque_limit is not None:
+            raise InputError(
+                f"The law {name!r} of a robot with several contacts has no gains and no torque limit to set."
+            )
+        return planar_feedforward(gait) if name == "feedforward" else planar_step_lqr(gait)

@@ -1,0 +1,73 @@
+"""PlanarLaw: the control law of a periodic motion with impacts, one law for each part between two of them."""
+
+from dataclasses import dataclass, replace
+
+from gaitopt.control.law import Law
+from gaitopt.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarLaw:
+    """A control law of a planar robot's periodic motion.
+
+    The clock is the time since the section, the impact that ends a period.  There it is reset, new values are latched,
+    and the legs are exchanged if the robot has a mirror.  Any other impact leads to the next part.
+
+    Attributes
+    ----------
+    name : str
+    section : str
+        Event that ends a period, such as ``"foot B closes"``.
+    parts : tuple of Law
+        Law of each part of the period between two impacts; the last one continues until the section.  They have the
+        same latched values, which the first one latches.
+
+    Raises
+    ------
+    InputError
+        If there is no part, or a part has events, pieces by an entry of the state, or other latched values.
+
+    Examples
+    --------
+    >>> from gaitopt.control import passive
+    >>> from gaitopt.model import monopod
+    >>> PlanarLaw("passive", "foot closes", (passive(monopod()),))
+    PlanarLaw('passive', section 'foot closes', 1 part)
+    """
+
+    name: str
+    section: str
+    parts: tuple[Law, ...]
+
+    def __post_init__(self) -> None:
+        if not self.parts:
+            raise InputError(f"The law {self.name!r} needs a law for each part of its period, got none.")
+        for part in self.parts:
+            if part.memory.events or part.index is not None:
+                raise InputError(
+                    f"The law {self.name!r} of a planar robot must be a function of the clock without events, got "
+                    f"{part.name!r}."
+                )
+            if part.memory.values != self.latched:
+                raise InputError(
+                    f"The parts of the law {self.name!r} must have the same latched values, got {part.memory.values} "
+                    f"and {self.latched}."
+                )
+
+    def __repr__(self) -> str:
+        count = f"{len(self.parts)} part{'s' if len(self.parts) > 1 else ''}"
+        return f"PlanarLaw({self.name!r}, section {self.section!r}, {count})"
+
+    @property
+    def latched(self) -> tuple[str, ...]:
+        """Names of the latched values."""
+        return self.parts[0].memory.values
+
+    @property
+    def gain_values(self) -> dict[str, float]:
+        """Gains by name."""
+        return self.parts[0].gain_values
+
+    def with_gains(self, values: dict[str, float]) -> "PlanarLaw":
+        """Return the law with other gains in every part; raise InputError if it has no such gain."""
+        return replace(self, parts=tuple(part.with_gains(values) for part in self.parts))

@@ -1,0 +1,75 @@
+"""Sweeps and searches over the gaits of robots with several contacts."""
+
+import numpy as np
+import pytest
+
+from gaitopt import Collocation, Execution, search, sweep
+from gaitopt.errors import InputError
+from gaitopt.model import compass_with_two_feet, kneed_walker, monopod
+from gaitopt.ocp import solve_planar
+from gaitopt.study import load_sweep
+from gaitopt.study.sequence_search.planar_enumeration import enumerate_planar_sequences
+from tests.ocp.multicontact_examples import walk
+
+COARSE = Collocation(intervals=10)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return walk(transcription=COARSE)
+
+
+def test_a_sweep_has_the_optima_of_its_points_and_numbers_by_contact(problem, tmp_path):
+    table = sweep(problem, {"speed": [0.6, 0.633]}, starts=1, path=tmp_path / "speeds.nc")
+    for speed in (0.6, 0.633):
+        alone = solve_planar(problem.replace(speed=speed))
+        point = table.sel(sequence="foot A stick |", speed=speed)
+        assert float(point.objective) == pytest.approx(alone.solver.objective, rel=1e-6)
+        landing = alone.motion.events[-1].impulse
+        assert point.normal_impulse.sel(contact="foot B") == pytest.approx(landing[1, 1], rel=1e-5)
+        assert point.normal_impulse.sel(contact="foot A") == 0
+        assert point.tangential_impulse.sel(contact="foot B") == pytest.approx(landing[1, 0], rel=1e-5)
+    assert table.status.values.tolist() == [["solved", "solved"]]
+    assert np.all(table.verified == 1)
+    stored = load_sweep(tmp_path / "speeds.nc")
+    np.testing.assert_array_equal(stored.objective, table.objective)
+    assert stored.attrs["complete"] == 1
+
+
+def test_a_sweep_does_not_depend_on_the_number_of_workers(problem):
+    axes = {"friction": [0.3, 1.0]}
+    one, two = (sweep(problem, axes, starts=1, execution=Execution(workers=count)) for count in (1, 2))
+    assert one.objective.values.tolist() == two.objective.values.tolist()
+
+
+def test_a_point_that_is_impossible_states_the_reason(problem):
+    table = sweep(problem, {"speed": [0.633, 200.0]}, starts=1)
+    assert table.status.values.tolist() == [["solved", "impossible"]]
+    assert "leave 0.00236 s" in str(table.reason.values[0, 1])
+
+
+def test_a_search_ranks_the_sequences_that_have_a_gait(problem, tmp_path):
+    slipping = "foot A slip+ > foot A stick | [foot B slip+]"
+    ranking = search(
+        problem.replace(friction=0.3), sequences=["foot A stick |", slipping], starts=1, directory=tmp_path / "ranks"
+    )
+    assert ranking.complete
+    assert str(ranking.best.sequence) == "foot A stick |"
+    first = ranking.records()[0]
+    assert first["phases"][0][0] == "foot A stick"
+    assert first["verification"]["passed"]
+    assert (tmp_path / "ranks" / "ranking.json").exists()
+
+
+def test_enumeration_counts_rotations_and_mirror_images_once():
+    compass = [str(sequence) for sequence in enumerate_planar_sequences(compass_with_two_feet(), 2)]
+    assert compass[:3] == ["foot A stick |", "foot A slip+ |", "foot A slip- |"]
+    assert "foot A stick, foot B slip+ > foot A stick |" in compass  # the exchange of the legs drags foot A
+    assert not [name for name in compass if "foot A stick, foot B stick" in name]  # the robot would be rigid
+    hops = [str(sequence) for sequence in enumerate_planar_sequences(monopod(), 3)]
+    assert {"foot stick > flight |", "foot slip+ > foot stick > flight |"} <= set(hops)
+    assert len(hops) == len(set(hops)) == 3 + 6
+    with pytest.raises(InputError, match="with joint stops are not enumerated"):
+        enumerate_planar_sequences(kneed_walker(), 1)
+    with pytest.raises(InputError, match="max_phases"):
+        enumerate_planar_sequences(monopod(), 4)

@@ -1,0 +1,157 @@
+"""Feedback on optimised planar gaits: exact closed-loop multipliers, and walks that return to the gait."""
+
+import numpy as np
+import pytest
+
+from gaitopt.control import PlanarLaw, passive, planar_feedforward, planar_joint_pd, planar_step_to_step
+from gaitopt.errors import InputError
+from gaitopt.model import compass_with_two_feet, monopod
+from gaitopt.ocp import PlanarLimits, solve_planar
+from gaitopt.simulation import simulate_planar, verify_planar
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import follow
+from gaitopt.stability import assess_planar
+from gaitopt.stability.planar_gaits.planar_section import PlanarSection
+from gaitopt.tuning import planar_step_lqr
+from tests.ocp.multicontact_examples import drag, hop, knee_strike, walk
+from tests.stability.difference_quotients import planar_differences
+
+DRAG = PlanarLimits(torque={"ankle A": 0}, impulse=0.05)
+
+PROBLEMS = {
+    "monopod": lambda: hop(clearance=1e-2),
+    "double support": lambda: drag().replace(limits=DRAG),
+    "single support": walk,
+    "two parts": lambda: knee_strike().replace(step_length=0.45),
+}
+
+
+@pytest.fixture(scope="module", params=PROBLEMS)
+def gait(request):
+    gait = solve_planar(PROBLEMS[request.param]())
+    assert verify_planar(gait).verification.passed
+    return gait
+
+
+@pytest.fixture(scope="module")
+def law(gait):
+    return planar_step_lqr(gait)
+
+
+STEPS = {"monopod": 1e-8}
+"""Steps of the differences that are not 1e-6: the force of the monopod vanishes at lift-off at the friction limit, and
+second derivatives jump there; the error of a difference is proportional to its step."""
+
+
+def test_step_to_step_feedback_stabilises_the_gait(gait, law):
+    cycle = assess_planar(gait, law)
+    assert cycle.radius < 0.9
+    assert cycle.period == pytest.approx(gait.period, abs=1e-6)
+
+
+def test_closed_loop_multipliers_agree_with_differences(gait, law):
+    for feedback in (planar_joint_pd(gait, stiffness=30, damping=3), law):
+        cycle = assess_planar(gait, feedback)
+        scale = max(1.0, np.max(np.abs(cycle.derivative)))
+        step = STEPS.get(gait.robot.name, 1e-6)
+        found = planar_differences(gait.robot, cycle, feedback, step)
+        np.testing.assert_allclose(found, cycle.derivative, atol=1e-5 * scale)
+
+
+def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gait, law):
+    robot, cycle = gait.robot, assess_planar(gait, law)
+    y, n = np.array([*cycle.state.values()]), gait.robot.n_q
+    section = first_section(gait, law, y)
+    start = section.correct(y + cycle.basis @ np.full(cycle.basis.shape[1], 1e-4))
+    rollout = simulate_planar(
+        robot, start[:n], start[n:], gait.motion.parameters, torque=law, duration=8.5 * gait.period
+    )
+    assert rollout.stop.key == "duration_done"
+    errors = []
+    for number, state in enumerate(landings(rollout, law.section, robot)):
+        mirror = np.eye(n) if robot.mirror is None or number % 2 else robot.mirror.coordinates
+        landed = np.kron(np.eye(2), mirror) @ state
+        errors.append(np.max(np.abs(section.project(landed - y))))
+    assert len(errors) == 8
+    assert errors[-1] < 0.1 * np.max(np.abs(section.project(start - y)))
+
+
+def first_section(gait, law, y):
+    n, automaton = gait.robot.n_q, PlanarAutomaton(gait.robot, gait.motion.parameters, law)
+    first = follow(automaton, automaton.begin(y[:n], y[n:]), duration=5.0, until=law.section)
+    return PlanarSection(automaton, first.arcs[-1], first.motion.events[-1], gait.robot.mirror)
+
+
+def landings(rollout, section, robot):
+    """Return the state after each impact that ends a period."""
+    contact, happens = section.rsplit(" ", 1)
+    place = robot.contact_names.index(contact)
+    partner = robot.contact_names[place if robot.mirror is None else robot.mirror.contacts[place]]
+    ends = {f"{name} {happens}" for name in (contact, partner)}
+    return [np.concatenate([e.q, e.v_plus]) for e in rollout.motion.events if ends & set(e.names)]
+
+
+def test_the_monopod_is_unstable_in_open_loop_and_its_body_turns_freely():
+    """The hip is the centre of mass of the body: its angle and its rate do not return, so two multipliers are 1."""
+    gait = solve_planar(hop(clearance=1e-2))
+    cycle = assess_planar(gait)
+    assert cycle.radius > 3
+    assert np.sort(np.abs(cycle.multipliers - 1))[:2] == pytest.approx([0, 0], abs=1e-6)
+
+
+def test_a_slip_that_stays_below_the_tolerance_ends_by_itself():
+    """Just before lift-off the foot slips backward for an instant, and then forward, at less than 1e-9 m/s."""
+    gait = solve_planar(hop(clearance=1e-2))
+    law, n = planar_step_lqr(gait), gait.robot.n_q
+    cycle = assess_planar(gait, law)
+    y = np.array([*cycle.state.values()])
+    section = first_section(gait, law, y)
+    for size in (1e-6, 3e-6):
+        start = section.correct(y + cycle.basis @ np.full(cycle.basis.shape[1], size))
+        rollout = simulate_planar(
+            gait.robot, start[:n], start[n:], gait.motion.parameters, torque=law, duration=2 * gait.period
+        )
+        assert rollout.stop.key == "duration_done"
+
+
+def test_a_least_impulse_keeps_the_trailing_foot_loaded():
+    free, loaded = (
+        solve_planar(drag().replace(limits=limits)) for limits in (PlanarLimits(torque={"ankle A": 0}), DRAG)
+    )
+    trailing = [gait.motion.events[-1].impulse[1, 1] for gait in (free, loaded)]
+    assert trailing == [pytest.approx(0, abs=1e-6), pytest.approx(0.05, abs=1e-6)]
+    with pytest.raises(InputError, match=r"impulse must be at least 0 N s, got -1"):
+        PlanarLimits(impulse=-1)
+
+
+def test_zero_gains_are_the_feedforward_torques():
+    gait = solve_planar(walk())
+    open_loop, zero = assess_planar(gait), assess_planar(gait, planar_joint_pd(gait))
+    assert zero.multipliers == pytest.approx(open_loop.multipliers, abs=1e-8)
+    assert planar_joint_pd(gait, stiffness=5).gain_values == {
+        "ankle A_stiffness": 5.0,
+        "ankle B_stiffness": 0.0,  # the plan leaves it idle
+        "hip_stiffness": 5.0,
+        "ankle A_damping": 0.0,
+        "ankle B_damping": 0.0,
+        "hip_damping": 0.0,
+    }
+
+
+def test_wrong_laws_are_rejected():
+    robot = monopod()
+    law = PlanarLaw("passive", "foot closes", (passive(robot),))
+    with pytest.raises(InputError, match="does not belong to robot 'compass_with_two_feet'"):
+        PlanarAutomaton(compass_with_two_feet(), {}, law)
+    with pytest.raises(InputError, match="needs a law for each part of its period, got none"):
+        PlanarLaw("nothing", "foot closes", ())
+    with pytest.raises(InputError, match=r"gains of shape \(2, 10\), got \(10,\) and \(1, 10\)"):
+        planar_step_to_step(robot, law, np.zeros(10), np.zeros((1, 10)), actuators=["hip"], windows=2, duration=0.4)
+    gait = solve_planar(hop(clearance=1e-2))
+    with pytest.raises(InputError, match="has no actuator 'knee'"):
+        planar_joint_pd(gait, stiffness=1.0, actuators=["knee"])
+    with pytest.raises(InputError, match="gait must be a PlanarGait"):
+        planar_feedforward(gait.motion)
+    limited = planar_joint_pd(gait, stiffness=1.0, torque_limit=500.0)
+    with pytest.raises(InputError, match="without limits and latched values, got 'joint_pd'"):
+        planar_step_lqr(gait, law=limited)
