@@ -15,6 +15,8 @@ its users would write it. To repeat the measurements:
     OMP_NUM_THREADS=1 pytest tests/benchmarks/test_other_tools.py --benchmark-only -s
     OMP_NUM_THREADS=1 pytest tests/benchmarks/test_growth.py --benchmark-only -s
     OMP_NUM_THREADS=1 pytest tests/benchmarks/test_resolves.py --benchmark-only -s
+    OMP_NUM_THREADS=1 pytest tests/benchmarks/test_chain_growth.py --benchmark-only -s
+    OMP_NUM_THREADS=1 pytest tests/benchmarks/test_five_link_opti.py --benchmark-only -s
     python docs/make_benchmarks.py
 
 A tool that is not installed is omitted. The files are run separately, because the imports of other tools slow down
@@ -46,6 +48,21 @@ requires other methods.
 """
 
 
+CHAINS = """## Many links
+
+A walker with a torso and two legs of equal links (absolute angles, one foot on the ground, `PlanarProblem` with lifted
+equations): time per iteration from the initial guess to the optimum, minimum of all rounds, and nonzeros of the
+Hessian, the Jacobian and the diagonal in the linear system of an iteration, over the number of links. The nonzeros
+grow linearly. So does the time on a coarse grid; on a fine grid the factorisation divides the problem in time, and its
+separators grow with the number of links.
+"""
+
+FIVE_LINKS = """The walker with five links of RABBIT's size that slips at touchdown (friction 0.2, 0.7 m/s, step length
+0.4 m, 12 intervals in each phase), beside a plain script with CasADi's Opti: time to build and solve the same NLP of
+four points per interval, and at default accuracy, where gaitopt adds points from four to six while the script solves
+the last NLP only.
+"""
+
 SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;
 the best gait of each point is then solved to the tolerance, for which its nodes are usually placed once more, and
 replayed. If the multipliers predict that the reverse direction leads to the known gait, it is not solved.
@@ -74,6 +91,7 @@ def main():
         beside(results),
         BETWEEN,
         growth(results),
+        chains(results),
         convergence(results),
         studies(results),
         repeated(results),
@@ -116,6 +134,27 @@ def growth(results):
     lines += ["", f"Building `slip+ stick | slip+` takes {spread(build['ratio'])} times as long as `stick | stick`:"]
     lines += [f"{seconds(build['slip'])} s and {seconds(build['stick'])} s, without the robot.", ""]
     return "\n".join(lines)
+
+
+def chains(results):
+    """Return the section on walkers with many links and on the five-link walker."""
+    tables, beside_opti = select(results, "chain of links, "), select(results, "five links beside Opti, ")
+    if not tables or not beside_opti:
+        return ""
+    links = [str(count) for count in next(iter(tables.values()))["links"]]
+    lines = [CHAINS, row(["", *links, "exponent"]), "|---|" + "---:|" * (len(links) + 1)]
+    for intervals, numbers in tables.items():
+        times = [f"{1e3 * value:.1f}" for value in numbers["seconds"]]
+        lines.append(row([f"{intervals}, time [ms]", *times, f"{numbers['exponents']['time']:.2f}"]))
+        counts = [str(count) for count in numbers["nonzeros"]]
+        lines.append(row([f"{intervals}, nonzeros", *counts, f"{numbers['exponents']['nonzeros']:.2f}"]))
+    heads = ["gaitopt [s]", "Opti [s]", "ratio", "iterations of gaitopt", "iterations of Opti"]
+    lines += ["", FIVE_LINKS, row(["", *heads]), "|---|" + "---:|" * len(heads)]
+    for name, numbers in beside_opti.items():
+        values = [seconds(numbers["own"]), seconds(numbers["plain"]), spread(numbers["ratio"])]
+        counts = [str(numbers[f"{tool} iterations"]) for tool in ("own", "plain")]
+        lines.append(row([name, *values, *counts]))
+    return "\n".join([*lines, ""])
 
 
 def convergence(results):
