@@ -75,6 +75,24 @@ class Stride(NamedTuple):
         return tuple(mode for mode, _ in self.phases)
 
 
+class _ModeChange(NamedTuple):
+    """A change of the contact mode at an event.
+
+    Attributes
+    ----------
+    following : Mode or None
+        The next mode; None if friction decides.
+    zeros : list of int
+        Entries of the state that become zero.
+    reset : (n_y, n_y) array or None
+        Derivative of the reset, if it is not a projection on the other entries.
+    """
+
+    following: Mode | None
+    zeros: list[int]
+    reset: Array | None
+
+
 def _ends_by_law_event(arc: Arc) -> bool:
     return arc.event is not None and arc.event.kind is EventKind.LAW_EVENT
 
@@ -103,7 +121,7 @@ class Walker:
             mode: FastCall(torque_of(law.torque, mode)) for mode in PHYSICAL if mode is not Mode.FREE
         }
         self._landing, self._slip_velocity = TouchdownMap(robot, p), robot.state_entries.slip_velocity
-        self._transitions: dict[tuple[Mode, HybridEvent], tuple[Mode | None, Array | None]] = {}
+        self._transitions: dict[tuple[Mode, HybridEvent], _ModeChange] = {}
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
@@ -130,14 +148,17 @@ class Walker:
         InputError
             If the foot slides despite infinite friction, or the law has too many events at one instant.
         """
-        clock, choose, flow = 0.0, self.contact.choose, flow or self._flow
-        state = self.begin(state)
+        clock, choose, until = 0.0, self.contact.choose, self.step_limits.duration
+        integrate, loop, state = self.engine.flow, self.loop, self.memory.begin(state)
         if abs(state[self._slip_velocity]) <= REST_SPEED:
             state[self._slip_velocity] = 0.0
         mode = choose(clock, state)
         arcs: list[tuple[Mode, Arc]] = []
         for _ in range(self.step_limits.events):
-            arc = flow(mode, clock, state, self.step_limits.duration, record)
+            if flow is None:
+                arc = integrate(loop, mode, clock, state, until=until, record=record)
+            else:
+                arc = flow(mode, clock, state, until, record)
             arcs.append((mode, arc))
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
             if event is None:
@@ -154,23 +175,24 @@ class Walker:
                 state = self.memory.apply_event(event.number, clock, state)
                 mode = choose(clock, state)
                 continue
-            next_mode, reset = self._transition(mode, event, state.size)
-            if reset is not None:
-                state = reset @ state
-            mode = next_mode or choose(clock, state, leaving=mode)
+            transition = self._transitions.get((mode, event)) or self._transition(mode, event, state.size)
+            for entry in transition.zeros:
+                state[entry] = 0.0
+            if transition.reset is not None:
+                state = transition.reset @ state
+            mode = transition.following or choose(clock, state, leaving=mode)
         return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
 
-    def _transition(self, mode: Mode, event: HybridEvent, size: int) -> tuple[Mode | None, Array | None]:
-        """Return the mode after a transition (None if friction decides) and its reset (None for the identity)."""
-        if (mode, event) not in self._transitions:
-            transition = self.robot.contact_model.at(mode, event)
-            reset = transition.reset(self._slip_velocity, size)
-            identity = np.array_equal(reset, np.eye(size))
-            self._transitions[mode, event] = transition.following(mode), None if identity else reset
-        return self._transitions[mode, event]
-
-    def _flow(self, mode: Mode, clock: float, state: Array, until: float, record: bool) -> Arc:
-        return self.engine.flow(self.loop, mode, clock, state, until=until, record=record)
+    def _transition(self, mode: Mode, event: HybridEvent, size: int) -> "_ModeChange":
+        """Return the change of a mode at an event; it is stored for later strides."""
+        transition = self.robot.contact_model.at(mode, event)
+        reset = transition.reset(self._slip_velocity, size)
+        kept = np.diag(reset)
+        projects = np.array_equal(reset, np.diag(kept)) and np.all((kept == 0) | (kept == 1))
+        zeros = np.flatnonzero(kept == 0).tolist() if projects else []
+        change = _ModeChange(transition.following(mode), zeros, None if projects else reset)
+        self._transitions[mode, event] = change
+        return change
 
 
 def make_walker(
