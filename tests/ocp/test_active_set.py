@@ -262,3 +262,13 @@ def test_solvers_that_are_none_are_refused(squared):
     for given in (3, Ipopt, "ipopt"):
         with pytest.raises(InputError, match=r"solver must be a Newton\(...\) or an Ipopt"):
             solve(squared, solver=given)
+
+
+def test_a_large_nlp_is_left_to_the_other_solver_unless_the_grid_is_known(squared, newton_runs, monkeypatch):
+    """Newton's method is tried from a gait on the same grid alone, and the result of the fallback is kept."""
+    monkeypatch.setattr(active_set, "LARGE", 100)
+    gait = solve(squared)
+    assert gait.status is Status.SOLVED
+    assert not newton_runs
+    assert solve(squared.replace(speed=0.64, guess=WarmStart(gait))).status is Status.SOLVED
+    assert newton_runs[-1] is not None

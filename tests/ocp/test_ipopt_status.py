@@ -13,6 +13,7 @@ from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, so
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion import summarise
 from gaitopt.ocp.nlp import ipopt
+from gaitopt.ocp.nlp.nlp import Nlp
 
 
 @pytest.fixture(scope="module")
@@ -194,3 +195,24 @@ def test_an_interrupt_while_something_is_built_comes_when_it_is_built():
     finally:
         signal.signal(signal.SIGINT, former)
     assert done == ["built"]
+
+
+@pytest.mark.parametrize(("unknowns", "expected"), [(2000, False), (10, True)])
+def test_large_nlps_are_ordered_for_little_fill(problem, monkeypatch, unknowns, expected):
+    """The ordering changes the time alone: the optimum is the same."""
+    seen, build = [], Nlp.solver
+
+    def record(self, name, plugin, settings):
+        seen.append("ipopt.mumps_pivot_order" in settings)
+        return build(self, name, plugin, settings)
+
+    ipopt._compile.cache_clear()
+    usual = solve(problem, starts=1)
+    monkeypatch.setattr(Nlp, "solver", record)
+    monkeypatch.setattr(ipopt, "LARGE", unknowns)
+    ipopt._compile.cache_clear()
+    gait = solve(problem, starts=1, solver=Ipopt())
+    ipopt._compile.cache_clear()
+    assert seen
+    assert set(seen) == {expected}
+    assert gait.solver.objective == pytest.approx(usual.solver.objective, rel=1e-7)

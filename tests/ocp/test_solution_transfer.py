@@ -49,7 +49,7 @@ def dynamics_violation(coarse, transcription, x, data):
 
 @pytest.mark.parametrize("changes", [{}, {"points": 5}])
 def test_the_motion_satisfies_the_dynamics_of_a_finer_grid(coarse, changes, monkeypatch):
-    """Its nodes contain those of the coarse grid, so the torques are the same; the rest is the error of 10 intervals."""
+    """Its nodes contain those of the coarse grid, so the torques are equal; the rest is the error of 10 intervals."""
     transcription, x, _, data = transfer(coarse, **changes)
     exact = dynamics_violation(coarse, transcription, x, data)
     monkeypatch.setattr(solution_transfer, "transfer_motion", lambda *arguments: None)
@@ -60,7 +60,7 @@ def test_the_motion_satisfies_the_dynamics_of_a_finer_grid(coarse, changes, monk
 
 def test_more_points_on_the_same_nodes(coarse):
     """States and accelerations at the nodes are kept; those inside are on the polynomials of fewer points."""
-    problem, gait = coarse
+    gait = coarse[1]
     transcription, x, _, data = transfer(coarse, points=6, intervals=gait.solution.intervals)
     states = x[transcription.variables[Unknown.ANGLES]]
     np.testing.assert_allclose(states, gait.solution.unknowns["angles"].values, rtol=1e-12)

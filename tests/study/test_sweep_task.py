@@ -93,7 +93,7 @@ def test_nodes_follow_the_torques_from_point_to_point(placed, monkeypatch):
         gait = following
 
 
-def test_the_estimate_of_the_cost_error_goes_along(placed, monkeypatch):
+def test_the_estimate_of_the_cost_error_goes_along(placed):
     """No point is refined only because a single grid is known: its nodes and the estimate are those of its chain."""
     grid, gait = placed
     following = continue_forward(grid, gait)
@@ -108,7 +108,7 @@ def test_the_estimate_of_the_cost_error_goes_along(placed, monkeypatch):
 
 
 def test_another_candidate_is_solved_only_if_the_best_one_fails(smooth, monkeypatch):
-    grid, first, second = smooth
+    grid, first, _ = smooth
     task = SweepTask("point", BEFORE, (("forward", BEFORE), ("backward", BEFORE)))
     other = replace(first, solver=first.solver.replace_fields(objective=1.01 * objective(first)))
     solved, solve_start = [], module.solve_start
