@@ -26,7 +26,6 @@ from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
 from gaitopt.interrupts import record_interrupts
-from gaitopt.version import __version__
 
 ALLOCATIONS = 50_000
 """Number of new objects after which Python searches for unreachable ones."""
@@ -73,6 +72,8 @@ def _version(
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
 ) -> None:
     if version:
+        from gaitopt.version import __version__
+
         typer.echo(__version__)
         raise typer.Exit
 

@@ -5,7 +5,6 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
@@ -151,6 +150,8 @@ def print_installation(facts: dict[str, Any]) -> None:
 
 
 def _version(name: str) -> str | None:
+    from importlib import metadata
+
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
@@ -169,6 +170,8 @@ def _extras() -> dict[str, bool]:
 
 def _requirements() -> list[str]:
     """Return the requirements of the installed gaitopt; none for a source tree that is not installed."""
+    from importlib import metadata
+
     return list(metadata.requires("gaitopt") or ()) if _version("gaitopt") else []
 
 

@@ -2,7 +2,6 @@
 
 import functools
 import platform
-from importlib import metadata
 
 
 def versions() -> dict[str, str]:
@@ -13,6 +12,8 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def _version_of(name: str) -> str:
+    from importlib import metadata  # whose import takes as long as that of all commands
+
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:

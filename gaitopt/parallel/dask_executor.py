@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
-from importlib import metadata
 from typing import Any
 
 from gaitopt.errors import GaitoptError, InputError
@@ -220,6 +219,8 @@ def _resolve(future: Future, result: Any = None, error: BaseException | None = N
 
 
 def _installed_version() -> str:
+    from importlib import metadata
+
     return metadata.version("gaitopt")
 
 

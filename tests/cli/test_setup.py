@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+from importlib import metadata
 
 import pytest
 import typer
@@ -164,14 +165,14 @@ def test_a_broken_solver_is_told(command, monkeypatch):
 
 def test_extras_are_told_by_what_they_ask_for(command, monkeypatch):
     asked = ["numpy>=1", "casadi>=3; extra == 'one'", "no-such-thing>=1; extra == 'two'", "numpy; extra == 'two'"]
-    monkeypatch.setattr(setup.metadata, "requires", lambda name: asked)
+    monkeypatch.setattr(metadata, "requires", lambda name: asked)
     assert command("doctor", "--json").json["extras"] == {"one": True, "two": False}
     assert "not installed: pip install 'gaitopt[two]'" in command("doctor").out
 
 
 def test_doctor_reports_an_extra_that_installs_nothing_on_this_system(command, monkeypatch):
     asked = ["no-such-thing>=7; (platform_system == 'Plan9') and extra == 'fast'"]
-    monkeypatch.setattr(setup.metadata, "requires", lambda name: asked)
+    monkeypatch.setattr(metadata, "requires", lambda name: asked)
     monkeypatch.setattr(setup.platform, "system", lambda: "Darwin")
     reason = "not available: no-such-thing is for Plan9 only, not for Darwin"
     assert command("doctor", "--json").json["unavailable_extras"] == {"fast": reason}

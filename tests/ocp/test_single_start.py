@@ -21,6 +21,7 @@ from gaitopt import (
     solve,
     verify,
 )
+from gaitopt.lazy import Deferred
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh
 from gaitopt.ocp.solution.single_start import solve_from_start
@@ -222,3 +223,12 @@ def test_a_force_that_leaves_its_cone_just_behind_a_node_is_met_by_a_finer_grid(
     assert min(fine.transcription.structure.counts) >= 20
     assert fine.between.outside < coarse.between.outside / 2
     assert verify(solve(random_problem(3))).verification.passed
+
+
+def test_the_description_of_a_problem_is_evaluated_when_it_is_read(reference_problem):
+    problem = reference_problem(objective="torque_squared", transcription=Collocation(intervals=10, tolerance=math.inf))
+    gait = solve(problem, starts=1)
+    assert isinstance(vars(gait)["problem"], Deferred)
+    assert gait.problem["objective"] == "torque_squared"
+    assert gait.problem["guess"] == "line"
+    assert gait.problem["intervals"] == [10]
