@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.simulation.planar_simulation.placement import place_planar
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle, find_planar_cycle
@@ -75,7 +76,13 @@ class PlanarWalkProblem:
         starts : int
             Number of starts.
         seed : int
+
+        Raises
+        ------
+        InputError
+            If the robot fails its check.
         """
+        require_planar(self.robot, self.parameters)
         rng, known = np.random.default_rng(seed), list[PlanarCycle]()
         for start in range(starts):
             spread = SPREAD if start else 0.0
