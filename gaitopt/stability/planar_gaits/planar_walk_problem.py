@@ -7,7 +7,6 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.simulation.planar_simulation.placement import place_planar
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle, find_planar_cycle
@@ -41,7 +40,7 @@ class PlanarWalkProblem:
     Raises
     ------
     InputError
-        At construction, if a parameter is invalid.
+        At construction, if a parameter is invalid, or the robot fails its check.
 
     Examples
     --------
@@ -67,6 +66,9 @@ class PlanarWalkProblem:
         if not isinstance(self.robot, PlanarRobot):
             raise InputError(f"robot must be a PlanarRobot such as kneed_walker(), got {self.robot!r}.")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
+        from gaitopt.model.planar.planar_check import require_planar
+
+        require_planar(self.robot, self.parameters)
 
     def search(self, starts: int = 8, *, seed: int = 0) -> Iterator[PlanarCycle]:
         """Yield the different periodic gaits to which Newton's method converges, from the given state and random ones.
@@ -76,13 +78,7 @@ class PlanarWalkProblem:
         starts : int
             Number of starts.
         seed : int
-
-        Raises
-        ------
-        InputError
-            If the robot fails its check.
         """
-        require_planar(self.robot, self.parameters)
         rng, known = np.random.default_rng(seed), list[PlanarCycle]()
         for start in range(starts):
             spread = SPREAD if start else 0.0
