@@ -110,7 +110,7 @@ def check_planar(
             )
         )
     worst = np.max(np.array(rows), axis=0).tolist()
-    faults = (*_faults(robot, worst, _find_unmatched(robot, q, p)), *_release_faults(robot))
+    faults = (*_faults(robot, worst, _describe_misfit(robot, q, p)), *_release_faults(robot))
     least, energy, contacts, travel, mirror = worst
     return PlanarCheck(-least, energy, contacts, travel, mirror, faults)
 
@@ -131,7 +131,7 @@ def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:
         raise InputError(" ".join(check.faults))
 
 
-def _find_unmatched(robot: PlanarRobot, q: Vector, p: Vector) -> str:
+def _describe_misfit(robot: PlanarRobot, q: Vector, p: Vector) -> str:
     """Return the contacts that the mirror does not move to their partners, as the end of a sentence."""
     if robot.mirror is None:
         return ""
@@ -145,7 +145,7 @@ def _evaluate(function: ca.Function, *inputs: Vector) -> list[Vector]:
     return [np.array(part, dtype=float) for part in function.call(list(inputs))]
 
 
-def _faults(robot: PlanarRobot, worst: list[float], unmatched: str) -> tuple[str, ...]:
+def _faults(robot: PlanarRobot, worst: list[float], misfit: str) -> tuple[str, ...]:
     """Return the sentences of the errors that are too large."""
     least, energy, contacts, travel, mirror = worst
     name, faults = f"Robot {robot.name!r}:", []
@@ -163,7 +163,7 @@ def _faults(robot: PlanarRobot, worst: list[float], unmatched: str) -> tuple[str
     if not mirror < EXACT:
         faults.append(
             f"{name} the mirror changes mass matrix, forces, gaps or actuation by {mirror:.3g}; name every coordinate, "
-            f"contact and actuator whose place or sign is exchanged.{unmatched}"
+            f"contact and actuator whose place or sign is exchanged.{misfit}"
         )
     return tuple(faults)
 
