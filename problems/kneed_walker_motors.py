@@ -31,11 +31,12 @@ def swing_guess(step_length, period):
 def problem(
     sequence="foot A stick, knee A latched | foot A stick, knee A latched, knee B latched |",
     friction=1.0,  # Coulomb coefficient
-    slope=2.0,  # downhill [deg]
+    slope=1.0,  # downhill [deg]
     speed=0.7,  # [m/s]
     step_length=0.45,  # [m]
     hip_torque=10.0,  # largest torque of the hip [N m]
     knee_torque=2.0,  # of each knee [N m]
+    bend=0.1,  # least flexion of the swinging knee between release and strike [rad]
     straight=0.15,  # shortest time between the knee's strike and the landing of the foot [s]
     approach=0.2,  # least speed of the foot when it lands [m/s], and rate of the knee when it strikes [rad/s]
     intervals=10,  # in each phase
@@ -53,7 +54,7 @@ def problem(
         limits=PlanarLimits(
             torque={"hip": hip_torque, "knee A": knee_torque, "knee B": knee_torque},
             shortest_phase=straight,
-            clearance=0,
+            clearance=bend,
         ),
         margins=Margins(touchdown_rate=approach, slip_speed=0, normal_force=0.01, separation=0.01),
         guess=swing_guess(step_length, step_length / speed),

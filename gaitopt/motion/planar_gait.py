@@ -37,7 +37,7 @@ class PlanarVerification:
     reasons : tuple of str
         Reasons why it did not pass; empty if it did.
     cost_of_transport : float
-        Of the replay; nan if it stopped at once, or without travel.
+        Cost of transport of the replay; nan if it has no phase or no travel.
     cone_margin : float
         Smallest 1 - abs(f_t) / (mu f_n) of the sticking contacts in the replay; nan without any.
 

@@ -113,16 +113,11 @@ def event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
         "names": list(event.names),
         "outcome": {name: mode.value for name, mode in outcome.modes},
         "mode": {motion.contacts[i]: outcome.modes[i][1].value for i in received},
-        "ratio": {motion.contacts[i]: _ratio(*event.impulse[i]) for i in received},
+        "ratio": {motion.contacts[i]: t / n if n else None for i, (t, n) in enumerate(event.impulse) if i in received},
         "impulse": {motion.contacts[i]: event.impulse[i].tolist() for i in received},
         "energy_lost": event.energy_lost,
         "velocity_after": dict(zip(motion.coordinates, event.v_plus.tolist(), strict=True)),
     }
-
-
-def _ratio(tangential: float, normal: float) -> float | None:
-    """Return L_t / L_n; None without a normal impulse."""
-    return tangential / normal if normal else None
 
 
 def find_slides(gait: PlanarGait) -> dict[str, float]:

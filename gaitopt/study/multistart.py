@@ -78,8 +78,11 @@ def estimate_cost_factor(gait: Gait, coarse: Gait) -> Gait:
     ramps = find_ramps(coarse.solution), find_ramps(gait.solution)
     if ramps[0] is None or ramps[1] is None:
         return gait
-    before = GridCost(coarse.solver.objective, ramps[0].variation)
-    factor = estimate_factor([before], GridCost(gait.solver.objective, ramps[1].variation))
+    before, after = (
+        GridCost(each.solver.objective, ramp.variation, ramp.wide_variation)
+        for each, ramp in ((coarse, ramps[0]), (gait, ramps[1]))
+    )
+    factor = estimate_factor([before], after)
     return gait.replace_fields(solution=replace(gait.solution, cost_factor=factor))
 
 

@@ -15,7 +15,8 @@ from gaitopt.cli.app import app
 from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT
 from gaitopt.cli.script import call_script
 from gaitopt.model import robot_named
-from gaitopt.model.robots.catalogue import CATALOGUE, PLANAR_CATALOGUE
+from gaitopt.model.robots.catalogue import CATALOGUE
+from gaitopt.model.robots.planar_catalogue import PLANAR_CATALOGUE
 
 COMMANDS = typer.main.get_command(app).commands
 

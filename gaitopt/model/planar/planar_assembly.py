@@ -94,6 +94,9 @@ def assemble_planar(
     switched = [Potential(spring.energy(symbols[k])) for k, spring in enumerate(springs)]
     every = [*switched, *(force for force in forces if not isinstance(force, SwitchedSpring))]
     _check_symbols(name, coordinates, symbols, _label(bodies, every, contacts, actuators, places))
+    for label, part in contacts.items():
+        if not ca.depends_on(ca.SX(part.gap), coordinates.q):
+            raise InputError(f"Robot {name!r}: gap of contact {label!r} depends on no coordinate, so it never closes.")
     mechanics = derive(bodies, coordinates.q, coordinates.v, coordinates.gravity, every)
     index = {point: i for i, point in enumerate(places)}
     inputs = {"q": coordinates.q, "v": coordinates.v, "p": ca.vertcat(coordinates.p, symbols)}

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.errors import InputError
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
 
@@ -14,6 +15,9 @@ Vector = NDArray[np.float64]
 
 STEP = 1e-5
 """Step of central differences [m or rad]."""
+
+MOST_COORDINATES = 12
+"""Largest number of coordinates of a robot that is checked before it is used: the check forms its mass matrix."""
 
 EXACT, DIFFERENCED = 1e-9, 1e-6
 """Largest relative errors of a correct robot: of identities, and of derivatives against differences."""
@@ -106,16 +110,42 @@ def check_planar(
             )
         )
     worst = np.max(np.array(rows), axis=0).tolist()
-    faults = (*_faults(robot, worst), *_release_faults(robot))
+    faults = (*_faults(robot, worst, _describe_misfit(robot, q, p)), *_release_faults(robot))
     least, energy, contacts, travel, mirror = worst
     return PlanarCheck(-least, energy, contacts, travel, mirror, faults)
+
+
+def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:
+    """Raise InputError unless a robot passes :func:`check_planar`; a robot with many coordinates is not checked.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.kneed_walker import kneed_walker
+    >>> require_planar(kneed_walker(), {})
+    """
+    if robot.n_q > MOST_COORDINATES:
+        return
+    known = {name: value for name, value in parameters.items() if name not in ("slope", "friction")}
+    check = check_planar(robot, known, states=2)
+    if not check.passed:
+        raise InputError(" ".join(check.faults))
+
+
+def _describe_misfit(robot: PlanarRobot, q: Vector, p: Vector) -> str:
+    """Return the contacts that the mirror does not move to their partners, as the end of a sentence."""
+    if robot.mirror is None:
+        return ""
+    gaps, mirrored = (_evaluate(robot.gaps, place, p)[0].ravel() for place in (q, robot.mirror.coordinates @ q))
+    wrong = np.abs(mirrored - gaps[list(robot.mirror.contacts)]) > DIFFERENCED
+    names = [repr(name) for name, is_wrong in zip(robot.contact_names, wrong, strict=True) if is_wrong]
+    return f" It does not fit {', '.join(names)}." if names else ""
 
 
 def _evaluate(function: ca.Function, *inputs: Vector) -> list[Vector]:
     return [np.array(part, dtype=float) for part in function.call(list(inputs))]
 
 
-def _faults(robot: PlanarRobot, worst: list[float]) -> tuple[str, ...]:
+def _faults(robot: PlanarRobot, worst: list[float], misfit: str) -> tuple[str, ...]:
     """Return the sentences of the errors that are too large."""
     least, energy, contacts, travel, mirror = worst
     name, faults = f"Robot {robot.name!r}:", []
@@ -133,7 +163,7 @@ def _faults(robot: PlanarRobot, worst: list[float]) -> tuple[str, ...]:
     if not mirror < EXACT:
         faults.append(
             f"{name} the mirror changes mass matrix, forces, gaps or actuation by {mirror:.3g}; name every coordinate, "
-            "contact and actuator whose place or sign is exchanged."
+            f"contact and actuator whose place or sign is exchanged.{misfit}"
         )
     return tuple(faults)
 

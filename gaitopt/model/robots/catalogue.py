@@ -10,32 +10,10 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.model.robot_record import RobotRecord, describe_parameter
 from gaitopt.model.robots.compass import compass_biped
-from gaitopt.model.robots.compass_with_torso import compass_with_torso
-from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
-from gaitopt.model.robots.flat_foot_walker import flat_foot_walker
-from gaitopt.model.robots.kneed_walker import kneed_walker
-from gaitopt.model.robots.monopod import monopod
-from gaitopt.model.robots.quadruped import quadruped
 from gaitopt.model.robots.rimless import rimless_wheel
-from gaitopt.model.robots.round_foot_walker import round_foot_walker
-from gaitopt.model.robots.telescoping_biped import telescoping_biped
-from gaitopt.model.robots.vertical_hopper import vertical_hopper
 
 CATALOGUE: dict[str, Callable[[], Robot]] = {"compass_biped": compass_biped, "rimless_wheel": rimless_wheel}
 """Robots with one foot on the ground."""
-
-PLANAR_CATALOGUE: dict[str, Callable[[], PlanarRobot]] = {
-    "compass_with_torso": compass_with_torso,
-    "compass_with_two_feet": compass_with_two_feet,
-    "flat_foot_walker": flat_foot_walker,
-    "kneed_walker": kneed_walker,
-    "monopod": monopod,
-    "quadruped": quadruped,
-    "round_foot_walker": round_foot_walker,
-    "telescoping_biped": telescoping_biped,
-    "vertical_hopper": vertical_hopper,
-}
-"""Robots with any contacts."""
 
 
 def robot_named(name: str) -> Robot | PlanarRobot:
@@ -51,6 +29,10 @@ def robot_named(name: str) -> Robot | PlanarRobot:
     >>> robot_named("compass_biped").n_q, robot_named("monopod").n_q
     (4, 5)
     """
+    if name in CATALOGUE:
+        return CATALOGUE[name]()
+    from gaitopt.model.robots.planar_catalogue import PLANAR_CATALOGUE
+
     known: dict[str, Callable[[], Robot | PlanarRobot]] = {**CATALOGUE, **PLANAR_CATALOGUE}
     if name not in known:
         raise InputError(f"There is no robot {name!r} in the catalogue. {suggest(name, known)}")

@@ -10,6 +10,7 @@ from attrs import evolve
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
+from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
@@ -70,7 +71,7 @@ def solve_planar(
     Raises
     ------
     InputError
-        If `starts` is not a whole number of at least 1.
+        If `starts` is not a whole number of at least 1, or the robot fails its check.
 
     Examples
     --------
@@ -84,6 +85,7 @@ def solve_planar(
     ('solved', 2.145)
     """
     check_count("starts", starts, 1, 1000)
+    require_planar(problem.robot, problem.parameters)
     solver = solver or Ipopt()
     if isinstance(solver, Ipopt):
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent

@@ -43,7 +43,7 @@ class PlanarWalkProblem:
     Raises
     ------
     InputError
-        At construction, if a parameter is invalid.
+        At construction, if a parameter is invalid, or the robot fails its check.
 
     Examples
     --------
@@ -69,6 +69,9 @@ class PlanarWalkProblem:
         if not isinstance(self.robot, PlanarRobot):
             raise InputError(f"robot must be a PlanarRobot such as kneed_walker(), got {self.robot!r}.")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
+        from gaitopt.model.planar.planar_check import require_planar
+
+        require_planar(self.robot, self.parameters)
 
     def search(self, starts: int = 8, *, seed: int = 0) -> "Iterator[PlanarCycle]":
         """Yield the different periodic gaits to which Newton's method converges, from the given state and random ones.

@@ -1,0 +1,77 @@
+"""A robot with a mistake is refused in a sentence by every verb that would use it."""
+
+import casadi as ca
+import pytest
+
+from gaitopt import Collocation, InputError, Parameter
+from gaitopt.model import JointStop, PointContact, PointMass, assemble_planar, check_planar
+from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
+from gaitopt.ocp import PlanarProblem, solve_planar
+from gaitopt.simulation import simulate_planar
+from gaitopt.stability import PlanarWalkProblem
+
+MIRROR = {"a": "b", "foot a": "foot b", "hip": "-hip"}
+
+
+def make_biped(mirror=MIRROR, *, leg_mass=0.5, stop=None, armed=True):
+    """Return a biped whose feet, if armed, land in front only; a stop limits the coordinate that is named."""
+    c = PlanarCoordinates(("x", "y", "a", "b"), [Parameter("gravity", 9.81, "m/s^2", "gravity", lower=0)])
+    hip, bodies, contacts = ca.vertcat(c.coordinate("x"), c.coordinate("y")), [], {}
+    for leg, other in ("ab", "ba"):
+        foot = hip + ca.vertcat(ca.sin(c.coordinate(leg)), -ca.cos(c.coordinate(leg)))
+        contacts[f"foot {leg}"] = PointContact(foot, armed=c.coordinate(leg) - c.coordinate(other) if armed else None)
+        bodies += [PointMass(leg_mass, (hip + foot) / 2)] if leg_mass else []
+    if stop is not None:
+        contacts["stop"] = JointStop(1 - c.coordinate(stop))
+    actuators = {"hip": c.coordinate("a") - c.coordinate("b")}
+    bodies.append(PointMass(1.0, hip))
+    return assemble_planar("biped", c, bodies=bodies, contacts=contacts, actuators=actuators, mirror=mirror)
+
+
+def solve(robot):
+    walk = {"friction": 1.0, "speed": 0.5, "step_length": 0.4, "objective": "torque_squared"}
+    sequence = "foot a stick > flight |" if robot.mirror.contacts[0] == 0 else "foot a stick |"
+    return solve_planar(PlanarProblem(robot=robot, sequence=sequence, transcription=Collocation(intervals=4), **walk))
+
+
+def search(robot):
+    start = {"coordinates": {"x": 0, "a": 0.2, "b": -0.2}, "rates": {"a": -1, "b": 0}, "on": ("foot a",)}
+    return next(PlanarWalkProblem(robot=robot, section="foot b closes", **start).search(1))
+
+
+def test_the_right_robot_passes():
+    assert check_planar(make_biped()).passed
+    assert solve(make_biped()).status.ok
+
+
+@pytest.mark.parametrize("use", [solve, search])
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        (make_biped({"a": "b", "hip": "-hip"}), "the mirror changes .* It does not fit 'foot a', 'foot b'"),
+        (make_biped({**MIRROR, "hip": "hip"}), "the mirror changes mass matrix, forces, gaps or actuation"),
+        (make_biped(leg_mass=0), "the mass matrix is singular; every coordinate needs a mass or an inertia"),
+    ],
+    ids=["contact missing from the mirror", "sign missing from the mirror", "massless legs"],
+)
+def test_a_wrong_robot_is_refused(use, robot, message):
+    with pytest.raises(InputError, match=message):
+        use(robot)
+
+
+def test_a_stop_on_a_coordinate_that_does_not_exist_is_refused():
+    with pytest.raises(InputError, match=r"There is no coordinate 'knee'\. Known: x, y, a, b\."):
+        make_biped(stop="knee")
+
+
+def test_a_stop_that_depends_on_no_coordinate_is_refused():
+    c = PlanarCoordinates(("y",), [Parameter("gravity", 9.81, "m/s^2", "gravity")])
+    body = PointMass(1.0, ca.vertcat(0, c.coordinate("y")))
+    with pytest.raises(InputError, match="gap of contact 'stop' depends on no coordinate"):
+        assemble_planar("ball", c, bodies=[body], contacts={"stop": JointStop(ca.SX(1.0))})
+
+
+def test_feet_that_start_below_the_ground_are_refused():
+    robot, feet_below = make_biped(armed=False), [0, 0.9, 0.1, -0.1]
+    with pytest.raises(InputError, match="Contact 'foot a' starts below the ground: its gap must be at least 0, got"):
+        simulate_planar(robot, feet_below, [0, 0, 0, 0], {})
