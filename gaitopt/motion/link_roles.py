@@ -1,6 +1,6 @@
 """Roles of the links of a walker (stance leg, swing leg, body), and the rotation of drawings by the slope."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -116,19 +116,25 @@ def _distances(motion: Motion, start: int) -> list[int]:
     return distance
 
 
-def assign_links(links: Links, feet: Mapping[int, int]) -> tuple[int | None, ...]:
-    """Return the contact to whose leg each link belongs: the one at the fewest links' distance; None if two are tied.
+def assign_links(links: Links, feet: Mapping[int, int], bodies: Sequence[str]) -> tuple[int | None, ...]:
+    """Return the contact to whose leg each link belongs: the one at the fewest links' distance.
+
+    Of contacts of one body at the same distance it is the first; None if those of several bodies are.
 
     Parameters
     ----------
     links : tuple of pairs of int
     feet : mapping of int to int
         Point of each contact, by the number of the contact.
+    bodies : sequence of str
+        Body of each contact.
 
     Examples
     --------
-    >>> assign_links(((0, 1), (0, 2), (0, 3)), {0: 1, 1: 2})
+    >>> assign_links(((0, 1), (0, 2), (0, 3)), {0: 1, 1: 2}, ["left", "right"])
     (0, 1, None)
+    >>> assign_links(((0, 1), (0, 2), (0, 3)), {0: 1, 1: 2}, ["foot", "foot"])
+    (0, 1, 0)
     """
     far = len(links) + 1
     distances = {contact: _count_links(links, point) for contact, point in feet.items()}
@@ -136,18 +142,22 @@ def assign_links(links: Links, feet: Mapping[int, int]) -> tuple[int | None, ...
     for a, b in links:
         nearness = {contact: min(found.get(a, far), found.get(b, far)) for contact, found in distances.items()}
         nearest = [contact for contact, count in nearness.items() if count == min(nearness.values())]
-        owners.append(nearest[0] if len(nearest) == 1 else None)
+        owners.append(nearest[0] if len({bodies[contact] for contact in nearest}) == 1 else None)
     return tuple(owners)
 
 
-def find_joint_points(links: Links, feet: Iterable[int]) -> tuple[int, ...]:
+def find_joint_points(links: Links, feet: Iterable[int], count: int) -> tuple[int, ...]:
     """Return the points at which links meet, without feet; if there are none, the other ends of the links.
+
+    All `count` points of a robot without links are returned.
 
     Examples
     --------
-    >>> find_joint_points(((0, 1), (0, 2)), [1, 2]), find_joint_points(((0, 1),), [1])
+    >>> find_joint_points(((0, 1), (0, 2)), [1, 2], 3), find_joint_points(((0, 1),), [1], 2)
     ((0,), (0,))
     """
+    if not links:
+        return tuple(range(count))
     ends = [point for link in links for point in link]
     others = sorted(set(ends) - set(feet))
     return tuple(point for point in others if ends.count(point) > 1) or tuple(others)

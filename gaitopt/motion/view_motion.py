@@ -117,6 +117,7 @@ def _view_several(motion: PlanarMotion, limits: Mapping[str, float]) -> MotionVi
     contacts = tuple(_contact_view(motion, i) for i in kept)
     feet = [number for number, contact in enumerate(contacts) if not contact.is_stop]
     foot_points = _foot_points(segments, feet, len(motion.points))
+    bodies = [motion.contact_entries[i].body for i in kept]
     return MotionView(
         coordinates=tuple(map(Channel, motion.coordinates, motion.units)),
         actuators=tuple(map(Channel, motion.actuators, motion.actuator_units)),
@@ -124,11 +125,9 @@ def _view_several(motion: PlanarMotion, limits: Mapping[str, float]) -> MotionVi
         exchange=tuple(place[exchange[i]] for i in kept),
         points=motion.points,
         links=motion.links,
-        link_contacts=assign_links(motion.links, foot_points),
+        link_contacts=assign_links(motion.links, foot_points, bodies),
         foot_points=foot_points,
-        joints=find_joint_points(motion.links, foot_points.values())
-        if motion.links
-        else tuple(range(len(motion.points))),
+        joints=find_joint_points(motion.links, foot_points.values(), len(motion.points)),
         parameters=motion.parameters,
         total_mass=motion.total_mass,
         segments=segments,

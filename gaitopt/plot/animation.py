@@ -17,6 +17,7 @@ from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait, check_any_gait
 from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.motion.view_motion import AnyMotion
+from gaitopt.plot.insets import HasMotion
 from gaitopt.plot.stage import Picture, draw_pictures
 from gaitopt.plot.style import FigureStyle
 
@@ -27,7 +28,7 @@ _COLOURS = 128
 
 
 def animate(
-    gait: AnyGait | AnyMotion,
+    gait: AnyGait | AnyMotion | HasMotion,
     path: str | Path,
     *,
     steps: int = 3,
@@ -43,7 +44,7 @@ def animate(
 
     Parameters
     ----------
-    gait : Gait, PlanarGait, or a motion
+    gait : Gait, PlanarGait, a motion, or a periodic gait or walk that has one
     path : str or Path
         Ends in ``.gif`` or ``.mp4``.
     steps : int
@@ -94,8 +95,9 @@ def animate(
     return path
 
 
-def _motion_of(gait: AnyGait) -> AnyMotion:
-    check_any_gait(gait)
+def _motion_of(gait: HasMotion) -> AnyMotion:
+    if not isinstance(getattr(gait, "motion", None), Motion | PlanarMotion):
+        check_any_gait(gait)
     return gait.motion
 
 

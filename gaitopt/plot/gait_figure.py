@@ -179,8 +179,8 @@ def _describe(gait: AnyGait, title: str | None) -> str:
     verified = "" if not gait.status.ok else ", verified by replay" if gait.verification else ", not replayed"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
-    sequence = textwrap.fill(str(gait.sequence), SEQUENCE_LETTERS)
-    return f"{first}\n{sequence}{where}{verified}\n{', '.join(facts)}"
+    sequence = textwrap.fill(f"{gait.sequence}{where}{verified}", SEQUENCE_LETTERS)
+    return f"{first}\n{sequence}\n{', '.join(facts)}"
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:

@@ -216,7 +216,10 @@ class Header:
         for token in self._sequence:
             text = figure.text(left, 0.935, token.text, family="DejaVu Sans Mono", size=size, va="center")
             self._tokens.append(text)
-            left += (len(token.text) + 1.2) * LETTER_WIDTH * size / 72 / figure.get_figwidth()
+            letters = float(len(token.text))
+            if size < LARGEST:  # letters are as wide as whole pixels
+                letters = text.get_window_extent().width / figure.dpi * 72 / (LETTER_WIDTH * size)
+            left += (letters + 1.2) * LETTER_WIDTH * size / 72 / figure.get_figwidth()
         self._stamp = figure.text(0.975, 0.935, "", family="DejaVu Sans Mono", size=10.5, va="center", ha="right")
         self.moving: list[Artist] = [*self._tokens, self._stamp]
         slope, friction = (film.motion.parameters[name] for name in ("slope", "friction"))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.motion.link_roles import classify_links, is_drawable, tilt
+from gaitopt.motion.link_roles import assign_links, classify_links, is_drawable, tilt
 
 
 def test_compass_has_a_leg_each_and_a_hip(slipping):
@@ -32,3 +32,10 @@ def test_downhill_is_to_the_right_and_down():
 def test_nan_is_not_drawable(slipping, not_a_number):
     assert is_drawable(slipping.motion)
     assert not is_drawable(not_a_number.motion)
+
+
+def test_a_leg_with_heel_and_toe_has_one_colour():
+    """Hip 0, ankle 1, heel 2, toe 3, and another leg without a foot, with knee 4 and end 5."""
+    links = ((0, 1), (1, 2), (1, 3), (0, 4), (4, 5))
+    assert assign_links(links, {0: 2, 1: 3, 2: 5}, ["foot", "foot", "peg"]) == (0, 0, 1, 2, 2)
+    assert assign_links(links, {0: 2, 1: 3, 2: 5}, ["heel", "toe", "peg"]) == (None, 0, 1, 2, 2)

@@ -96,6 +96,11 @@ def test_a_simulated_motion_is_animated(both_feet, tmp_path):
         assert image.n_frames > 3
 
 
+def test_a_simulated_walk_is_animated_as_its_motion(tmp_path):
+    walk = simulate_planar(spoked_wheel(), [0, 1.0, 0.1], [0.3, 0, 0.2], {"friction": 0.3}, duration=0.5)
+    assert animate(walk, tmp_path / "walk.gif", steps=1, fps=5, slow=1.0).exists()
+
+
 def test_a_wheel_shows_the_spokes_that_touch_the_ground(tmp_path):
     wheel = spoked_wheel()
     motion = simulate_planar(wheel, [0, 1.2, 0.1], [0.3, 0, 0.2], {"friction": 0.3}, duration=1.0).motion
