@@ -27,7 +27,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import print_json, report_file
 from gaitopt.cli.progress_display import show_progress
-from gaitopt.cli.script import load_gait
+from gaitopt.cli.script import load_gait, require_single_support_gait
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.control.law import Law, feedforward
 from gaitopt.model.robot import Robot
@@ -71,7 +71,7 @@ def tune(
     if output is not None:
         check_suffix(output, {".json": "tuned gains"})
         check_writable(output)
-    gait = load_gait(file, problem).require()
+    gait = require_single_support_gait(load_gait(file, problem)).require()
     with show_progress("tuning", hidden=json) as display:
         tuned = tune_feedback(
             gait,
@@ -130,7 +130,7 @@ def push(
     from gaitopt.stability.recovery import PushTest
 
     began = time.perf_counter()
-    gait = load_gait(file, problem).require()
+    gait = require_single_support_gait(load_gait(file, problem)).require()
     robot = gait.robot
     chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
