@@ -61,7 +61,7 @@ What works for each problem script and its robot. `python -m tests.matrix` write
 
 {table}
 
-The robots of the catalogue without a script of their own are checked only: {others}.
+The robots of the catalogue without a script are checked only: {others}.
 """
 
 

@@ -67,7 +67,7 @@ class Request:
 
     @functools.cached_property
     def stated(self) -> object:
-        """What the function ``problem`` of a script returns.
+        """The problem that the script states.
 
         Raises
         ------

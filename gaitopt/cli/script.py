@@ -190,6 +190,16 @@ def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path)
     return problem
 
 
+def require_single_support_gait(gait: object) -> Gait:
+    """Return a gait, or raise InputError if its robot has several contacts."""
+    if not isinstance(gait, Gait):
+        raise InputError(
+            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law step-lqr' designs and "
+            "assesses its feedback."
+        )
+    return gait
+
+
 def any_walk_problem(script: Script) -> WalkProblem | PlanarWalkProblem:
     """Return the walking problem a script states, of a robot with any contacts; errors as :func:`gait_problem`."""
     return require_walk_problem(script(), script)

@@ -6,8 +6,12 @@ import math
 import pytest
 from typer.testing import CliRunner
 
+from gaitopt import Collocation
 from gaitopt.cli.app import app
+from gaitopt.cli.script import require_single_support_gait
 from gaitopt.errors import InputError
+from gaitopt.ocp import solve_planar
+from tests.ocp.multicontact_examples import walk
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
 KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_feet"))
@@ -111,6 +115,12 @@ def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     assert controlled["radius"] < 0.5
     assert set(open_loop) == set(controlled)
     assert controlled["forces"]["foot"]["largest_normal"] > 100
+
+
+def test_commands_on_feedback_name_the_command_for_several_contacts():
+    gait = solve_planar(walk(transcription=Collocation(intervals=10)))
+    with pytest.raises(InputError, match="several contacts; 'gaitopt stability SCRIPT --law step-lqr'"):
+        require_single_support_gait(gait)
 
 
 @pytest.mark.parametrize(

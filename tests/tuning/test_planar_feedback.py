@@ -120,7 +120,7 @@ def test_a_least_impulse_keeps_the_trailing_foot_loaded():
     )
     trailing = [gait.motion.events[-1].impulse[1, 1] for gait in (free, loaded)]
     assert trailing == [pytest.approx(0, abs=1e-6), pytest.approx(0.05, abs=1e-6)]
-    with pytest.raises(InputError, match=r"impulse must be at least 0 N s, got -1"):
+    with pytest.raises(InputError, match=r"impulse must be at least 0 \[N s\], got -1"):
         PlanarLimits(impulse=-1)
 
 

@@ -36,7 +36,7 @@ class PlanarPhase:
         self.equations: PhaseSystem = make_phase_system(robot, state, infinite)
         self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
         self.n_works = robot.n_u + len(robot.contacts) + 1
-        self.source = torque
+        self.source, self._torque = torque, torque.value
         self._system_slope = FastCall(self.equations.system_slope, p)
         self._guard_slope = FastCall(self.equations.guard_slope, p)
         self._system = FastCall(self.equations.system, p)
@@ -47,7 +47,7 @@ class PlanarPhase:
 
     def torque(self, t: float, y: Array) -> Array:
         """Return the torque, shape (n_u,)."""
-        return self.source.value(t, y[: self.n_q], y[self.n_q : 2 * self.n_q])
+        return self._torque(t, y[: self.n_q], y[self.n_q : 2 * self.n_q])
 
     def solve(self, t: float, y: Array) -> tuple[Array, Array]:
         """Return the torque u (n_u,) and the unknowns z (n_z,): accelerations and forces."""

@@ -1,0 +1,28 @@
+"""The matrix of the catalogue: its rows, and the page that it has written."""
+
+from tests.matrix import COLUMNS, PAGE, attempt, catalogue, row, scripts
+
+
+def test_a_passive_robot_passes_check_replay_and_multipliers():
+    cells = dict(zip(COLUMNS, row("hopper", scripts()["hopper"]), strict=True))
+    assert cells["robot"] == "vertical_hopper"
+    assert cells["check"] == "passed"
+    assert cells["gait"] == "periodic, sole closed > sole closed | full length latched |"
+    assert cells["law that stabilises it"] == "stable without feedback"
+    assert not cells["multipliers"].startswith("no: ")
+
+
+def test_a_failure_is_a_cell_with_its_reason():
+    def fail():
+        raise ValueError("The legs are too short. Use longer ones.")
+
+    assert attempt(fail) == "no: The legs are too short"
+
+
+def test_the_robots_of_the_catalogue_are_found_by_their_modules():
+    assert {"compass_biped", "compass_with_two_feet", "monopod", "kneed_walker", "vertical_hopper"} <= {*catalogue()}
+
+
+def test_the_page_has_a_row_for_every_script():
+    text = PAGE.read_text(encoding="utf-8")
+    assert [name for name in scripts() if f"| {name} |" not in text] == []
