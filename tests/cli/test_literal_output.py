@@ -30,6 +30,7 @@ from gaitopt.cli import (
 )
 from gaitopt.cli.app import app
 from gaitopt.cli.script import call_script
+from gaitopt.continuation import SpecialCurve, SpecialKind
 from gaitopt.control.law import passive
 from gaitopt.model import ClosedContact, solve_multicontact_impact
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
@@ -154,10 +155,23 @@ def impact():
     impact_command._print_outcome(types.SimpleNamespace(coordinates=("x", "y")), outcome)
 
 
+def diagram():
+    curve = SpecialCurve(
+        kind=SpecialKind.FOLD,
+        parameters=("speed [m/s]", "slope [rad]"),
+        values=np.ones((2, 2)),
+        states=np.ones((2, 1)),
+        before="",
+        after="",
+        begin="range_end",
+        end="meets [s]",
+    )
+    branches = load_diagram("docs/examples/compass_slope.nc")
+    trace_output.print_diagram(dataclasses.replace(branches, unit="m/s", curves=(curve,)))
+
+
 TABLES = {
-    "print_diagram": lambda: trace_output.print_diagram(
-        dataclasses.replace(load_diagram("docs/examples/compass_slope.nc"), unit="m/s")
-    ),
+    "print_diagram": diagram,
     "print_gait": gaits,
     "print_planar_cycles": planar_cycles,
     "print_planar_walk": planar_walk,
@@ -190,7 +204,7 @@ def test_every_function_that_makes_a_table_is_tried_here():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.FunctionDef) and re.search(r"\bTable\(", ast.unparse(node)):
                 made.add(node.name)
-    assert made - {"_ranked_gaits"} == set(TABLES)  # a part of print_ranking
+    assert made - {"_ranked_gaits", "_curve_table"} == set(TABLES)  # parts of print_ranking and print_diagram
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -131,8 +131,9 @@ def refine_mesh(start: SingleStart, solution: GridSolution, doublings: int = MOS
         if inaccurate:
             method = solution.method.refine()
         violation = solution.between.outside
-        # A violation that a doubling has not reduced remains on finer grids.
-        repeat = inaccurate or ROUNDING < violation < least_violation or solution.scuffs()
+        # A violation that a doubling has not reduced remains on finer grids; that of a contact mode is 1 on all of them.
+        reduced = violation < least_violation or violation == 1
+        repeat = inaccurate or (violation > ROUNDING and reduced) or solution.scuffs()
         if method is None and doublings and repeat and _may_double(start, solution):
             method, doublings = solution.method.double_intervals(problem.sequence), doublings - 1
             least_violation = violation
