@@ -131,7 +131,7 @@ def refine_mesh(start: SingleStart, solution: GridSolution, doublings: int = MOS
         if inaccurate:
             method = solution.method.refine()
         violation = solution.between.outside
-        # A violation that a doubling has not reduced remains on finer grids; that of a contact mode is 1 on all of them.
+        # A violation that a doubling has not reduced remains on finer grids; that of a contact mode is 1 on any grid.
         reduced = violation < least_violation or violation == 1
         repeat = inaccurate or (violation > ROUNDING and reduced) or solution.scuffs()
         if method is None and doublings and repeat and _may_double(start, solution):
