@@ -1,7 +1,7 @@
 """Time of the search for gaits, as ratios measured in one run: ``pytest tests/benchmarks --benchmark-only -s``.
 
-Target: about twice the time of the plain search that gaitopt used before, which finds fewer gaits, at most; measured
-ratios are 0.1 to 2.1, with the largest at friction 0.13, where the plain search finds one of two gaits.  The plain search
+Target: at most about twice the time of the plain search that gaitopt used before, which finds fewer gaits.  Measured
+ratios are 0.1 to 2.1, the largest at friction 0.13, where the plain search finds one of two gaits.  The plain search
 applies Newton's method to 200 random states of the section, once for each period up to the longest.  Both use the same
 engine, and all known gaits of a case must be among those that `find_cycles` returns.
 """
