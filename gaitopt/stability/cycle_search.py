@@ -175,6 +175,9 @@ class _CycleSearch:
         for walk in random_walks(self._walker, self._section, count, self._length, seed):
             walks.append(walk.points)
             yield from self._converge(walk.points[0], 1, self._known, passage=walk.first)
+            if not self._section.sliding:
+                # Without slip, multipliers beyond 100 occur; such gaits are found from states after a step.
+                yield from self._converge(walk.points[1], 1, self._known)
         yield from self._find_longer(walks)
 
     def find_from(self, starts: Iterable[Array]) -> Iterator[Cycle]:
