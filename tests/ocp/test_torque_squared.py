@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import MultipleShooting, TorqueSquared
+from gaitopt import Ipopt, MultipleShooting, Newton, Status, TorqueSquared, solve
 from tests.references.storage import reference
 
 # Optimal integral of the squared torques, 100 kg in all (legs 40 kg, hip 20 kg), level ground, 0.633 m/s, 0.4713 m,
@@ -43,3 +43,21 @@ def test_the_objective_is_the_integral_of_the_planned_torques(solved):
     assert integral == pytest.approx(gait.solver.objective, rel=1e-9)
     assert gait.problem["objective"] == TorqueSquared.name
     assert gait.verification.passed
+
+
+def test_coarse_grids_need_no_newton_steps(reference_problem, monkeypatch):
+    """The coarse optimum of a smooth objective is only a start, found by Ipopt with a large tolerance."""
+    solves, interior, newton = [], Ipopt.minimise, Newton.minimise
+
+    def by_ipopt(solver, *given):
+        solves.append(solver.tolerance)
+        return interior(solver, *given)
+
+    def by_newton(solver, *given, **options):
+        solves.append("Newton")
+        return newton(solver, *given, **options)
+
+    monkeypatch.setattr(Ipopt, "minimise", by_ipopt)
+    monkeypatch.setattr(Newton, "minimise", by_newton)
+    assert solve(reference_problem(objective="torque_squared", friction=0.2)).status is Status.SOLVED
+    assert solves[:2] == [1e-6, "Newton"]

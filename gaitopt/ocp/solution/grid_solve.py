@@ -6,6 +6,7 @@ import time
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+from attrs import evolve
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.energy import ledger
@@ -14,6 +15,7 @@ from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, has_same_grid, transfer_solution
+from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.keys import Group, Unknown
@@ -36,6 +38,9 @@ from gaitopt.status import Status
 
 BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
 """Barrier parameters of a warm start from the same problem on another grid, and from another problem."""
+
+COARSE_TOLERANCE = 1e-6
+"""Tolerance of Ipopt on the coarse grids of smooth objectives."""
 
 STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
 """Statuses after which no further solve is started."""
@@ -260,7 +265,7 @@ class SingleStart:
         known = self.guess.solution_for(problem.sequence) is not None
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription, moved=known)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
-        solver = self.cold_solver if warm_start is None else self.solver
+        solver = self._choose_solver(method, warm_start)
         update = {"update_data": functools.partial(nlp_data, transcription, problem)} if located and known else {}
         outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier, **update)
         data = data if outcome.data is None else outcome.data
@@ -271,3 +276,12 @@ class SingleStart:
             )
         # Without the guess: lazily evaluated results must not keep the gait alive that the solve started from.
         return GridSolution(problem.without_guess(), method, transcription, limits, data, outcome)
+
+    def _choose_solver(self, method: Method, warm_start: Solution | None) -> NlpSolver:
+        """Return the solver of a grid; a coarse optimum of a smooth objective is only a start of the next grid."""
+        solver = self.cold_solver if warm_start is None else self.solver
+        if not isinstance(solver, Newton) or not self.problem.objective.smooth:
+            return solver
+        if method not in self.problem.transcription.list_grids(self.problem.sequence)[:-1]:
+            return solver
+        return evolve(solver.fallback, tolerance=max(solver.fallback.tolerance, COARSE_TOLERANCE))
