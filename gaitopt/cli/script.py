@@ -185,7 +185,8 @@ def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path)
     """Return a walking problem, or raise InputError if its robot has several contacts."""
     if isinstance(problem, PlanarWalkProblem):
         raise InputError(
-            f"{path} has a robot with several contacts; 'gaitopt stability' and 'gaitopt impact' accept it."
+            f"{path} has a robot with several contacts; 'gaitopt stability', 'gaitopt simulate' and 'gaitopt impact' "
+            "accept it."
         )
     return problem
 

@@ -89,10 +89,13 @@ def test_the_table_lists_sequence_and_multipliers():
             ("stability", HOPPER, "--engine", "heyoka"),
             "--engine must be auto or scipy for a robot with several contacts",
         ),
-        (("simulate", HOPPER), "has a robot with several contacts; 'gaitopt stability' and 'gaitopt impact' accept it"),
+        (
+            ("simulate", HOPPER, "--engine", "heyoka"),
+            "--engine must be auto or scipy for a robot with several contacts",
+        ),
         (
             ("basin", HOPPER, "--over", "body=0.6:0.7:2"),
-            "has a robot with several contacts; 'gaitopt stability' and 'gaitopt impact' accept it",
+            "has a robot with several contacts; 'gaitopt stability', 'gaitopt simulate' and 'gaitopt impact' accept it",
         ),
         (("solve", HOPPER), "is a walking problem without optimisation"),
         (("stability", HOPPER, "--set", "thrst=1"), "Did you mean 'thrust'"),
