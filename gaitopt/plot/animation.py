@@ -16,8 +16,8 @@ from gaitopt.motion.motion import Motion
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait, check_any_gait
 from gaitopt.motion.planar_motion import PlanarMotion
-from gaitopt.motion.view_motion import AnyMotion
-from gaitopt.plot.insets import HasMotion
+from gaitopt.motion.view_motion import AnyMotion, view_motion
+from gaitopt.plot.insets import HasMotion, choose_foot
 from gaitopt.plot.stage import Picture, draw_pictures
 from gaitopt.plot.style import FigureStyle
 
@@ -85,6 +85,7 @@ def animate(
     _check(motion, steps, fps, slow)
     # A GIF holds a frame for whole hundredths of a second, and viewers ignore fewer than two.
     rate = 100 / max(2, round(100 / fps)) if suffix == ".gif" else float(fps)
+    choose_foot(view_motion(motion))  # raises an error for a flight
     film = AnimationFrames(motion, steps=steps, rate=rate, slow=slow)
     with write_atomically(path) as temporary, rc_context(FigureStyle().settings):
         pictures = _report_frames(draw_pictures(known, film), len(film), observer)

@@ -179,7 +179,7 @@ def choose_foot(view: MotionView) -> tuple[int, Array]:
     --------
     >>> from gaitopt import load
     >>> foot, slide = choose_foot(view_motion(load("docs/examples/compass_slip.h5").motion))
-    >>> foot, round(1e3 * (slide[-1] - slide[0]), 2)
+    >>> foot, round(1e3 * float(slide[-1] - slide[0]), 2)
     (0, 1.36)
     """
     paths = {

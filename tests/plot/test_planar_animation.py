@@ -114,5 +114,8 @@ def test_what_cannot_be_animated_is_refused(tmp_path, both_feet):
     empty = both_feet.__class__(**{**vars(both_feet), "segments": ()})
     with pytest.raises(InputError, match="not finite or has no duration"):
         animate(empty, tmp_path / "none.gif")
+    flight = simulate_planar(spoked_wheel(), [0, 2.0, 0.1], [0.3, 0, 0.2], {}, duration=0.1)
+    with pytest.raises(InputError, match="No foot is on the ground"):
+        animate(flight, tmp_path / "none.gif")
     with pytest.raises(InputError, match="gait must be"):
         animate("walk", tmp_path / "none.gif")
