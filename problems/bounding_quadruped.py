@@ -25,7 +25,7 @@ class LegEffort(Objective):
         return 1e-3 * sum(force**2 for force in legs) + sum(torque**2 for torque in hips)
 
 
-def bound_guess(stride, period, height, stance=0.3):
+def bound_guess(stride, period, height, stance=0.35):
     """Return a guess in which each pair of legs is on the ground for a share of the period, half a period apart."""
     part = np.linspace(0, 1, 21)
     coordinates = {
