@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from gaitopt import DaskExecutor, load_sweep
+from gaitopt import DaskExecutor, Execution, load_sweep
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
 from tests import dask
@@ -30,11 +30,12 @@ def test_two_workers_against_one(benchmark, tmp_path):
             folder = tmp_path / f"{count}-{len(times)}"
             folder.mkdir()
             with dask.scheduler(folder) as (address, _), dask.workers(address, count), DaskExecutor(address) as cluster:
-                while cluster.workers() < count:
+                execution = Execution(executor=cluster)
+                while cluster.count_workers() < count:
                     time.sleep(0.1)
-                list(run_tasks(works.rest, [Task(str(i), 0.0) for i in range(4)], executor=cluster))
+                list(run_tasks(works.rest, [Task(str(i), 0.0) for i in range(4)], execution=execution))
                 began = time.perf_counter()
-                list(run_tasks(works.rest, [Task(str(i), 1.0) for i in range(TASKS)], executor=cluster))
+                list(run_tasks(works.rest, [Task(str(i), 1.0) for i in range(TASKS)], execution=execution))
                 times.append(time.perf_counter() - began)
 
     benchmark.pedantic(in_turn, rounds=ROUNDS)
