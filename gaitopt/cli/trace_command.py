@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import attrs
 import typer
 
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
@@ -25,7 +26,6 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.cli.script import read_script, walk_problem
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -96,18 +96,24 @@ def trace(
     if output is not None:
         _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
+    options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
     with show_progress("tracing", hidden=json) as display:
-        walk, axis, start = _trace_inputs(request, over, hidden=json or quiet)
-        other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second")[1]
-        options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts, engine=_engine(engine, walk))
-        diagram = _trace(walk, axis, start, options, display)
-        if other is not None and diagram.complete:
-            diagram = _trace_curves(walk, diagram, other, options, display)
-    seconds = time.perf_counter() - began
-    _report(diagram, output, json=json, seconds=seconds)
-    if not diagram.complete:
-        err.print("Interrupted; the branches followed so far are reported.")
-        sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
+        diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
+    _report(diagram, output, json=json, seconds=time.perf_counter() - began)
+
+
+def _trace_request(
+    request: "Request", ranges: tuple[str, str | None], options: "TraceOptions", display: Display, *, hidden: bool
+) -> "BranchDiagram":
+    """Return the diagram over the first range, with curves over the second one if there is one."""
+    over, second = ranges
+    walk, axis, start = _trace_inputs(request, over, hidden=hidden)
+    other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second")[1]
+    options = attrs.evolve(options, engine=_engine(request.engine, walk))
+    diagram = _trace(walk, axis, start, options, display)
+    if other is None or not diagram.complete:
+        return diagram
+    return _trace_curves(walk, diagram, other, options, display)
 
 
 def _trace(
@@ -170,6 +176,7 @@ def _trace_inputs(
 
     from gaitopt.cli.axis import convert_axes, unconverted_axes
     from gaitopt.cli.inputs import read_input
+    from gaitopt.cli.script import read_script, walk_problem
     from gaitopt.stability.walk_problem import WalkProblem
 
     name, ends = _read_range(over, option)
@@ -215,17 +222,20 @@ def _check_output(path: Path) -> None:
 
 
 def _report(diagram: "BranchDiagram", path: Path | None, *, json: bool, seconds: float) -> None:
-    """Write a diagram to its file, and print it as a table or as JSON."""
+    """Write a diagram to its file, print it as a table or as JSON, and end with 130 if it is not complete."""
     from gaitopt.cli.trace_output import print_diagram
 
     if path is not None:
         _write(diagram, path)
     if json:
         print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
-        return
-    print_diagram(diagram)
-    if path is not None:
-        report_file(path)
+    else:
+        print_diagram(diagram)
+        if path is not None:
+            report_file(path)
+    if not diagram.complete:
+        err.print("Interrupted; the branches followed so far are reported.")
+        sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
 
 
 def _write(diagram: "BranchDiagram", path: Path) -> None:

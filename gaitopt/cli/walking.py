@@ -36,7 +36,7 @@ def stability(
     source: Source,
     setting: Setting = None,
     problem: RobotScript = None,
-    starts: CycleStarts = 24,
+    starts: CycleStarts = 32,
     steps: CyclePeriod = 1,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,

@@ -17,6 +17,8 @@ LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 DEPARTURES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Scaled distances from a boundary at which the branch on its other side is sought."""
 
+LOCATED = 1e-6
+"""Scaled distance of the neighbours of a change of structure that counts as located."""
 SLOW = "no_touchdown"
 """Reason for which a step that takes too long stops."""
 Continues = Callable[[Hashable, Hashable], bool]
@@ -53,6 +55,7 @@ class BranchFollower:
         self.end = ""
         self.beyond: CurvePoint | None = None
         self._bend = np.zeros(stepper.scales.size)
+        self._brackets = list[tuple[CurvePoint, CurvePoint]]()
 
     def follow(self, start: CurvePoint) -> Iterator[CurvePoint | SpecialPoint]:
         """Yield points and special points in order, `start` first."""
@@ -102,10 +105,26 @@ class BranchFollower:
 
     def _is_neighbour(self, point: CurvePoint, following: CurvePoint, step: float) -> bool:
         """Return whether a point lies on the same branch: near the prediction, without a sharp turn in one piece."""
-        distance = float(np.linalg.norm(self.stepper.position(following) - self.stepper.position(point)))
+        distance = self._distance(point, following)
+        self._brackets = []
         if following.sample.structure != point.sample.structure:
-            return distance <= 3 * step
+            if distance > 3 * step:
+                return False
+            self._brackets = structure_brackets(self.stepper, point, following)
+            # Between points of two branches no change can be located.
+            return bool(self._brackets) and all(self._distance(*pair) <= LOCATED for pair in self._brackets)
         return distance <= 1.5 * step and self.stepper.angle(point, following) <= self.stepper.options.largest_angle
+
+    def _find_brackets(self, point: CurvePoint, following: CurvePoint) -> list[tuple[CurvePoint, CurvePoint]]:
+        """Return the changes of structure between two points, the second one perhaps at the end of the range."""
+        if self._brackets and self._brackets[-1][1].sample.structure == following.sample.structure:
+            last = self._brackets[-1][1]
+            if self._distance(point, last) <= self._distance(point, following):
+                return self._brackets
+        return structure_brackets(self.stepper, point, following)
+
+    def _distance(self, one: CurvePoint, other: CurvePoint) -> float:
+        return float(np.linalg.norm(self.stepper.position(other) - self.stepper.position(one)))
 
     def _land(self, point: CurvePoint, following: CurvePoint) -> CurvePoint | None:
         """Return the point at the end of the range that a step has passed."""
@@ -127,7 +146,7 @@ class BranchFollower:
         """
         stepper, specials = self.stepper, list[CurvePoint | SpecialPoint]()
         here = point
-        for near, far in structure_brackets(stepper, point, following):
+        for near, far in self._find_brackets(point, following):
             specials += smooth_special_points(stepper, here, near, self.name) if near is not here else []
             change = describe_change(near, far, self.name)
             if not self.continues(near.sample.structure, far.sample.structure):

@@ -11,6 +11,10 @@ from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegmen
 from gaitopt.motion.summary import ledger_facts, plain
 
 
+LEAST_LOAD = 1e-6
+"""Normal force, relative to its maximum, below which rounding errors decide the ratio of the forces."""
+
+
 def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
     """Return the facts of a gait as plain data for JSON, with the keys of :func:`gaitopt.motion.summarise`.
 
@@ -71,7 +75,7 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
 def friction_margin(gait: PlanarGait) -> float:
     """Return the smallest 1 - abs(f_t) / (mu f_n) of the sticking contacts; nan without any.
 
-    Samples without force, at lift-off, are left out; a body with several contacts counts as one.
+    Samples nearly without force, at lift-off, are left out; a body with several contacts counts as one.
 
     Examples
     --------
@@ -88,7 +92,7 @@ def friction_margin(gait: PlanarGait) -> float:
                 bodies.setdefault(entries[i].body, []).append(i)
         for members in bodies.values():
             tangential, normal = segment.force[members].sum(axis=0)
-            loaded = normal > 0
+            loaded = normal > LEAST_LOAD * normal.max(initial=0.0)
             margins.append(1 - np.abs(tangential[loaded]) / (limit * normal[loaded]))
     return float(np.concatenate(margins).min()) if margins else float("nan")
 

@@ -6,7 +6,6 @@ multiplier near or below -1, and from points of walks to which the walk returns 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,16 +32,14 @@ from gaitopt.stability.return_map import Passage, ReturnMap
 from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
-STARTS = 24
+STARTS = 32
 """Default number of random starts."""
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
 LARGEST_FACTOR = 1e4
 """Factor of the deflation above which a start is considered a known gait."""
-ITERATION = FixedPointOptions(max_iterations=12, smallest_step=1 / 27, reduction=3)
+ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 27, reduction=3)
 """Newton's method in the search: most starts are far from any gait, so each is abandoned early."""
-LONGER_ITERATION = replace(ITERATION, max_iterations=15)
-"""Newton's method for gaits of two and more steps, whose starts are fewer and closer."""
 WALK_PERIODS = 4
 """Length of the walks in which close returns are sought, relative to the longest period."""
 MAX_STEP_TIME = 20.0
@@ -175,9 +172,8 @@ class _CycleSearch:
         for walk in random_walks(self._walker, self._section, count, self._length, seed):
             walks.append(walk.points)
             yield from self._converge(walk.points[0], 1, self._known, passage=walk.first)
-            if not self._section.sliding:
-                # Without slip, multipliers beyond 100 occur; such gaits are found from states after a step.
-                yield from self._converge(walk.points[1], 1, self._known)
+            # Gaits with large multipliers are found from states after a step only.
+            yield from self._converge(walk.points[1], 1, self._known)
         yield from self._find_longer(walks)
 
     def find_from(self, starts: Iterable[Array]) -> Iterator[Cycle]:
@@ -249,7 +245,7 @@ class _CycleSearch:
             self._walker,
             z,
             period,
-            options=LONGER_ITERATION if period > 1 else ITERATION,
+            options=ITERATION,
             deflation=deflation,
             linearisation=self._linearisation,
             passage=passage,

@@ -83,11 +83,19 @@ def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkey
     assert [path.name for path in tmp_path.iterdir()] == ["monopod.h5"]
 
 
-@pytest.mark.parametrize("words", [("stability",), ("tune",), ("push",), ("export", "-o", "controller.c")])
-def test_commands_on_walkers_name_those_that_accept_the_file(capsys, hop, words):
+@pytest.mark.parametrize(
+    ("words", "advice"),
+    [
+        (("stability",), "'gaitopt show', 'verify'"),
+        (("tune",), "'gaitopt stability SCRIPT --law step-lqr'"),
+        (("push",), "'gaitopt stability SCRIPT --law step-lqr'"),
+        (("export", "-o", "controller.c"), "'gaitopt show', 'verify'"),
+    ],
+)
+def test_commands_on_walkers_name_those_that_accept_the_file(capsys, hop, words, advice):
     status, printed = run(capsys, words[0], str(hop), *words[1:])
     assert status == 2
-    assert "gait of a robot with several contacts; 'gaitopt show', 'verify'" in " ".join(printed.err.split())
+    assert f"of a robot with several contacts; {advice}" in " ".join(printed.err.split())
 
 
 @pytest.mark.parametrize(

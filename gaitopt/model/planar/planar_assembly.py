@@ -94,9 +94,7 @@ def assemble_planar(
     switched = [Potential(spring.energy(symbols[k])) for k, spring in enumerate(springs)]
     every = [*switched, *(force for force in forces if not isinstance(force, SwitchedSpring))]
     _check_symbols(name, coordinates, symbols, _label(bodies, every, contacts, actuators, places))
-    for label, part in contacts.items():
-        if not ca.depends_on(ca.SX(part.gap), coordinates.q):
-            raise InputError(f"Robot {name!r}: gap of contact {label!r} depends on no coordinate, so it never closes.")
+    _check_gaps(name, contacts, coordinates.q)
     mechanics = derive(bodies, coordinates.q, coordinates.v, coordinates.gravity, every)
     index = {point: i for i, point in enumerate(places)}
     inputs = {"q": coordinates.q, "v": coordinates.v, "p": ca.vertcat(coordinates.p, symbols)}
@@ -118,6 +116,13 @@ def assemble_planar(
         **_newton_euler(inputs, mechanics, list(contacts.values()), actuators),
         figure=_later("figure", _without_rates(inputs), {"points": ca.horzcat(*places.values())}),
     )
+
+
+def _check_gaps(name: str, contacts: Mapping[str, AnyContact], q: ca.SX) -> None:
+    """Raise InputError if the gap of a contact depends on no coordinate."""
+    for label, part in contacts.items():
+        if not ca.depends_on(ca.SX(part.gap), q):
+            raise InputError(f"Robot {name!r}: gap of contact {label!r} depends on no coordinate, so it never closes.")
 
 
 def _motion(inputs: dict[str, ca.SX], parts: Mechanics, actuators: Mapping[str, ca.SX]) -> dict[str, Any]:
