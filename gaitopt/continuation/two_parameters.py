@@ -24,7 +24,7 @@ from gaitopt.stability.walk_problem import WalkProblem
 
 REACHES = (0.2, 0.05, 0.8, 3.0)
 """Distances from the predicted point at which a search along the line begins, relative to the step, in order."""
-FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.02, 0.04, 1e-3
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.03, 0.1, 1e-3
 """Step lengths in the plane of the parameters, relative to their ranges."""
 MOST_POINTS = 400
 NOT_FOUND = "no such point found beyond"

@@ -10,7 +10,7 @@ from gaitopt.status import Stop
 from tests.matrix import catalogue
 
 ROBOTS = {name: robot for name, robot in catalogue().items() if isinstance(robot, PlanarRobot)}
-STATES = {"quadruped": 3, "monopod": 5}
+STATES = {"quadruped": 1, "monopod": 2}
 """Number of random states; robots with stiff springs take long."""
 ENDS = {"duration_done", "fell", "painleve", "jam", "ambiguous", "must_slip"}
 """Reasons for which these motions may end; the last four are named properties of rigid bodies with Coulomb friction."""
