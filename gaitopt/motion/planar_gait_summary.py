@@ -10,7 +10,6 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.motion.summary import ledger_facts, plain
 
-
 LEAST_LOAD = 1e-6
 """Normal force, relative to its maximum, below which rounding errors decide the ratio of the forces."""
 
