@@ -10,7 +10,7 @@ import monopod
 
 from gaitopt import Collocation, Margins
 from gaitopt.model import import_planar
-from gaitopt.ocp import PlanarLimits, PlanarProblem
+from gaitopt.ocp import PlanarKeyframes, PlanarLimits, PlanarProblem
 
 MJCF = """<mujoco model="monopod">
   <worldbody>
@@ -36,6 +36,19 @@ def hopper():
     return import_planar(MJCF, contacts={"sole": ("foot", (0, 0, 0))})
 
 
+def hop_guess(stride, period):
+    """Return a hop whose leg swings back in stance and forward in flight."""
+    part = (0, 0.1, 0.2, 0.6, 1)  # of the period
+    coordinates = {
+        "x": [stride * each for each in part],
+        "y": (0.5, 0.48, 0.52, 0.64, 0.5),
+        "pitch": (0, 0, 0, 0, 0),
+        "hip": (0.1, 0, -0.1, 0, 0.1),
+        "leg": (0.5, 0.48, 0.53, 0.59, 0.5),
+    }
+    return PlanarKeyframes([period * each for each in part], coordinates, phases=(0.2 * period, 0.8 * period))
+
+
 def problem(
     sequence="sole stick > flight |",
     friction=1.0,  # Coulomb coefficient
@@ -56,8 +69,9 @@ def problem(
         speed=speed,
         step_length=step_length,
         objective=monopod.HopEffort(),
-        limits=PlanarLimits(coordinate={"leg": (0.35, 0.65)}, clearance=clearance),
+        limits=PlanarLimits(coordinate={"leg": (0.35, 0.65), "pitch": (-0.5, 0.5)}, clearance=clearance),
         margins=Margins(touchdown_rate=0.1, slip_speed=0, normal_force=0),
+        guess=hop_guess(step_length, step_length / speed),
         transcription=Collocation(intervals=(stance_intervals, flight_intervals)),
     )
 

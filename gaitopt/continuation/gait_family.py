@@ -163,10 +163,6 @@ class GaitFamily:
         """Return the periodic gait at a point with all its derived quantities, or None if there is none."""
         return find_cycle(self._walker(value)[0], z, self.steps)
 
-    def state(self, z: Array) -> dict[str, float]:
-        """Return the coordinates of a point by name."""
-        return dict(zip(self.names, z.tolist(), strict=True))
-
     @functools.cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""

@@ -346,16 +346,7 @@ def _make_branch(
 def _join_sides(backward: GaitBranch, forward: GaitBranch) -> GaitBranch:
     """Return one branch from two that begin at the same gait and lead in opposite directions."""
     reverse = slice(None, 0, -1)
-    special = [
-        replace(
-            point,
-            before=point.before if not point.multipliers_after.size else point.after,
-            after=point.after if not point.multipliers_after.size else point.before,
-            multipliers_before=point.multipliers_after if point.multipliers_after.size else point.multipliers_before,
-            multipliers_after=point.multipliers_before if point.multipliers_after.size else point.multipliers_after,
-        )
-        for point in reversed(backward.special)
-    ]
+    special = [_reverse(point) for point in reversed(backward.special)]
     return replace(
         forward,
         values=np.concatenate([backward.values[reverse], forward.values]),
@@ -364,4 +355,17 @@ def _join_sides(backward: GaitBranch, forward: GaitBranch) -> GaitBranch:
         sequences=(*backward.sequences[reverse], *forward.sequences),
         special=(*special, *forward.special),
         begin=backward.end,
+    )
+
+
+def _reverse(point: SpecialPoint) -> SpecialPoint:
+    """Return a special point as it is passed in the opposite direction; that of an end is unchanged."""
+    if not point.multipliers_after.size:
+        return point
+    return replace(
+        point,
+        before=point.after,
+        after=point.before,
+        multipliers_before=point.multipliers_after,
+        multipliers_after=point.multipliers_before,
     )

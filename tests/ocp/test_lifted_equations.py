@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, Ipopt
-from gaitopt.ocp import solve_planar
+from gaitopt.ocp import FromPlanarGait, solve_planar
 from gaitopt.ocp.multicontact.planar_bounds import planar_structure
 from gaitopt.ocp.multicontact.planar_start import planar_start
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
@@ -22,8 +22,11 @@ def count_joint_rows(gait):
     ids=["five links", "slip", "nine links", "flight", "double support"],
 )
 def test_both_forms_have_the_same_optimum(problem):
-    recursive, lifted = (solve_planar(problem.replace(equations=form)) for form in ("recursive", "lifted"))
+    recursive = solve_planar(problem.replace(equations="recursive"))
     assert recursive.status.ok
+    # Long chains have several local optima: their second solve starts from the motion of the first one.
+    guess = FromPlanarGait(recursive) if problem.robot.n_q > 10 else problem.guess
+    lifted = solve_planar(problem.replace(equations="lifted", guess=guess))
     assert lifted.status.ok
     assert lifted.solver.objective == pytest.approx(recursive.solver.objective, rel=1e-8)
     assert count_joint_rows(recursive) == 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from gaitopt import verify
+from gaitopt import load, verify
 from gaitopt.cli.script import call_script
 from gaitopt.motion.planar_gait_summary import summarise_planar
 from gaitopt.motion.summary import summarise
@@ -17,8 +17,15 @@ from tests.conftest import ROOT
 every_script = pytest.mark.parametrize("name", ["bounding_quadruped", "compass_with_torso", "kneed_walker_motors"])
 
 
+STORED = {"bounding_quadruped": ROOT / "tests" / "problems" / "bounding_quadruped.h5"}
+"""Optimal gaits in files.  Whether the solve of the quadruped converges depends on rounding errors: of the same problem
+with gravity changed by 1e-10, one in two solves reached the iteration limit."""
+
+
 @functools.cache
 def gait_of(name):
+    if name in STORED:
+        return verify_planar(load(STORED[name]))
     return verify_planar(solve_planar(call_script(ROOT / "problems" / f"{name}.py", [])))
 
 
