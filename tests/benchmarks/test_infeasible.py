@@ -20,4 +20,5 @@ def test_infeasible_problems_are_reported_quickly_with_the_limits_that_conflict(
     benchmark.extra_info.update(within=within, named=named)
     assert all(row["status"] == "infeasible" for row in rows)
     assert within >= 0.95 * len(rows)
+    assert ratios.max() <= 10
     assert named >= 0.9 * len(rows)
