@@ -17,6 +17,8 @@ LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 DEPARTURES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Scaled distances from a boundary at which the branch on its other side is sought."""
 
+SHORTEST_INTERVAL = 1e-6
+"""Scaled distance of consecutive points of a branch; the steps toward an end become much shorter."""
 LOCATED = 1e-6
 """Scaled distance of the neighbours of a change of structure that counts as located."""
 SLOW = "no_touchdown"
@@ -60,17 +62,19 @@ class BranchFollower:
     def follow(self, start: CurvePoint) -> Iterator[CurvePoint | SpecialPoint]:
         """Yield points and special points in order, `start` first."""
         options = self.stepper.options
-        point, step = start, options.first_step
+        point, shown, step = start, start, options.first_step
         yield point
         for _ in range(options.most_points):
             following, step = self._advance(point, step)
             if following is None:
                 crossing = self._cross(point)
                 special, following = crossing if isinstance(crossing, tuple) else (crossing, None)
-                yield special
                 if following is None:
+                    # The derivative is singular at some ends, so that multipliers are inaccurate close to them.
+                    yield replace(special, multipliers_before=shown.multipliers)
                     self.end = special.kind.key if special.kind is not SpecialKind.END else special.after
                     return
+                yield special
                 step = options.first_step / 10
             else:
                 outside = not self.low <= following.value <= self.high
@@ -88,7 +92,10 @@ class BranchFollower:
                     yield following
                     self.end = "range_end"
                     return
-            yield following
+            same = following.sample.structure == shown.sample.structure
+            if not same or self._distance(shown, following) >= SHORTEST_INTERVAL:
+                yield following
+                shown = following
             self._bend = self.stepper.bend(point, following)
             point = following
         self.end = "most_points"

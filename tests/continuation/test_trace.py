@@ -102,6 +102,9 @@ def test_complete_slip_is_followed_as_a_branch_of_its_own(wheel_diagram):
     assert values_of(branch, "drift_reversal") == pytest.approx([math.tan(SLOPE)], abs=1e-8)
     assert (branch.begin, branch.end) == ("lift_off", "roll_over")
     assert values_of(branch, "lift_off")[0] == pytest.approx(0.32, abs=5e-3)  # Gamus & Or (2015)
+    # The variational equations are singular where the wheel just rolls over: no multiplier is taken from there.
+    assert np.all((branch.radii > 0.3) & (branch.radii < 0.4))
+    assert branch.special_of("roll_over")[0].multipliers_before[0].real == pytest.approx(branch.radii[-1], abs=1e-12)
 
 
 def test_special_points_of_gait_b(compass_diagram):
