@@ -16,6 +16,9 @@ REASONS = {
 }
 """Descriptions of the failures, by status."""
 
+NEGLIGIBLE = 1e-7
+"""Work per distance [J/m] below which it is a rounding error."""
+
 PROBLEMS = Path(__file__).resolve().parents[1]
 
 
@@ -53,6 +56,16 @@ def check_balance(table, label="all gaits"):
     return PublishedValue(
         f"{label}: (impact + friction + 2 braking) / work of the motors", worst, 1.0, 1e-3, "energy balance"
     )
+
+
+def describe_work(point):
+    """Return a text with the work of the motors of a gait and its terms, with three digits."""
+    parts = [f"{label.split()[-1]} {_round(point.terms.sel(term=term))}" for term, _, label, *_ in TERMS]
+    return f"{_round(point.motor_work)} J/m ({', '.join(parts)} J/m, braking counted twice)"
+
+
+def _round(value):
+    return f"{float(value):.3g}" if abs(float(value)) > NEGLIGIBLE else "0"
 
 
 def describe_gaits(table):

@@ -5,10 +5,15 @@ force. Right: a point mass on two telescoping legs, with feet of 5 % of its mass
 the least positive work. The foot that lands sticks, or slips forward until it comes to rest. All gaits keep margins to
 slip, to other outcomes of the impact and to early lift-off. A hollow marker denotes a slip phase of minimum duration,
 an active bound. Below, the work of the motors and where it goes: left bar sticking, right bar slipping landing.
+
+A landing that sticks at low friction needs a foot that falls almost vertically, because the impulse must stay in the
+friction cone; its impact takes most of the energy of the hop. The running gaits have several local optima: the
+slipping landing of the biped at friction 0.15, which slides for more than half of its stance, belongs to another
+family than those at higher friction, so that its saving is uncertain.
 """
 
 import numpy as np
-from contacts_setup import check_balance, describe_gaits, script_problem, sweep_sequences
+from contacts_setup import check_balance, describe_gaits, describe_work, script_problem, sweep_sequences
 from drawing import STYLE, TERMS, stack_terms
 from published import OWN
 
@@ -48,7 +53,7 @@ def study(hopping=(0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.6), running=(0.15, 0.2, 0.3
     figure = _draw(tables)
     hop = solve_planar(script_problem("monopod")(clearance=0.0)).solver.objective
     numbers = [
-        PublishedValue("monopod, friction 1, no margins, no clearance: cost [N^2 m^2 s]", hop, 23.505, 5e-4, OWN)
+        PublishedValue("monopod, friction 1, no margins, no clearance: cost", hop, 23.505, 5e-4, OWN, "N^2 m^2 s")
     ]
     numbers += [check_balance(table, label) for label, table in tables.items()]
     remarks = [f"{label.capitalize()}: {text}" for label, table in tables.items() for text in _remarks(table)]
@@ -102,11 +107,7 @@ def _remarks(table):
         yield f"the largest saving is {saving[most]:.1f} %, at friction {friction[most]:g}."
         for name in LINES:
             one = table.sel(gait=name).isel(friction=most)
-            parts = [f"{label.split()[-1]} {float(one.terms.sel(term=term)):.3g}" for term, _, label, *_ in TERMS]
-            yield (
-                f"there, the motors of the gait with {name} work {float(one.motor_work):.3g} J/m "
-                f"({', '.join(parts)} J/m, braking counted twice)."
-            )
+            yield f"there, the motors of the gait with {name} work {describe_work(one)}."
     yield from describe_gaits(table)
 
 
