@@ -19,6 +19,7 @@ from gaitopt.model.ground import GROUND
 from gaitopt.model.robot_formulation import formulate_robot
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.robot_serialisation import read_fields, write_record
+from gaitopt.model.terrain import refuse_terrain
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -309,6 +310,7 @@ class Robot(LazyRecord):
         >>> compass_biped().resolve({"leg_mass": 5})["leg_mass"]
         5.0
         """
+        refuse_terrain(values)
         return resolve(self.parameters, values, f"Robot {self.name!r}")
 
     def vector(self, values: Mapping[str, float]) -> np.ndarray:

@@ -8,11 +8,11 @@ from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.report.markup import Element, element, to_html
-from gaitopt.report.sections import comparison_section, gait_section
+from gaitopt.report.sections import AnyCycle, comparison_section, cycle_section, gait_section
 from gaitopt.version import __version__
 
 
-def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str = "Gait report") -> Path:
+def write_report(gaits: Mapping[str, AnyGait | AnyCycle], path: str | Path, *, title: str = "Gait report") -> Path:
     """Write gaits as one self-contained HTML page.
 
     A player shows the walker of each gait with its contact force in the friction cone and the marks of its slides, and
@@ -21,8 +21,8 @@ def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str =
 
     Parameters
     ----------
-    gaits : mapping of str to Gait or PlanarGait
-        Gaits by title.
+    gaits : mapping of str to Gait, PlanarGait, Cycle or PlanarCycle
+        Optimal gaits, or periodic gaits of simulations, by title.
     path : str or Path
         Usually ends in ``.html``.
     title : str
@@ -54,7 +54,8 @@ def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str =
     if not gaits:
         raise InputError("A report needs at least one gait.")
     for gait in gaits.values():
-        check_any_gait(gait)
+        if not isinstance(gait, AnyCycle):
+            check_any_gait(gait)
     path = Path(path)
     text = "<!doctype html>\n" + to_html(_page(gaits, title)) + "\n"
     with write_atomically(path) as temporary:
@@ -62,22 +63,29 @@ def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str =
     return path
 
 
+def _section(gait: AnyGait | AnyCycle, title: str, name: str) -> Element:
+    if isinstance(gait, AnyCycle):
+        return cycle_section(gait, title=title, name=name)
+    return gait_section(gait, title=title, name=name)
+
+
 def read_asset(name: str) -> str:
     """Return the text of a style sheet or script of the page."""
     return (files("gaitopt.report") / "assets" / name).read_text(encoding="utf-8")
 
 
-def _page(gaits: Mapping[str, AnyGait], title: str) -> Element:
+def _page(gaits: Mapping[str, AnyGait | AnyCycle], title: str) -> Element:
     names = {f"gait-{number}": name for number, name in enumerate(gaits, start=1)}
     several = len(gaits) > 1
+    optimal = {title: gait for title, gait in gaits.items() if not isinstance(gait, AnyCycle)}
     links = [element("a", title, href=f"#{name}") for name, title in names.items()]
     body = element(
         "body",
         element(
             "main",
             element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
-            comparison_section(gaits) if several else None,
-            *(gait_section(gaits[title], title=title, name=name) for name, title in names.items()),
+            comparison_section(optimal) if len(optimal) > 1 else None,
+            *(_section(gaits[title], title, name) for name, title in names.items()),
             element("footer", f"Written by gaitopt {__version__}."),
         ),
         element("script", read_asset("player.js")),

@@ -6,7 +6,7 @@ from scipy.linalg.lapack import dgesv
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system
+from gaitopt.model.planar.phase_system import Footing, PhaseSystem, make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.planar_simulation.planar_torque import PhaseTorque, TorqueSlope
@@ -28,12 +28,21 @@ class PlanarPhase:
     p : (n_p,) array
         Parameters and switches.
     torque : PhaseTorque
+    footing : Footing, optional
+        The terrain under the contacts; by default a plane.
     """
 
-    def __init__(self, robot: PlanarRobot, state: ContactState, p: Array, torque: PhaseTorque) -> None:
+    def __init__(
+        self,
+        robot: PlanarRobot,
+        state: ContactState,
+        p: Array,
+        torque: PhaseTorque,
+        footing: Footing | None = None,
+    ) -> None:
         infinite = bool(np.isinf(p[robot.index("friction")]))
         self.robot, self.state, self.p = robot, state, p
-        self.equations: PhaseSystem = make_phase_system(robot, state, infinite)
+        self.equations: PhaseSystem = make_phase_system(robot, state, infinite, footing)
         self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
         self.n_works = robot.n_u + len(robot.contacts) + 1
         self.source, self._torque = torque, torque.value
