@@ -34,7 +34,7 @@ MOST_ITERATIONS = 10
 SMALL_STEP = 1e-9
 """Scaled Newton step after which the iteration ends; the next one is below 1e-11."""
 
-FAST = 0.01
+FAST = 0.05
 """Ratio of successive steps up to which the matrix of an earlier iteration is used."""
 
 STEEP = 1e-3
@@ -106,7 +106,7 @@ class KktPoint:
     value: float
 
 
-class Linearisation:
+class KktLinearisation:
     """Values and derivatives of the optimality conditions at a point, for one active set.
 
     Parameters
@@ -196,6 +196,29 @@ class Linearisation:
         sides = self.active.sides
         return np.where(self.active.equal, np.inf, np.where(sides != 0, sides * multipliers, slacks))
 
+    @property
+    def cost(self) -> float:
+        """Objective."""
+        return self.values.f
+
+    @property
+    def bound_multipliers(self) -> Array:
+        """Multipliers of the bounds of the unknowns for the scaled objective, (n_variables,) array."""
+        return np.where(self.active.fixed, -self.values.slope, 0.0)
+
+    @functools.cached_property
+    def cost_slope(self) -> float:
+        """Derivative of the optimal cost by the parameter, that of the Lagrangian (envelope theorem)."""
+        on_bounds, on_rows, n = self.bound_multipliers, self.point.multipliers, self.nlp.size
+        moves = on_bounds @ self.bound_slope[:n] + on_rows @ self.bound_slope[n:]
+        typical = self.nlp.transcription.nlp.typical
+        return self.slopes.f + typical * float(on_rows @ self.slopes.g - moves)
+
+    @property
+    def strictness(self) -> float:
+        """Least multiplier of an active inequality or slack of an inactive one, positive at strict optima."""
+        return float(self.margins.min())
+
     def nearest_side(self, index: int) -> int:
         """Return the side of the nearer bound of a constraint."""
         n = self.nlp.size
@@ -238,14 +261,14 @@ class Linearisation:
         return KktPoint(x, multipliers, value)
 
 
-Condition = Callable[[Linearisation], tuple[Array, float, float]]
+Condition = Callable[[KktLinearisation], tuple[Array, float, float]]
 """Function that returns the derivatives of an equation (by the packed vector, by the parameter) and its residual."""
 
 
 def at_value(value: float) -> Condition:
     """Return the condition that the parameter has a value."""
 
-    def condition(here: Linearisation) -> tuple[Array, float, float]:
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
         return np.zeros(here.active.count), 1.0, here.point.value - value
 
     return condition
@@ -254,7 +277,7 @@ def at_value(value: float) -> Condition:
 def at_zero_margin(index: int) -> Condition:
     """Return the condition that the multiplier of an active constraint, or the slack of an inactive one, is zero."""
 
-    def condition(here: Linearisation) -> tuple[Array, float, float]:
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
         return *here.differentiate_margin(index), float(here.margins[index])
 
     return condition
@@ -276,7 +299,7 @@ class Metric:
 def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> Condition:
     """Return the condition that a point lies in the plane through a predicted point, normal to the tangent."""
 
-    def condition(here: Linearisation) -> tuple[Array, float, float]:
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
         weights, weight = metric.weigh(here.active)
         row, last = weights * tangent[0], weight * tangent[1]
         distance = here.pack(here.point.x - predicted.x, here.point.multipliers - predicted.multipliers)
@@ -285,10 +308,16 @@ def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoin
     return condition
 
 
-def correct(nlp: ParametricNlp, start: KktPoint, active: ActiveSet, condition: Condition) -> Linearisation | None:
+def correct(
+    nlp: ParametricNlp,
+    start: KktPoint,
+    active: ActiveSet,
+    condition: Condition,
+    factorised: KktLinearisation | None = None,
+) -> KktLinearisation | None:
     """Return the point of the curve of an active set that satisfies a condition; None if Newton's method fails.
 
-    At a given value of the parameter the matrix of the first iteration is used as long as the steps decrease fast.
+    At a given value of the parameter one matrix is used as long as the steps decrease fast.
 
     Parameters
     ----------
@@ -296,10 +325,12 @@ def correct(nlp: ParametricNlp, start: KktPoint, active: ActiveSet, condition: C
     start : KktPoint
     active : ActiveSet
     condition : Condition
+    factorised : KktLinearisation, optional
+        A nearby point of the same active set, whose matrix is used first.
     """
     sizes = np.concatenate([nlp.sizes[active.free], np.ones(active.rows.size)])
-    here = factorised = Linearisation(nlp, start, active)
-    before = math.inf
+    here, before = KktLinearisation(nlp, start, active), math.inf
+    factorised = here if factorised is None else factorised
     for _ in range(MOST_ITERATIONS):
         row, last, remainder = condition(here)
         change, step = _take_step(here, factorised, row, last, remainder)
@@ -307,7 +338,7 @@ def correct(nlp: ParametricNlp, start: KktPoint, active: ActiveSet, condition: C
         size = worst(np.abs(change) / scale, abs(step) / nlp.width)
         if not size < LARGEST_STEP:
             return None
-        here = Linearisation(nlp, here.move(change, here.point.value + step), active)
+        here = KktLinearisation(nlp, here.move(change, here.point.value + step), active)
         if size < SMALL_STEP:
             return here if worst(np.abs(here.residual)) < LARGEST_RESIDUAL else None
         if np.any(row) or size > FAST * before:
@@ -317,17 +348,17 @@ def correct(nlp: ParametricNlp, start: KktPoint, active: ActiveSet, condition: C
 
 
 def _take_step(
-    here: Linearisation, factorised: Linearisation, row: Array, last: float, remainder: float
+    here: KktLinearisation, factorised: KktLinearisation, row: Array, last: float, remainder: float
 ) -> tuple[Array, float]:
     """Return the Newton step of the packed vector and of the parameter; nan if the matrix is singular."""
     if not np.any(row):  # the parameter is given
         step = -remainder / last
         residual = here.residual + step * here.column if step else here.residual
         return -factorised.solve(residual), step
-    return _solve_bordered(here, row, last, -np.append(here.residual, remainder))
+    return _solve_with_condition(here, row, last, -np.append(here.residual, remainder))
 
 
-def _solve_bordered(here: Linearisation, row: Array, last: float, right: Array) -> tuple[Array, float]:
+def _solve_with_condition(here: KktLinearisation, row: Array, last: float, right: Array) -> tuple[Array, float]:
     """Return the solution of the system extended by one equation, which is regular at turning points too."""
     matrix = scipy.sparse.bmat([[here.matrix, here.column[:, None]], [row[None, :], np.array([[last]])]], format="csc")
     try:
@@ -337,12 +368,14 @@ def _solve_bordered(here: Linearisation, row: Array, last: float, right: Array) 
     return solution[:-1], float(solution[-1])
 
 
-def find_tangent(here: Linearisation, metric: Metric, near: tuple[Array, float] | None = None) -> tuple[Array, float]:
+def find_tangent(
+    here: KktLinearisation, metric: Metric, near: tuple[Array, float] | None = None
+) -> tuple[Array, float]:
     """Return the unit tangent of the curve at a point: of the packed vector, and of the parameter.
 
     Parameters
     ----------
-    here : Linearisation
+    here : KktLinearisation
     metric : Metric
     near : (Array, float), optional
         Tangent of a nearby point of the same active set, whose direction is kept; otherwise toward larger values.
@@ -352,7 +385,7 @@ def find_tangent(here: Linearisation, metric: Metric, near: tuple[Array, float] 
     length = math.sqrt(float(weights @ packed**2) + weight)
     if near is not None and not math.sqrt(weight) > STEEP * length:
         right = np.append(np.zeros(packed.size), 1.0)
-        packed, last = _solve_bordered(here, weights * near[0], weight * near[1], right)
+        packed, last = _solve_with_condition(here, weights * near[0], weight * near[1], right)
         length = math.sqrt(float(weights @ packed**2) + weight * last**2)
     elif near is not None and float(weights @ (packed * near[0])) + weight * near[1] < 0:
         length = -length

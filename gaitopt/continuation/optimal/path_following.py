@@ -16,10 +16,7 @@ import attrs
 import numpy as np
 
 from gaitopt.continuation.optimal.kkt_point import (
-    ActiveSet,
-    Condition,
-    KktPoint,
-    Linearisation,
+    KktLinearisation,
     Metric,
     at_distance,
     at_value,
@@ -93,14 +90,14 @@ class PathPoint:
 
     Attributes
     ----------
-    here : Linearisation
+    here : KktLinearisation
     tangent : ((k,) array, float)
         Unit tangent in the direction of the continuation: of the packed vector, and of the parameter.
     sampled : bool
         Whether the parameter has one of the requested values.
     """
 
-    here: Linearisation
+    here: KktLinearisation
     tangent: tuple[Array, float]
     sampled: bool = False
 
@@ -117,7 +114,7 @@ class PathChange:
     Attributes
     ----------
     kind : PathKind
-    here : Linearisation
+    here : KktLinearisation
         With the active set before the change.
     width : float
         Residual of the location in the unit of the parameter.
@@ -128,7 +125,7 @@ class PathChange:
     """
 
     kind: PathKind
-    here: Linearisation
+    here: KktLinearisation
     width: float
     index: int = -1
     turns: bool = False
@@ -155,7 +152,7 @@ class PathFollower:
         self.samples, self.end = np.array(sorted(samples)), "interrupted"
         self._switches, self._last_change = 0, math.nan
 
-    def follow(self, start: Linearisation, direction: float) -> Iterator[PathPoint | PathChange]:
+    def follow(self, start: KktLinearisation, direction: float) -> Iterator[PathPoint | PathChange]:
         """Yield points and special points in order, from an optimum toward larger or smaller values."""
         packed, last = find_tangent(start, self.metric)
         sign = math.copysign(1.0, direction * last)
@@ -204,7 +201,7 @@ class PathFollower:
         step = min(step, distance)
         predicted = point.here.move(step * packed, sample if sampled else point.value + step * last)
         condition = at_value(sample) if sampled else at_distance(self.metric, point.tangent, predicted)
-        here = correct(self.nlp, predicted, point.here.active, condition)
+        here = correct(self.nlp, predicted, point.here.active, condition, point.here)
         if here is None:
             return None
         if np.any(here.margins < VIOLATED):
@@ -222,12 +219,12 @@ class PathFollower:
         place = int(np.searchsorted(self.samples, point.value - slack)) - 1
         return float(self.samples[max(place, 0)])
 
-    def _angle(self, here: Linearisation, one: tuple[Array, float], other: tuple[Array, float]) -> float:
+    def _angle(self, here: KktLinearisation, one: tuple[Array, float], other: tuple[Array, float]) -> float:
         weights, weight = self.metric.weigh(here.active)
         product = float(weights @ (one[0] * other[0])) + weight * one[1] * other[1]
         return math.acos(min(1.0, max(-1.0, product)))
 
-    def _locate_change(self, before: Linearisation, after: Linearisation) -> PathChange | None:
+    def _locate_change(self, before: KktLinearisation, after: KktLinearisation) -> PathChange | None:
         """Return the first change of the active set between two points; None if it is not found."""
         start, margins = before.margins, after.margins
         for _ in range(MOST_CANDIDATES):
@@ -247,17 +244,19 @@ class PathFollower:
             after, margins = here, others
         return None
 
-    def _is_between(self, before: Linearisation, here: Linearisation, after: Linearisation) -> bool:
+    def _is_between(self, before: KktLinearisation, here: KktLinearisation, after: KktLinearisation) -> bool:
         """Return whether a located point lies between two points of the curve, within rounding errors."""
         length = self._distance(before, after)
-        return self._distance(before, here) <= 1.01 * length + 1e-9 and self._distance(here, after) <= 1.01 * length + 1e-9
+        return (
+            self._distance(before, here) <= 1.01 * length + 1e-9 and self._distance(here, after) <= 1.01 * length + 1e-9
+        )
 
-    def _distance(self, one: Linearisation, other: Linearisation) -> float:
+    def _distance(self, one: KktLinearisation, other: KktLinearisation) -> float:
         weights, weight = self.metric.weigh(one.active)
         change = one.pack(other.point.x - one.point.x, other.point.multipliers - one.point.multipliers)
         return math.sqrt(float(weights @ change**2) + weight * (other.point.value - one.point.value) ** 2)
 
-    def _make_change(self, here: Linearisation, index: int) -> PathChange:
+    def _make_change(self, here: KktLinearisation, index: int) -> PathChange:
         row, last = here.differentiate_margin(index)
         packed, by_value = find_tangent(here, self.metric)
         rate = float(row @ packed) + last * by_value
@@ -274,7 +273,7 @@ class PathFollower:
             self.end = "degenerate"
             return None
         side = 0 if before.active.sides[index] else before.nearest_side(index)
-        here = Linearisation(self.nlp, before.point, before.active.switch(index, side))
+        here = KktLinearisation(self.nlp, before.point, before.active.switch(index, side))
         tangent = find_tangent(here, self.metric)
         if not (math.isfinite(tangent[1]) and np.all(np.isfinite(tangent[0]))):
             self.end = "dependent_constraints"
@@ -298,7 +297,7 @@ class PathFollower:
             if here is None:
                 break
             slope = find_tangent(here, self.metric, one.tangent)[1]
-            best, width = here, abs(slope) * (high - low) 
+            best, width = here, abs(slope) * (high - low)
             if width < 1e-14 * self.nlp.width:
                 break
             if slope * one.tangent[1] > 0:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 import scipy  # which imports its parts when they are used
+from numpy.typing import NDArray
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.fast_call import FastCall
@@ -94,7 +95,9 @@ class OptimalitySystem:
         f, slope, g = self._functions.slopes_call(x, multipliers, data, direction)
         return DataSlopes(float(f[0]), slope.copy(), g.copy())
 
-    def factorise(self, x: Array, multipliers: Array, data: Array, active: Array, fixed: Array) -> "OptimalityFactors":
+    def factorise(
+        self, x: Array, multipliers: Array, data: Array, active: NDArray[np.bool_], fixed: NDArray[np.bool_]
+    ) -> "OptimalityFactors":
         """Return the factors of the optimality matrix of an active set.
 
         Parameters
@@ -149,7 +152,7 @@ class OptimalityFactors:
 
 
 @dataclass(frozen=True, eq=False)
-class _Compiled:
+class _SystemFunctions:
     values: ca.Function
     values_call: FastCall
     slopes_call: FastCall
@@ -159,7 +162,7 @@ class _Compiled:
 
 
 @functools.lru_cache(maxsize=32)
-def _compile(nlp: Nlp) -> _Compiled:
+def _compile(nlp: Nlp) -> _SystemFunctions:
     """Return the Functions of an NLP; built once."""
     x, lam = ca.MX.sym("x", nlp.n_variables), ca.MX.sym("lam", nlp.n_constraints)
     data = ca.MX.sym("p", nlp.derivatives["grad_f"].size1_in(1))
@@ -177,11 +180,11 @@ def _compile(nlp: Nlp) -> _Compiled:
     matrix = ca.blockcat([[augmented, jacobian.T], [jacobian, -ca.diag(ca.if_else(active, SOFT, STIFF))]])
     solver = ca.Linsol("optimality_factors", "ldl", matrix.sparsity())
     matrix_call = FastCall(ca.Function("optimality_matrix", [x, lam, data, active, fixed], [matrix]))
-    return _Compiled(values, FastCall(values), FastCall(slopes), matrix_call, matrix.sparsity(), solver)
+    return _SystemFunctions(values, FastCall(values), FastCall(slopes), matrix_call, matrix.sparsity(), solver)
 
 
-def _pattern(function: ca.Function, place: int) -> tuple[Array, Array, tuple[int, int]]:
+def _pattern(function: ca.Function, place: int) -> tuple[NDArray[np.int32], NDArray[np.int32], tuple[int, int]]:
     """Return row indices, column pointers and shape of a sparse output."""
     pattern = function.sparsity_out(place)
     rows, columns = np.array(pattern.row(), dtype=np.int32), np.array(pattern.colind(), dtype=np.int32)
-    return rows, columns, pattern.shape
+    return rows, columns, (pattern.size1(), pattern.size2())
