@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.continuation.optimal.cost_extremum import locate_cost_extremum
+from gaitopt.continuation.optimal.cost_extremum import has_flat_cost, locate_cost_extremum
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalSpecial
 from gaitopt.continuation.optimal.optimum_replay import (
@@ -74,7 +74,6 @@ class BranchRecorder:
             }
         )
         self.points.append(here)
-        self._last = here
 
     def add_change(self, change: PathChange) -> None:
         """Add a special point."""
@@ -87,14 +86,17 @@ class BranchRecorder:
         else:
             sides, name = (str(self.nlp.problem.sequence),) * 2, ""
         self._add_special(change.kind.key, here, change.width, sides, name, turns=change.turns)
-        self._last = None if change.turns else here
+        self._last = None if change.turns else self._last
 
     def _add_extremum(self, here: KktLinearisation) -> None:
+        if has_flat_cost(here):
+            return
         extremum = None if self._last is None else locate_cost_extremum(self._last, here)
         if extremum is not None:
             sequence = str(self.nlp.problem.sequence)
             width = float(np.spacing(abs(extremum.point.value)))
             self._add_special("cost_extremum", extremum, width, (sequence, sequence), "")
+        self._last = here
 
     def _add_special(
         self, kind: str, here: KktLinearisation, width: float, sides: tuple[str, str], name: str, *, turns: bool = False

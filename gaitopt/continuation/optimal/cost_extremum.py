@@ -13,18 +13,21 @@ TOLERANCE = 4e-16
 """Relative tolerance of a located value."""
 
 
+def has_flat_cost(here: KktLinearisation) -> bool:
+    """Return whether the optimal cost does not depend on the parameter, within rounding errors."""
+    return abs(here.cost_slope) < FLAT * here.nlp.transcription.nlp.typical / here.nlp.width
+
+
 def locate_cost_extremum(one: KktLinearisation, other: KktLinearisation) -> KktLinearisation | None:
     """Return the optimum between two points at which the derivative of the cost is zero; None if there is none.
 
     Parameters
     ----------
     one, other : KktLinearisation
-        Consecutive points of one piece of a branch; the active set is that of the second.
+        Points of one piece of a branch; the active set is that of the second.
     """
-    nlp, ends = other.nlp, (one.point.value, other.point.value)
-    flat = FLAT * nlp.transcription.nlp.typical / nlp.width
-    slopes = one.cost_slope, other.cost_slope
-    if min(map(abs, slopes)) < flat or slopes[0] * slopes[1] > 0 or ends[0] == ends[1]:
+    ends = (one.point.value, other.point.value)
+    if one.cost_slope * other.cost_slope > 0 or ends[0] == ends[1]:
         return None
     value = _find_zero(lambda at: _cost_slope_at(other, at), *ends)
     return None if value is None else move_along(other, value)

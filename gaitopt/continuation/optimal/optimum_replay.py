@@ -47,7 +47,8 @@ class OptimumReplay:
     state_error : float
         Largest difference of the state after the step from the planned one.
     multipliers : (n,) complex array
-        Multipliers of the gait with its torques in open loop, largest modulus first; empty if the replay has no next step.
+        Multipliers of the gait with its torques in open loop, largest modulus first; empty if the replay has
+        no next step.
     """
 
     passed: bool
