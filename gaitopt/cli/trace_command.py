@@ -37,6 +37,24 @@ if TYPE_CHECKING:
     from gaitopt.stability.cycle import Cycle
     from gaitopt.stability.walk_problem import WalkProblem
 
+SecondRange = Annotated[
+    str | None,
+    typer.Option(
+        "--second",
+        metavar="NAME=FROM:TO",
+        help="Second parameter, over which the special points of the first branch are followed as curves.",
+    ),
+]
+OptimalPoints = Annotated[
+    int, typer.Option("--points", min=2, help="Equally spaced values of the parameter, for optimal gaits.")
+]
+ReplayInterval = Annotated[
+    int, typer.Option("--replay", min=0, help="Every how many points an optimal gait is replayed; 0 for none.")
+]
+OptimalSequences = Annotated[
+    list[str] | None,
+    typer.Option("--sequences", metavar="SEQUENCE,...", help="Further contact sequences of optimal gaits to follow."),
+]
 TABLE = ".nc"
 """Suffix of the file of a diagram; all others are figures."""
 
@@ -52,14 +70,7 @@ def trace(
             "--set; all others are in SI units and rad. The results are in SI units and rad.",
         ),
     ],
-    second: Annotated[
-        str | None,
-        typer.Option(
-            "--second",
-            metavar="NAME=FROM:TO",
-            help="Second parameter, over which the special points of the first branch are followed as curves.",
-        ),
-    ] = None,
+    second: SecondRange = None,
     setting: Setting = None,
     doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of branches of doubled period to follow.")] = 0,
     deflate: Annotated[
@@ -69,6 +80,9 @@ def trace(
         Path | None,
         typer.Option("--output", "-o", metavar="NC/PNG/PDF/SVG", help="File of the diagram, or of its figure."),
     ] = None,
+    points: OptimalPoints = 50,
+    replay: ReplayInterval = 1,
+    sequences: OptimalSequences = None,
     starts: CycleStarts = 32,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
@@ -85,17 +99,24 @@ def trace(
     A script is traced from its first stable gait at FROM, a saved gait from its own parameter in both directions.
     Ctrl-C ends the trace and keeps the branches that were followed.
 
+    A script with an optimal-control problem is solved at FROM, and the optimum is followed with its active constraints;
+    --sequences names further contact sequences to follow.
+
     Exit status 0 if the trace is complete, 130 if it was interrupted.
 
     Example: gaitopt trace problems/compass_passive.py --over slope=1:5 --doublings 3 -o branches.nc
     """
     from gaitopt.cli.inputs import Request
+    from gaitopt.cli.trace_optimum_command import states_optimum, trace_optima
     from gaitopt.continuation.tracing import TraceOptions
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if output is not None:
         _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
+    if request.is_script and states_optimum(request):
+        trace_optima(request, (over, second), (points, replay, sequences), output, json=json, quiet=quiet)
+        return
     options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
     with show_progress("tracing", hidden=json) as display:
         diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
@@ -179,7 +200,7 @@ def _trace_inputs(
     from gaitopt.cli.script import read_script, walk_problem
     from gaitopt.stability.walk_problem import WalkProblem
 
-    name, ends = _read_range(over, option)
+    name, ends = read_range(over, option)
     if not request.is_script:
         subject = read_input(request, 0)
         problem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
@@ -196,7 +217,7 @@ def _trace_inputs(
     return problem, {name: (low, high)}, None
 
 
-def _read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
+def read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
     """Return name and ends of a range ``NAME=FROM:TO``."""
     name, _, ends = text.partition("=")
     try:
