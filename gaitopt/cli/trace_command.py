@@ -31,11 +31,11 @@ from gaitopt.errors import InputError
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+    from gaitopt.continuation.gait_source import AnyWalkProblem
     from gaitopt.continuation.special_curve import SpecialCurve
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.simulation.engine import Engine
     from gaitopt.stability.cycle import Cycle
-    from gaitopt.stability.walk_problem import WalkProblem
 
 TABLE = ".nc"
 """Suffix of the file of a diagram; all others are figures."""
@@ -48,8 +48,8 @@ def trace(
         typer.Option(
             "--over",
             metavar="NAME=FROM:TO",
-            help="Parameter of robot or ground and its range. Parameters of the script have the same units as with "
-            "--set; all others are in SI units and rad. The results are in SI units and rad.",
+            help="Parameter of robot or ground, or gain of the law, and its range. Parameters of the script have the "
+            "same units as with --set; all others are in SI units and rad. The results are in SI units and rad.",
         ),
     ],
     second: Annotated[
@@ -109,7 +109,7 @@ def _trace_request(
     over, second = ranges
     walk, axis, start = _trace_inputs(request, over, hidden=hidden)
     other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second")[1]
-    options = attrs.evolve(options, engine=_engine(request.engine, walk))
+    options = attrs.evolve(options, engine=_find_engine(request.engine, walk))
     diagram = _trace(walk, axis, start, options, display)
     if other is None or not diagram.complete:
         return diagram
@@ -117,7 +117,7 @@ def _trace_request(
 
 
 def _trace(
-    problem: "WalkProblem",
+    problem: "AnyWalkProblem",
     axis: dict[str, tuple[float, float]],
     start: "Cycle | None",
     options: "TraceOptions",
@@ -146,7 +146,7 @@ def _trace(
 
 
 def _trace_curves(
-    problem: "WalkProblem",
+    problem: "AnyWalkProblem",
     diagram: "BranchDiagram",
     second: dict[str, tuple[float, float]],
     options: "TraceOptions",
@@ -170,24 +170,24 @@ def _trace_curves(
 
 def _trace_inputs(
     request: "Request", over: str, *, hidden: bool, option: str = "--over"
-) -> tuple["WalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
+) -> tuple["AnyWalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
     """Return the walking problem, the axis in SI units, and the start of a saved gait."""
     import numpy as np
 
     from gaitopt.cli.axis import convert_axes, unconverted_axes
     from gaitopt.cli.inputs import read_input
-    from gaitopt.cli.script import read_script, walk_problem
+    from gaitopt.cli.script import any_walk_problem, read_script
     from gaitopt.stability.walk_problem import WalkProblem
 
     name, ends = _read_range(over, option)
     if not request.is_script:
         subject = read_input(request, 0)
-        problem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
+        problem: AnyWalkProblem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
         return problem, {name: ends}, subject.cycle
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
-    problem = walk_problem(script)
+    problem = any_walk_problem(script)
     axes = {name: np.array(ends)}
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:
@@ -206,10 +206,16 @@ def _read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
     return name.strip(), (low, high)
 
 
-def _engine(name: str, problem: "WalkProblem") -> "Engine":
+def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | None":
+    """Return the engine of a walking problem; None for a robot with several contacts, which has only one."""
+    from gaitopt.cli.planar_walks import check_planar_engine
     from gaitopt.control.law import passive
     from gaitopt.simulation.engine_choice import engine_named
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
+    if isinstance(problem, PlanarWalkProblem):
+        check_planar_engine(name)
+        return None
     return engine_named(name, problem.law or passive(problem.robot), problem.robot)
 
 

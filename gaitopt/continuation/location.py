@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
-from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, classify_change
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
 
 WIDTH = 1e-10
@@ -86,10 +86,10 @@ def _brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[
     yield from _brackets(stepper, middle, other)
 
 
-def describe_change(one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:
+def describe_change(stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:
     """Return the special point between two neighbours of different structure."""
     return SpecialPoint(
-        kind=classify_change(one.sample.structure, other.sample.structure),
+        kind=stepper.family.classify(one.sample, other.sample),
         value=(one.value + other.value) / 2,
         width=abs(other.value - one.value),
         z=(one.z + other.z) / 2,
