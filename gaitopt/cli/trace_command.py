@@ -1,10 +1,11 @@
 """The command on branches of gaits over a parameter."""
 
+import functools
 import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 import typer
@@ -29,16 +30,20 @@ from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+
     from gaitopt.cli.inputs import Request
     from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+    from gaitopt.continuation.checkpoint import Checkpoint
     from gaitopt.continuation.gait_source import AnyWalkProblem
     from gaitopt.continuation.special_curve import SpecialCurve
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.simulation.engine import Engine
     from gaitopt.stability.cycle import Cycle
 
-TABLE = ".nc"
-"""Suffix of the file of a diagram; all others are figures."""
+TABLE, PAGE = ".nc", ".html"
+"""Suffix of the file of a diagram, and of a page on which its gaits are played; all others are figures."""
 
 
 def trace(
@@ -67,7 +72,12 @@ def trace(
     ] = False,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="NC/PNG/PDF/SVG", help="File of the diagram, or of its figure."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="NC/HTML/PNG/PDF/SVG",
+            help="File of the diagram, a page on which a click on a point plays its gait, or the figure.",
+        ),
     ] = None,
     starts: CycleStarts = 32,
     engine: EngineName = "auto",
@@ -83,7 +93,8 @@ def trace(
     """Follow a periodic gait over a parameter, through folds, period doublings and changes of the contact sequence.
 
     A script is traced from its first stable gait at FROM, a saved gait from its own parameter in both directions.
-    Ctrl-C ends the trace and keeps the branches that were followed.
+    Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
+    FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
 
     Exit status 0 if the trace is complete, 130 if it was interrupted.
 
@@ -97,9 +108,37 @@ def trace(
         _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
-    with show_progress("tracing", hidden=json) as display:
-        diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
-    _report(diagram, output, json=json, seconds=time.perf_counter() - began)
+    with _open_checkpoint(request, (over, second), options, output, hidden=json or quiet) as checkpoint:
+        options = attrs.evolve(options, checkpoint=checkpoint)
+        with show_progress("tracing", hidden=json) as display:
+            diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
+        if checkpoint is not None and diagram.complete:
+            checkpoint.delete()
+    problem_of = functools.partial(_find_problem, request, over)
+    _report(diagram, output, problem_of, json=json, seconds=time.perf_counter() - began)
+
+
+def _open_checkpoint(
+    request: "Request", ranges: tuple[str, str | None], options: "TraceOptions", output: Path | None, *, hidden: bool
+) -> "AbstractContextManager[Checkpoint | None]":
+    """Return the checkpoint beside the output; none without a dataset."""
+    import hashlib
+    from contextlib import nullcontext
+
+    from gaitopt.continuation.checkpoint import SUFFIX, Checkpoint
+
+    if output is None or output.suffix.lower() != TABLE:
+        return nullcontext()
+    if not request.source.is_file():
+        return nullcontext()  # which is reported when it is read
+    digest = hashlib.sha256(request.source.read_bytes()).hexdigest()
+    facts: dict[str, Any] = {"source": digest, "settings": request.settings, "ranges": ranges, "engine": request.engine}
+    facts |= {name: getattr(options, name) for name in ("doublings", "deflate", "starts")}
+    facts["law"] = getattr(request.feedback, "keywords", None)
+    checkpoint = Checkpoint(output.with_name(output.name + SUFFIX), facts)
+    if checkpoint.stored and not hidden:
+        err.print(f"Continuing from {checkpoint.path.name}, with {checkpoint.stored} corrections.", soft_wrap=True)
+    return checkpoint
 
 
 def _trace_request(
@@ -223,16 +262,28 @@ def _check_output(path: Path) -> None:
     """Raise an error unless a path has the suffix of a diagram or a figure, and is writable."""
     from gaitopt.motion.atomic import check_suffix, check_writable
 
-    check_suffix(path, {TABLE: "dataset", ".png": "figure", ".pdf": "figure", ".svg": "figure"})
+    check_suffix(path, {TABLE: "dataset", PAGE: "page", ".png": "figure", ".pdf": "figure", ".svg": "figure"})
     check_writable(path)
 
 
-def _report(diagram: "BranchDiagram", path: Path | None, *, json: bool, seconds: float) -> None:
+def _find_problem(request: "Request", over: str) -> "AnyWalkProblem":
+    """Return the walking problem that is traced."""
+    return _trace_inputs(request, over, hidden=True)[0]
+
+
+def _report(
+    diagram: "BranchDiagram",
+    path: Path | None,
+    problem_of: "Callable[[], AnyWalkProblem]",
+    *,
+    json: bool,
+    seconds: float,
+) -> None:
     """Write a diagram to its file, print it as a table or as JSON, and end with 130 if it is not complete."""
     from gaitopt.cli.trace_output import print_diagram
 
     if path is not None:
-        _write(diagram, path)
+        _write(diagram, path, problem_of)
     if json:
         print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
     else:
@@ -244,12 +295,17 @@ def _report(diagram: "BranchDiagram", path: Path | None, *, json: bool, seconds:
         sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
 
 
-def _write(diagram: "BranchDiagram", path: Path) -> None:
-    """Write a diagram as a dataset or as a figure."""
+def _write(diagram: "BranchDiagram", path: Path, problem_of: "Callable[[], AnyWalkProblem]") -> None:
+    """Write a diagram as a dataset, a page or a figure."""
     from gaitopt.continuation.diagram_file import save_diagram
 
     if path.suffix.lower() == TABLE:
         save_diagram(diagram, path)
+        return
+    if path.suffix.lower() == PAGE:
+        from gaitopt.report.branch_page import write_branch_page
+
+        write_branch_page(diagram, problem_of(), path)
         return
     from gaitopt.plot.branch_figure import plot_branches
     from gaitopt.plot.saving import save_figure

@@ -217,3 +217,15 @@ def section_unit(name: str) -> str:
     if name == "foot_speed":
         return "m/s"
     return "rad/s" if name.endswith("_rate") else "rad"
+
+
+def count_steps(sequence: str) -> str:
+    """Return the contact sequences of the steps of a gait, those that are all equal only once.
+
+    Examples
+    --------
+    >>> count_steps("stick | stick; stick | stick")
+    '2 x (stick | stick)'
+    """
+    steps = sequence.split("; ")
+    return f"{len(steps)} x ({steps[0]})" if len(steps) > 1 and len(set(steps)) == 1 else sequence

@@ -15,9 +15,11 @@ from gaitopt.control.law import passive
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_iteration import find_cycle
 from gaitopt.stability.cycle_search import search_cycles, sort_cycles
@@ -91,6 +93,18 @@ class GaitSource(ABC):
         """
 
     @abstractmethod
+    def motions(self, value: float, state: Mapping[str, float], steps: int) -> tuple[AnyMotion, ...]:
+        """Return the motion of each step of a gait of a branch; none if it is not found.
+
+        Parameters
+        ----------
+        value : float
+        state : mapping of str to float
+            Coordinates of the gait by name.
+        steps : int
+        """
+
+    @abstractmethod
     def start(self, cycle: Any, value: float | None = None) -> GaitStart:
         """Return a gait as a point of its family; its value is that of the problem unless it is stated."""
 
@@ -126,14 +140,30 @@ class WalkGaits(GaitSource):
 
     def gait_near(self, value: float, state: Mapping[str, float], steps: int) -> AnyCycle | None:
         """Return the gait to which Newton's method converges from a state on the section, or None."""
+        walker, section = self._walker_at(value)
+        # A foot that cannot slip has no foot speed.
+        return find_cycle(walker, np.array([state.get(name, 0.0) for name in section.names]), steps)
+
+    def motions(self, value: float, state: Mapping[str, float], steps: int) -> tuple[AnyMotion, ...]:
+        """Return the motion of each step of a gait of a branch."""
+        walker, section = self._walker_at(value)
+        y, motions = section.embed(np.array([state.get(name, 0.0) for name in section.names])), list[AnyMotion]()
+        for _ in range(steps):
+            following = walker.stride(y).following
+            if following is None:
+                break
+            motions.append(record_walk(walker, y, 1).motion)
+            y = following
+        return tuple(motions)
+
+    def _walker_at(self, value: float) -> tuple[Walker, Section]:
+        """Return the walker at a value, and its section with foot speed."""
         robot, values = self.problem.robot, self.values | {self.parameter: value}
         known = {each.name for each in robot.parameters}
         p = robot.vector(robot.resolve({name: number for name, number in values.items() if name in known}))
         law = set_gains(robot, self.law or passive(robot), {self.parameter: value})
         walker = Walker(robot, law, p, self.engine or default_engine(law, robot))
-        # A foot that cannot slip has no foot speed.
-        names = Section(robot, p, sliding=True).names
-        return find_cycle(walker, np.array([state.get(name, 0.0) for name in names]), steps)
+        return walker, Section(robot, p, sliding=True)
 
     def start(self, cycle: Any, value: float | None = None) -> GaitStart:
         """Return a gait as a point of its family."""
@@ -168,7 +198,7 @@ class PlanarGaits(GaitSource):
         )
         return GaitStart(family, family.start(cycle), value)
 
-    def gait_near(self, value: float, state: Mapping[str, float], steps: int) -> AnyCycle | None:
+    def gait_near(self, value: float, state: Mapping[str, float], steps: int) -> PlanarCycle | None:
         """Return the gait to which Newton's method converges from a state on the section, or None."""
         if steps > 1:
             return None
@@ -180,6 +210,11 @@ class PlanarGaits(GaitSource):
             problem, coordinates={**problem.coordinates, **angles}, rates={**problem.rates, **rates}, sequence=None
         )
         return next(moved.search(1), None)
+
+    def motions(self, value: float, state: Mapping[str, float], steps: int) -> tuple[AnyMotion, ...]:
+        """Return the motion of a gait of a branch; none if it is not found, or its period is longer."""
+        cycle = self.gait_near(value, state, steps)
+        return () if cycle is None else (cycle.motion,)
 
     def _problem_at(self, value: float) -> PlanarWalkProblem:
         """Return the problem with another value of the parameter."""

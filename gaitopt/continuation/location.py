@@ -19,6 +19,8 @@ SHORTEST_CHORD = 1e-13
 """Scaled distance of two points below which the interval between them is not divided further."""
 SHORTEST_PIECE = 1e-7
 """Scaled distance of two points below which no bifurcation is sought between them."""
+LARGEST_WIDTH = 1e-6
+"""Width, relative to the range of the parameter, above which the zero of a test function is no bifurcation."""
 STEEPEST = 0.05
 """Smallest cosine between a chord and a tangent along which a point between is predicted."""
 Describe = Callable[[object], str]
@@ -144,6 +146,8 @@ def smooth_special_points(
         if located is None:
             continue
         point, width = located
+        if width > LARGEST_WIDTH * stepper.family.value_scale:
+            continue  # the test function jumps, as it does where a derivative is singular
         distance = float(np.linalg.norm(stepper.position(point) - stepper.position(one)))
         special = SpecialPoint(
             kind=kind,

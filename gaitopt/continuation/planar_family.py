@@ -25,7 +25,7 @@ from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivativ
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection, exchange_legs
 from gaitopt.status import Stop
 
-PARAMETER_STEP = 1e-6
+PARAMETER_STEP = 1e-5
 """Step of the central difference by the parameter, relative to its natural size."""
 LONGEST = 5.0
 """Longest period, relative to that of the first gait."""

@@ -7,6 +7,7 @@ import attrs
 import numpy as np
 
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.continuation.checkpoint import Checkpoint
 from gaitopt.continuation.following import BranchFollower
 from gaitopt.continuation.gait_family import name_structure
 from gaitopt.continuation.gait_source import (
@@ -52,6 +53,8 @@ class TraceOptions:
     arclength : ArclengthOptions
     engine : Engine, optional
         By default the fastest installed engine that supports the law.
+    checkpoint : Checkpoint, optional
+        File from which an interrupted trace continues.
 
     Examples
     --------
@@ -64,6 +67,7 @@ class TraceOptions:
     starts: int = STARTS
     arclength: ArclengthOptions = attrs.field(factory=ArclengthOptions)
     engine: Engine | None = None
+    checkpoint: Checkpoint | None = None
 
     def __attrs_post_init__(self) -> None:
         Parameter("doublings", 0, "1", "", lower=0, whole=True).check(self.doublings)
@@ -197,7 +201,7 @@ class _Tracer:
     def follow_gait(self, start: GaitStart) -> Iterator[GaitBranch]:
         """Yield the branch of a gait, in both directions, and the branches that begin at its period doublings."""
         family, z, value = start
-        stepper, ends = Stepper(family, self.options.arclength), self.source.ends
+        stepper, ends = Stepper(family, self.options.arclength, self.options.checkpoint), self.source.ends
         towards = np.sign(ends[1] - ends[0])
         sides = list[GaitBranch]()
         for direction in (towards, -towards):
@@ -237,7 +241,7 @@ class _Tracer:
             arclength, first_step=factor * arclength.first_step, longest_step=factor * arclength.longest_step
         )
         doubled = family.double_period()
-        switched = switch_branch(doubled, doublings[0], arclength)
+        switched = switch_branch(doubled, doublings[0], arclength, checkpoint=self.options.checkpoint)
         if switched is None:
             return
         following = replace(self._follow(doubled, *switched, to_doubling=True), parent=number)
@@ -271,7 +275,7 @@ class _Tracer:
     def _is_known(self, start: GaitStart) -> bool:
         """Return whether a gait lies on a branch that has been followed."""
         family, z, value = start
-        stepper = Stepper(family, self.options.arclength)
+        stepper = Stepper(family, self.options.arclength, self.options.checkpoint)
         for branch in self.branches:
             if (branch.steps, branch.names) != (family.steps, family.names):
                 continue

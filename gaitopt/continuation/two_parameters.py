@@ -191,7 +191,7 @@ class _Plane:
         self, family: AnyFamily, last: _Located, reach: float, length: float
     ) -> tuple[float, SpecialPoint, Array] | str:
         """Return the place of the special point on a line, the point, and a gait before it; or why there is none."""
-        stepper = Stepper(family, self.options.arclength)
+        stepper = Stepper(family, self.options.arclength, self.options.checkpoint)
         start = stepper.initialise(last.near, -reach, 1.0)
         if start is None:
             return NOT_FOUND

@@ -1,6 +1,6 @@
 """The player of a gait: stage, contact sequence, controls, and the positions of every mark in every frame."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.report.chart import Chart, Curve
 from gaitopt.report.markup import Element, data_element, element
 from gaitopt.report.walker_drawing import Stage, role_of
@@ -17,12 +18,28 @@ STEPS, RATE, SLOW = 2, 60, 2.0
 """Number of steps, frames per second, and seconds on the screen for a second of motion."""
 
 
-def make_player(gait: AnyGait, charts: list[Chart], *, name: str) -> Element:
+class PlayedGait(NamedTuple):
+    """A step to play.
+
+    Attributes
+    ----------
+    motion : Motion or PlanarMotion
+    period : float [s]
+    sequence : str
+        Contact sequence, for readers of the screen.
+    """
+
+    motion: AnyMotion
+    period: float
+    sequence: str
+
+
+def make_player(gait: AnyGait | PlayedGait, charts: list[Chart], *, name: str) -> Element:
     """Return the player of a gait, which moves its stage and the marks of the charts beside it.
 
     Parameters
     ----------
-    gait : Gait or PlanarGait
+    gait : Gait, PlanarGait or PlayedGait
     charts : list of Chart
         Charts in the order of the section of the player.
     name : str
