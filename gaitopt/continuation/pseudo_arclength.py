@@ -11,6 +11,7 @@ import numpy as np
 from attrs import field, frozen
 from numpy.typing import NDArray
 
+from gaitopt.continuation.checkpoint import Checkpoint, Correction
 from gaitopt.continuation.map_family import MapFamily, MapSample
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
@@ -96,10 +97,12 @@ class Stepper:
     ----------
     family : MapFamily
     options : ArclengthOptions
+    checkpoint : Checkpoint, optional
+        File of the corrections.
     """
 
-    def __init__(self, family: MapFamily, options: ArclengthOptions) -> None:
-        self.family, self.options = family, options
+    def __init__(self, family: MapFamily, options: ArclengthOptions, checkpoint: Checkpoint | None = None) -> None:
+        self.family, self.options, self.checkpoint = family, options, checkpoint
         self.scales = np.append(family.scale, family.value_scale)
 
     def initialise(self, z: Array, value: float, direction: float) -> CurvePoint | None:
@@ -149,6 +152,25 @@ class Stepper:
         guess, normal : (n + 1,) arrays
             In scaled coordinates.
         """
+        if self.checkpoint is None:
+            return self._iterate(guess, normal)
+        stored, correction = self.checkpoint.recall(guess, normal)
+        if stored and correction is None:
+            return None
+        if correction is not None:
+            return self._restore_point(correction)
+        point = self._iterate(guess, normal)
+        self.checkpoint.record(guess, normal, None if point is None else _correction_of(point))
+        return point
+
+    def _restore_point(self, correction: Correction) -> CurvePoint:
+        """Return the point of a stored correction."""
+        sample = self.family.evaluate(correction.z, correction.value)
+        orbit = self.family.orbit(correction.z, correction.value, sample)
+        return CurvePoint(sample=sample, orbit=orbit, **correction._asdict())
+
+    def _iterate(self, guess: Array, normal: Array) -> CurvePoint | None:
+        """Return the point to which Newton's method converges, or None."""
         x, size = np.array(guess), self.family.size
         by_value, best = None, math.inf
         for iteration in range(self.options.most_iterations + 1):
@@ -199,6 +221,10 @@ class Stepper:
     def angle(self, point: CurvePoint, other: CurvePoint) -> float:
         """Return the angle between the tangents of two points [rad]."""
         return float(np.arccos(np.clip(point.tangent @ other.tangent, -1, 1)))
+
+
+def _correction_of(point: CurvePoint) -> Correction:
+    return Correction(point.z, point.value, point.derivative, point.multipliers, point.tangent, point.iterations)
 
 
 def _solve(matrix: Array, right: Array) -> Array | None:

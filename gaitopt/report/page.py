@@ -1,6 +1,6 @@
 """write_report: gaits as one self-contained HTML page for any browser."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -79,18 +79,30 @@ def _page(gaits: Mapping[str, AnyGait | AnyCycle], title: str) -> Element:
     several = len(gaits) > 1
     optimal = {title: gait for title, gait in gaits.items() if not isinstance(gait, AnyCycle)}
     links = [element("a", title, href=f"#{name}") for name, title in names.items()]
-    body = element(
-        "body",
-        element(
-            "main",
-            element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
-            comparison_section(optimal) if len(optimal) > 1 else None,
-            *(_section(gaits[title], title, name) for name, title in names.items()),
-            element("footer", f"Written by gaitopt {__version__}."),
-        ),
-        element("script", read_asset("player.js")),
-        class_="gaitopt",
+    return document(
+        title,
+        element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
+        comparison_section(optimal) if len(optimal) > 1 else None,
+        *(_section(gaits[title], title, name) for name, title in names.items()),
+        scripts=("player.js",),
     )
+
+
+def document(
+    title: str, *content: Element | None, scripts: Sequence[str], styles: Sequence[str] = ("page.css", "parts.css")
+) -> Element:
+    """Return a page that contains its styles and scripts.
+
+    Parameters
+    ----------
+    title : str
+    *content : Element or None
+    scripts, styles : sequence of str
+        Names of assets.
+    """
+    footer = element("footer", f"Written by gaitopt {__version__}.")
+    parts = [element("script", read_asset(name)) for name in scripts]
+    body = element("body", element("main", *content, footer), *parts, class_="gaitopt")
     head = element(
         "head",
         element("meta", charset="utf-8"),
@@ -98,6 +110,6 @@ def _page(gaits: Mapping[str, AnyGait | AnyCycle], title: str) -> Element:
         element("meta", name="color-scheme", content="light dark"),
         element("title", title),
         element("link", rel="icon", href="data:,"),
-        element("style", read_asset("page.css") + read_asset("parts.css")),
+        element("style", "".join(read_asset(name) for name in styles)),
     )
     return element("html", head, body, lang="en")
