@@ -35,6 +35,7 @@ def structure(
         counts=method.intervals_for(problem.sequence),
         powered=tuple(name for name, limit in zip(robot.actuators, torques, strict=True) if limit > 0),
         free_slope=len(set(problem.slope_range)) > 1,
+        free=tuple(problem.free),
         rate_limited=not is_open and any(map(math.isfinite, limits.torque_rates(robot.actuators))),
         cleared=limits.clearance is not None,
         inertia_limited=not is_open and _is_inertia_limited(problem),
@@ -56,7 +57,8 @@ def _is_inertia_limited(problem: GaitProblem) -> bool:
     if not any(mode.slips for mode in problem.sequence.phases):
         return False
     angles = problem.limits.angles(problem.robot.angles)
-    return allows_paradox(problem.robot, problem.values, angles, problem.margins.sliding_inertia)
+    margin = problem.margins.sliding_inertia
+    return any(allows_paradox(problem.robot, values, angles, margin) for values in problem.corners)
 
 
 def data_vector(problem: GaitProblem) -> Array:
@@ -119,6 +121,8 @@ def _bounds_of_unknowns(transcription: Transcription, problem: GaitProblem) -> t
     lower[layout[Unknown.TRAVEL]], upper[layout[Unknown.TRAVEL]] = max(step.lower, 1e-3), step.upper
     if Unknown.SLOPE in layout:
         lower[layout[Unknown.SLOPE]], upper[layout[Unknown.SLOPE]] = problem.slope_range
+    for name, ends in problem.free.items():
+        lower[layout.find(Kind.DESIGN, name)], upper[layout.find(Kind.DESIGN, name)] = ends
     if Unknown.OPEN_IMPACT in layout:
         lower[layout[Unknown.OPEN_IMPACT]] = 0.0
     for kind in (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER):

@@ -29,6 +29,7 @@ class Unknown(StrEnum):
     OPEN_IMPACT = "open impact"
     TRAVEL = "travel"
     SLOPE = "slope"
+    DESIGN = "design"
     INTEGRAL = "integral"
     PEAK = "peak"
     RELAXATION = "relaxation"
@@ -100,6 +101,7 @@ class Kind(Enum):
     SLIP_SPEED_AFTER_IMPACT = "slip speed after the impact"
     TRAVEL = "step length"
     SLOPE = "slope"
+    DESIGN = "{of}"
     INTEGRAL = "integral of the objective"
     PEAK = "peak of {of}"
 
@@ -227,6 +229,7 @@ class StepPart(Enum):
     TOUCHDOWN = "touchdown"
     STEP = "step"
     GROUND = "ground"
+    DESIGN = "design"
 
 
 @dataclass(frozen=True)
@@ -272,4 +275,5 @@ class Place:
         return f"{text}, between nodes {self.node} and {self.node + 1}" if self.between else f"{text}, node {self.node}"
 
 
-TOUCHDOWN, STEP, GROUND = Place(StepPart.TOUCHDOWN), Place(StepPart.STEP), Place(StepPart.GROUND)
+TOUCHDOWN, STEP = Place(StepPart.TOUCHDOWN), Place(StepPart.STEP)
+GROUND, DESIGN = Place(StepPart.GROUND), Place(StepPart.DESIGN)

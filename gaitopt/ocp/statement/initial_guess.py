@@ -62,6 +62,11 @@ class Guess(ABC):
 
     needs_coarse_grids: ClassVar[bool] = True
 
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values from which free parameters start (SI units); those that are missing start from the problem's."""
+        return {}
+
     @abstractmethod
     def durations(self, setting: Setting) -> Array:
         """Return the duration of each phase, shape (n_phases,) [s]."""

@@ -19,7 +19,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
-from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
+from gaitopt.ocp.nlp.keys import DESIGN, GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.statement.objective import Objective, is_curved, overrides
@@ -56,6 +56,8 @@ class Structure:
         Actuators that are not idle.
     free_slope : bool
         Whether the slope is an unknown.
+    free : tuple of str
+        The other parameters of robot and ground that are unknowns.
     rate_limited : bool
         Whether torque rates are constrained.
     cleared : bool
@@ -77,6 +79,7 @@ class Structure:
     counts: tuple[int, ...]
     powered: tuple[str, ...]
     free_slope: bool = False
+    free: tuple[str, ...] = ()
     rate_limited: bool = False
     cleared: bool = False
     inertia_limited: bool = False
@@ -252,6 +255,8 @@ def _variables(
     layout.add(Unknown.TRAVEL, [Key(Kind.TRAVEL)], [STEP])
     if structure.free_slope:
         layout.add(Unknown.SLOPE, [Key(Kind.SLOPE)], [GROUND])
+    if structure.free:
+        layout.add(Unknown.DESIGN, [Key(Kind.DESIGN, name) for name in structure.free], [DESIGN])
     if structure.objective.per_weight_and_travel:
         layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
     peaks = [term for _, term in structure.objective.terms() if overrides(term, "peak")]
