@@ -3,7 +3,7 @@
 import functools
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -17,26 +17,30 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+Objectives = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME,NAME,...",
+        help="cost, which is the objective of the script, and at least one of peak_torque, peak_friction_demand "
+        "and speed, which are bounded, or spectral_radius and recovered_push, which are measured in open loop.",
+    ),
+]
+Ranges = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bounds",
+        metavar="NAME=LOWER:UPPER",
+        help="Range of the bounds of a quantity (repeatable), SI units.",
+        show_default="from the gait of lowest cost to the best value",
+    ),
+]
+
+
 def pareto(
     script: ScriptFile,
-    objectives: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME,NAME,...",
-            help="cost, which is the objective of the script, and at least one of peak_torque, peak_friction_demand "
-            "and speed, which are bounded, or spectral_radius and recovered_push, which are measured in open loop.",
-        ),
-    ] = "cost,peak_torque",
+    objectives: Objectives = "cost,peak_torque",
     points: Annotated[int, typer.Option(min=2, max=1000, help="Number of bounds of each quantity.")] = 20,
-    bounds: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--bounds",
-            metavar="NAME=LOWER:UPPER",
-            help="Range of the bounds of a quantity (repeatable), SI units.",
-            show_default="from the gait of lowest cost to the best value",
-        ),
-    ] = None,
+    bounds: Ranges = None,
     starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts of the gaits at the ends.")] = 1,
     output: Annotated[
         Path | None,
@@ -77,16 +81,21 @@ def pareto(
         execution = team.execution(display.count, functools.partial(load_script, script.resolve()))
         table = options.trace(problem, execution=execution, path=output)
     files = {"file": output, "figure": _draw(table, figure)}
+    _report(table, files, json=json, seconds=time.perf_counter() - began)
+
+
+def _report(table: "xr.Dataset", files: dict[str, Path | None], *, json: bool, seconds: float) -> NoReturn:
+    """Print a front as a table or as JSON, and end with the exit status of the command."""
     if json:
         written = {kind: None if file is None else str(file) for kind, file in files.items()}
-        print_json(front_facts(table) | written | {"seconds": time.perf_counter() - began})
+        print_json(front_facts(table) | written | {"seconds": seconds})
     else:
         _print(table)
         for file in files.values():
             if file is not None:
                 report_file(file)
     if not table.attrs["complete"]:
-        exit_incomplete(kept=output is not None)
+        exit_incomplete(kept=files["file"] is not None)
     raise typer.Exit(0 if bool((table.status == "solved").any()) else 1)
 
 

@@ -141,7 +141,7 @@ def find_knee(values: Array, front: Array) -> int | None:
     return knee if sums[knee] < 1 - EQUAL else None
 
 
-def to_dataset(front: Front) -> "xr.Dataset":
+def tabulate_front(front: Front) -> "xr.Dataset":
     """Return the table of a front, the point of the loosest bounds first; numbers are nan where there is no gait."""
     import xarray as xr
 
@@ -196,7 +196,7 @@ def _attributes(front: Front, *, complete: bool) -> dict[str, Any]:
 
 def write_front(front: Front, path: Path) -> "xr.Dataset":
     """Write a front with its gaits to a file atomically, and return its table."""
-    table = to_dataset(front)
+    table = tabulate_front(front)
     with write_atomically(path) as temporary:
         write_table(table, temporary, TABLE)
         robots: SharedGroups = {}

@@ -21,7 +21,7 @@ from gaitopt.parameters import check_type, whole_number
 from gaitopt.study.storage.gait_store import GaitStore, check_same_study
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.trade_offs.front_grid import FrontEnds, FrontGrid, solve_front_task, space_bounds
-from gaitopt.study.trade_offs.front_table import Front, load_front, measure_point, to_dataset, write_front
+from gaitopt.study.trade_offs.front_table import Front, load_front, measure_point, tabulate_front, write_front
 from gaitopt.study.trade_offs.quantity import COST, QUANTITIES, Quantity, quantity_named
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ class Pareto:
             starts=self.starts,
         )
         find = functools.partial(self._find, base, key, execution or Execution())
-        return to_dataset(find({})) if path is None else _resume_file(Path(path), key, find)
+        return tabulate_front(find({})) if path is None else _resume_file(Path(path), key, find)
 
     def _find(
         self, problem: GaitProblem, key: dict[str, Any], execution: Execution, kept: MutableMapping[str, Gait]

@@ -40,7 +40,7 @@ class Quantity:
         ``"1"`` if it is dimensionless.
     meaning : str
     sign : int
-        1 if small values are wanted, -1 if large ones are.
+        1 if small values are better, -1 if large ones are.
     read : callable
         Returns the value of a gait.
     restrict : callable or None
