@@ -92,6 +92,7 @@ from gaitopt.study.sequence_search.search import search as search
 from gaitopt.study.sweeps.sweep import sweep as sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep as load_sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep_gait as load_sweep_gait
+from gaitopt.study.trade_offs.pareto import Pareto as Pareto
 from gaitopt.tuning.gain_search import GainSearchOptions as GainSearchOptions
 from gaitopt.tuning.lqr import LqrWeights as LqrWeights
 from gaitopt.tuning.lqr import lqr as lqr

@@ -16,6 +16,7 @@ from gaitopt.cli import (
     feedback,
     impact_command,
     listing,
+    pareto_command,
     setup,
     solving,
     studies,
@@ -61,6 +62,7 @@ for command in (
     studies.run,
     studies.search,
     studies.sweep,
+    pareto_command.pareto,
     studies.compare,
     setup.doctor,
 ):

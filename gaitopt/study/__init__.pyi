@@ -21,3 +21,6 @@ from gaitopt.study.sequence_search.search import search as search
 from gaitopt.study.sweeps.sweep import sweep as sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep as load_sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep_gait as load_sweep_gait
+from gaitopt.study.trade_offs.front_table import load_front as load_front
+from gaitopt.study.trade_offs.front_table import load_front_gait as load_front_gait
+from gaitopt.study.trade_offs.pareto import Pareto as Pareto
