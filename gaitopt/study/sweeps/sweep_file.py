@@ -20,7 +20,7 @@ from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.parameters import Parameter
 from gaitopt.study.gait_metrics import MEASURES, peak_torques
-from gaitopt.study.storage.failure_reason import IMPOSSIBLE, explain_failure
+from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
 from gaitopt.study.storage.netcdf_file import read_table, write_table
 from gaitopt.study.sweeps.planar_sweep import planar_dataset
@@ -66,7 +66,12 @@ class SweepResults:
     @property
     def complete(self) -> bool:
         """Whether all points are computed."""
-        return all(status == IMPOSSIBLE for status, _ in self.missing.values())
+        return self.pending == 0
+
+    @property
+    def pending(self) -> int:
+        """Number of points that are not computed."""
+        return sum(status != IMPOSSIBLE for status, _ in self.missing.values())
 
 
 def to_dataset(findings: SweepResults) -> "xr.Dataset":
@@ -228,10 +233,15 @@ def _nearest_index(axis: "xr.DataArray", value: float) -> int:
     return int(np.argmin(np.abs(values - value)))
 
 
-def read_partial_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
-    """Return the complete sweep of a file, or None; raise InputError if the file contains a different study."""
+def read_stored_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
+    """Return the sweep of a file, complete or not; None without one; InputError if it contains a different study."""
     if not path.exists():
         return None
     table = load_sweep(path)
     check_same_study(json.loads(table.attrs["question"]), key, path)
-    return table if table.attrs["complete"] else None
+    return table
+
+
+def count_pending(table: "xr.Dataset") -> int:
+    """Return the number of points of a sweep that are not computed."""
+    return int(np.isin(table.status.values.astype(str), (PENDING, LOST)).sum())
