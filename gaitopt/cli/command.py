@@ -1,4 +1,4 @@
-"""Commands whose help is printed literally, and whose output is none of their inputs.
+"""Commands whose help is printed literally, and whose output replaces no input of theirs.
 
 Rich must not read a unit in the help, such as ``[m/s]``, as markup and remove it.
 """

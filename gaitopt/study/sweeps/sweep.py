@@ -151,8 +151,8 @@ def _resume_file(
 
     One process computes a file at a time.  A file with more points than the new result stays.
     """
-    table = read_stored_sweep(path, key)
     parts = GaitStore.beside(path)
+    table = read_stored_sweep(path, key)
     if table is not None and table.attrs["complete"] and not parts.exists():
         return table
     check_writable(path)
