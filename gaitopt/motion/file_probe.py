@@ -26,9 +26,10 @@ def probe_file(path: Path) -> None:
     """
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     command = [sys.executable, "-P", "-m", "gaitopt.motion.file_probe", str(path.resolve())]
-    silent = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     try:
-        status = subprocess.run(command, env=environment, timeout=TIME_LIMIT, check=False, **silent).returncode
+        status = subprocess.run(
+            command, env=environment, timeout=TIME_LIMIT, check=False, stdin=subprocess.DEVNULL, capture_output=True
+        ).returncode
     except subprocess.TimeoutExpired:
         raise ArchiveError(f"{path} is damaged: the HDF5 library does not return from it.") from None
     if status < 0 or status >= 0xC0000000:  # a signal, or an exception of Windows

@@ -13,7 +13,9 @@ from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
 
-_TYPES: dict[Any, tuple[type, ...]] = {float: (int, float), int: (int,), str: (str,), bool: (bool, int)}
+_TYPES: dict[Any, tuple[type, ...]] = {float: (int, float), int: (int,), str: (str,), bool: (int, bool)}
+"""Accepted types of the values of a field by its type, the usual one last."""
+"""Accepted types of the values of a field by its type, the usual one last."""
 
 _TEXTS = ("objective", "objective_unit", "name", "robot", "sequence", "transcription")
 _MAPPINGS = ("objective_parameters", "coordinate_limit", "torque_rate_limit", "margins")
@@ -87,8 +89,8 @@ def _check_record(name: str, record: Any) -> None:
     """Check that the numbers and texts of a record have the type of their field."""
     for field in dataclasses.fields(record):
         if field.type in _TYPES:
-            value = getattr(record, field.name)
-            _require(isinstance(value, _TYPES[field.type]), f"{field.name} of {name}", repr(value), field.type.__name__)
+            value, types = getattr(record, field.name), _TYPES[field.type]
+            _require(isinstance(value, types), f"{field.name} of {name}", repr(value), types[-1].__name__)
 
 
 def _check_solution(solution: Solution) -> None:
@@ -115,16 +117,16 @@ def _check_motion(motion: Motion, *, finite: bool) -> None:
     n_q, n_u, points = 2 + len(motion.angles), len(motion.actuators), len(motion.points)
     for number, segment in enumerate(motion.segments):
         count = _check_time(segment.time, number)
-        rows: dict[str, tuple[int, ...]] = dict.fromkeys(("q", "v"), (n_q, count)) | {"force": (2, count)}
+        rows: dict[str, tuple[int, ...]] = {"q": (n_q, count), "v": (n_q, count), "force": (2, count)}
         rows |= dict.fromkeys(("torque", "power", "work"), (n_u, count)) | {"points": (2, points, count)}
         rows |= dict.fromkeys(("friction_work", "kinetic", "potential", "damping_work", "elastic"), (count,))
         rows |= {} if segment.positive_work is None else {"positive_work": (n_u, count)}
         rows |= {} if segment.rims is None else {"rims": (4, 2, count)}
         _check_arrays(f"phase {number + 1}", segment, rows, finite=finite)
     _require(0 < len(motion.jumps) <= MOST_PHASES, "number of touchdowns", len(motion.jumps), f"1 to {MOST_PHASES}")
-    states = dict.fromkeys(("q", "v_minus", "v_plus", "q_next", "v_next"), (n_q,))
+    states: dict[str, tuple[int, ...]] = {name: (n_q,) for name in ("q", "v_minus", "v_plus", "q_next", "v_next")}
     for number, jump in enumerate(motion.jumps):
-        _check_arrays(f"touchdown {number + 1}", jump, {"impulse": (2,)} | states, finite=finite)
+        _check_arrays(f"touchdown {number + 1}", jump, states | {"impulse": (2,)}, finite=finite)
         _check_numbers(f"touchdown {number + 1}", jump, ("time", "energy_lost", "separation"), finite=finite)
 
 
@@ -138,7 +140,7 @@ def _check_planar_motion(motion: PlanarMotion, *, finite: bool) -> None:
     _require(sorted(exchange) == list(range(n_c)), "exchange", motion.exchange, f"each of 0 to {n_c - 1} once")
     for number, segment in enumerate(motion.segments):
         count = _check_time(segment.time, number)
-        rows: dict[str, tuple[int, ...]] = dict.fromkeys(("q", "v"), (n_q, count)) | {"force": (n_c, 2, count)}
+        rows: dict[str, tuple[int, ...]] = {"q": (n_q, count), "v": (n_q, count), "force": (n_c, 2, count)}
         rows |= dict.fromkeys(("torque", "work"), (n_u, count)) | {"friction_work": (n_c, count)}
         rows |= dict.fromkeys(("damping_work", "kinetic", "potential", "elastic"), (count,))
         rows |= {"points": (2, len(motion.points), count)}

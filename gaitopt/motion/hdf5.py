@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -84,6 +85,34 @@ def read_hdf5(path: str | Path, kind: str, version: int, *, omit: Container[str]
     gaitopt.errors.ArchiveError: There is no file nowhere.h5.
     """
     path = Path(path)
+    with _open_and_check(path, omit) as (file, intact):
+        _check_format(file, path, kind, version, intact=intact)
+        yield file
+
+
+def identify_file(path: Path) -> dict[str, Any]:
+    """Return the kind and the format version of a file, and whether it has a checksum.
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing or damaged, or was not written by gaitopt.
+
+    Examples
+    --------
+    >>> identify_file(Path("docs/examples/compass_slip.h5"))
+    {'kind': 'gait', 'format_version': 5, 'checksum': True}
+    """
+    with _open_and_check(path, ()) as (file, intact):
+        content = str(file.attrs.get("format", ""))
+        if not content.startswith("gaitopt "):
+            raise ArchiveError(f"{path} is an HDF5 file, but was not written by gaitopt.")
+        return {"kind": content.removeprefix("gaitopt "), "format_version": _version_of(file), "checksum": intact}
+
+
+@contextmanager
+def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.File, bool]]:
+    """Yield a file whose checksum and structure are checked, and whether it has a checksum."""
     if path.is_dir():
         inside = next(iter(sorted(path.glob("*.h5"))), None)
         raise ArchiveError(f"{path} is a folder; specify a file{f' in it, such as {inside}' if inside else ''}.")
@@ -94,8 +123,7 @@ def read_hdf5(path: str | Path, kind: str, version: int, *, omit: Container[str]
         intact = _verify_once(path)
         with h5py.File(path, "r") as file:
             check_structure(file, omit=omit)
-            _check_format(file, path, kind, version, intact=intact)
-            yield file
+            yield file, intact
     except ArchiveError:
         raise
     except GaitoptError as error:
@@ -129,10 +157,14 @@ def _check_format(file: h5py.File, path: Path, kind: str, version: int, *, intac
         if other in READERS:
             raise ArchiveError(f"{path} contains a {other}, not a {kind}; in Python, {READERS[other]}.")
         raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
-    file_version = int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array
+    file_version = _version_of(file)
     if file_version > version:
         raise ArchiveError(
             f"{path} has format version {file_version}; this gaitopt reads up to {version}. Upgrade gaitopt to read it."
         )
     if not intact and file_version >= FIRST_WITH_CHECKSUM[kind]:
         raise ArchiveError(f"{path} has no checksum: it is damaged, or another program has changed it.")
+
+
+def _version_of(file: h5py.File) -> int:
+    return int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array

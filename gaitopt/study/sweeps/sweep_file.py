@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -231,6 +231,17 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
         reason = table.reason.values[(sequences.index(sequence), *index)]
         raise InputError(f"The sweep in {path} has no gait at this point: {reason}")
     return gait
+
+
+def read_all_gaits(path: Path) -> Iterator[Gait]:
+    """Yield every gait of a sweep, in the order of their names."""
+    with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
+        gaits = find_group(file, GAITS)
+        for name in () if gaits is None else gaits:
+            group: Any = find_group(gaits, name)
+            check_structure(group)
+            gait: Any = read_gait(group)
+            yield gait
 
 
 def _nearest_index(axis: "xr.DataArray", value: float) -> int:
