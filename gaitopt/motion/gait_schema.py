@@ -124,7 +124,7 @@ def _check_motion(motion: Motion, *, finite: bool) -> None:
         rows |= {} if segment.rims is None else {"rims": (4, 2, count)}
         _check_arrays(f"phase {number + 1}", segment, rows, finite=finite)
     _require(0 < len(motion.jumps) <= MOST_PHASES, "number of touchdowns", len(motion.jumps), f"1 to {MOST_PHASES}")
-    states: dict[str, tuple[int, ...]] = {name: (n_q,) for name in ("q", "v_minus", "v_plus", "q_next", "v_next")}
+    states: dict[str, tuple[int, ...]] = dict.fromkeys(("q", "v_minus", "v_plus", "q_next", "v_next"), (n_q,))
     for number, jump in enumerate(motion.jumps):
         _check_arrays(f"touchdown {number + 1}", jump, states | {"impulse": (2,)}, finite=finite)
         _check_numbers(f"touchdown {number + 1}", jump, ("time", "energy_lost", "separation"), finite=finite)

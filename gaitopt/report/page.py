@@ -1,5 +1,7 @@
 """write_report: gaits as one self-contained HTML page for any browser."""
 
+import base64
+import hashlib
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -67,9 +69,24 @@ def read_asset(name: str) -> str:
     return (files("gaitopt.report") / "assets" / name).read_text(encoding="utf-8")
 
 
+def content_policy(script: str) -> str:
+    """Return the content security policy of a page: it runs this script only, and loads nothing.
+
+    Examples
+    --------
+    >>> content_policy("")[:49]
+    "default-src 'none'; img-src data:; style-src 'uns"
+    """
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return (
+        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+        f"script-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'"
+    )
+
+
 def _page(gaits: Mapping[str, AnyGait], title: str) -> Element:
     names = {f"gait-{number}": name for number, name in enumerate(gaits, start=1)}
-    several = len(gaits) > 1
+    several, script = len(gaits) > 1, read_asset("player.js")
     links = [element("a", title, href=f"#{name}") for name, title in names.items()]
     body = element(
         "body",
@@ -80,12 +97,13 @@ def _page(gaits: Mapping[str, AnyGait], title: str) -> Element:
             *(gait_section(gaits[title], title=title, name=name) for name, title in names.items()),
             element("footer", f"Written by gaitopt {__version__}."),
         ),
-        element("script", read_asset("player.js")),
+        element("script", script),
         class_="gaitopt",
     )
     head = element(
         "head",
         element("meta", charset="utf-8"),
+        element("meta", http_equiv="Content-Security-Policy", content=content_policy(script)),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("meta", name="color-scheme", content="light dark"),
         element("title", title),
