@@ -13,13 +13,14 @@ from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, secti
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.versions import versions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-KIND, VERSION = "branch diagram", 1
+KIND, VERSION = "branch diagram", 2
 
 
 def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
@@ -113,6 +114,7 @@ def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
         diagram_dataset(diagram).to_netcdf(temporary, mode="a", engine="h5netcdf")
+        append_checksum(temporary)
     return path
 
 

@@ -12,6 +12,7 @@ from gaitopt.export.c_controller import controller_header, controller_source, in
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import comment_line
 from gaitopt.version import __version__
 
 
@@ -98,14 +99,14 @@ def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Arr
 def _header(prefix: str, functions: Sequence[ca.Function], robot: Robot, law: Law, values: Array) -> str:
     guard = f"{prefix.upper()}_H"
     order = "\n".join(
-        f" *   p[{i}]  {parameter.name} [{parameter.unit}]: {parameter.description}"
+        comment_line(f" *   p[{i}]  {parameter.name} [{parameter.unit}]: {parameter.description}")
         for i, parameter in enumerate(robot.parameters)
     )
     lines = [
-        f"/* Robot {robot.name}, law {law.name}.  Written by gaitopt {__version__}.",
+        "/*" + comment_line(f" Robot {robot.name}, law {law.name}.  Written by gaitopt {__version__}."),
         " *",
-        f" * q   stance foot x, y [m], then {', '.join(robot.angles)} [rad]; v their rates",
-        f" * u   torque of {', '.join(robot.actuators) or 'no actuator'} [N m]",
+        comment_line(f" * q   stance foot x, y [m], then {', '.join(robot.angles)} [rad]; v their rates"),
+        comment_line(f" * u   torque of {', '.join(robot.actuators) or 'no actuator'} [N m]"),
         order,
         " *",
         " * Matrices are stored column by column.  An output may be NULL.",

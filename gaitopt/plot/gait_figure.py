@@ -13,6 +13,7 @@ from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.literal_text import show_invalid_math
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, MODE_HATCH, NARROW, WARNING, FigureStyle
@@ -156,6 +157,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
             figure.text(0.5, 0.5, "The last iterate is not finite and is not drawn.", ha="center")
+        show_invalid_math(figure)
         figure.draw_without_rendering()  # the layout of axes of equal aspect needs a second draw
     return figure
 

@@ -9,6 +9,7 @@ from attrs import field, frozen
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.parameters import positive
+from gaitopt.plot.literal_text import show_invalid_math
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -130,6 +131,7 @@ class FigureStyle:
         with rc_context(self.settings):
             figure = Figure(figsize=(self.width, height), layout="constrained")
             yield figure
+            show_invalid_math(figure)
             figure.draw_without_rendering()  # ticks are made only when drawn, and must be made with these settings
 
 
@@ -197,7 +199,7 @@ def angle_symbol(name: str) -> str:
     >>> angle_symbol("th2"), angle_symbol("knee")
     ('$\\theta_{2}$', 'knee')
     """
-    match = re.fullmatch(r"th(?:eta)?_?(\w*)", name)
+    match = re.fullmatch(r"th(?:eta)?_?([A-Za-z0-9]*)", name)
     if not match:
         return name
     return rf"$\theta_{{{match[1]}}}$" if match[1] else r"$\theta$"

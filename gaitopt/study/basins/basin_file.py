@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
@@ -19,7 +20,7 @@ from gaitopt.study.storage.netcdf_file import read_table, write_table
 if TYPE_CHECKING:
     import xarray as xr
 
-KIND, VERSION, PENDING = "basin", 2, -1
+KIND, VERSION, PENDING = "basin", 3, -1
 
 SAME_STATE = 1e-4
 """Largest difference between the last state of a walk and a gait for which the walk ends in that gait (SI units)."""
@@ -194,6 +195,7 @@ def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
     path = Path(path)
     with write_atomically(path) as temporary:
         write_table(table, temporary, table.nbytes + 100_000)
+        append_checksum(temporary)
     return path
 
 
