@@ -155,8 +155,9 @@ def test_a_solve_imports_no_part_of_scipy():
 
 NOT_INSTALLED = """
 from importlib import metadata
+from pathlib import Path
 
-known = metadata.version
+known, glob = metadata.version, Path.glob
 
 def version(name):
     if name == "gaitopt":
@@ -164,6 +165,7 @@ def version(name):
     return known(name)
 
 metadata.version = version
+Path.glob = lambda path, pattern: () if pattern.startswith("gaitopt-") else glob(path, pattern)
 import gaitopt
 from gaitopt.motion.versions import versions
 
