@@ -68,7 +68,7 @@ D = np.array([
 Rate = Callable[[float, Array], Array]
 
 
-class DenseOutput:
+class StepPolynomial:
     """Interpolating polynomial of order 7 of one step.
 
     Attributes
@@ -168,7 +168,7 @@ class DormandPrince:
             rejected = True
         self.status = "failed"
 
-    def dense_output(self) -> DenseOutput:
+    def dense_output(self) -> StepPolynomial:
         """Return the interpolating polynomial of the last step."""
         stages, h, start = self._stages, self.t - self._t_old, self._y_old
         for s, c in enumerate(C_DENSE, STAGES + 1):
@@ -178,7 +178,7 @@ class DormandPrince:
         coefficients[1] = h * stages[0] - change
         coefficients[2] = 2 * change - h * (self._slope + stages[0])
         coefficients[3:] = h * np.dot(D, stages)
-        return DenseOutput(self._t_old, self.t, start, coefficients)
+        return StepPolynomial(self._t_old, self.t, start, coefficients)
 
     def _advance(self, h: float) -> tuple[Array, Array]:
         """Return the state after a step and its rate."""

@@ -14,9 +14,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.active_piece import ActivePiece
 from gaitopt.simulation.closed_loop import ClosedLoop
-from gaitopt.simulation.dormand_prince import DenseOutput, DormandPrince
+from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.engine import Arc
-from gaitopt.simulation.event_location import EventWatch, spans_of
+from gaitopt.simulation.event_location import DenseOutput, EventWatch, spans_of
 
 
 @frozen(kw_only=True)

@@ -43,8 +43,9 @@ ROUNDING = 1e-12
 REGULARISATION = 1e-14
 """Square of the relative size below which a singular value of the constraint gradients is zero."""
 
-OPTIONS = {"error_on_fail": False, "highs": {"output_flag": False, "solver": "simplex"}}
-"""Options of HiGHS: the simplex method ends at a vertex."""
+HIGHS = {"output_flag": False, "solver": "simplex", "simplex_dual_edge_weight_strategy": 1}
+OPTIONS = {"error_on_fail": False, "highs": HIGHS}
+"""Options of the linear program: the simplex method ends at a vertex, and takes fewer steps with devex pricing."""
 
 PROBES = 16
 """Number of random vectors that are projected onto the null space at a time."""
