@@ -153,11 +153,11 @@ def _gains_of_pieces(gait: PlanarGait, phases: Sequence[LinearPhase], gains: Arr
     """Return the gains at the start and the end of each piece of the law, from those of the intervals of all phases."""
     ends, parts = np.cumsum([0, *(len(phase.intervals) for phase in phases)]), []
     for number, plan in enumerate(planar_references(gait)):
-        own = [k for k, phase in enumerate(phases) if phase.part == number]
+        members = [k for k, phase in enumerate(phases) if phase.part == number]
         corners, pieces = plan.breakpoints, []
         for begin, end in zip(corners, [*corners[1:], corners[-1]], strict=True):
-            late = [k for k in own if phases[k].time[-1] >= (begin + end) / 2]
-            k = late[0] if late and end > begin else own[-1]
+            late = [k for k in members if phases[k].time[-1] >= (begin + end) / 2]
+            k = late[0] if late and end > begin else members[-1]
             pieces.append([_interpolate(phases[k].time, gains[ends[k] : ends[k + 1]], at) for at in (begin, end)])
         parts.append(np.array(pieces))
     return parts
