@@ -7,8 +7,8 @@ from gaitopt import Collocation, Execution, search, sweep
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod
 from gaitopt.ocp import solve_planar
+from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
 from gaitopt.study import load_sweep
-from gaitopt.study.sequence_search.planar_enumeration import enumerate_planar_sequences
 from tests.ocp.multicontact_examples import walk
 
 COARSE = Collocation(intervals=10)

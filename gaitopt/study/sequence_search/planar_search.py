@@ -6,12 +6,13 @@ from collections.abc import Iterable
 from gaitopt.errors import InputError
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.ocp.multicontact.open_sequences import close_sequence
+from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.study.planar_starts import solve_default, verify_best_planar
-from gaitopt.study.sequence_search.planar_enumeration import enumerate_planar_sequences
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, rank_gaits
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, MERGED, PENDING, UNFINISHED, explain_failure
 
@@ -34,7 +35,7 @@ def search_planar_sequences(
     starts : int
         Number of starts of each sequence.
     sequences : iterable of PhaseSequence or str, or None
-        Sequences to solve; None for all of :func:`enumerate_planar_sequences`.
+        Sequences to solve, and those that open ones stand for; None for all of :func:`enumerate_planar_sequences`.
     execution : Execution
 
     Raises
@@ -45,7 +46,8 @@ def search_planar_sequences(
     if sequences is None:
         tried = enumerate_planar_sequences(problem.robot, max_phases)
     else:
-        tried = tuple(dict.fromkeys(PhaseSequence.parse(each, problem.robot) for each in sequences))
+        parsed = [PhaseSequence.parse(each, problem.robot) for each in sequences]
+        tried = tuple(dict.fromkeys(closed for each in parsed for closed in close_sequence(each, problem.robot)))
     problems, findings = dict[PhaseSequence, PlanarProblem](), list[RankedGait]()
     for sequence in tried:
         try:

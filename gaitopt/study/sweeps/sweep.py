@@ -112,7 +112,8 @@ def _sequences_of(
     """Return the contact sequences of a sweep; raise InputError if one is invalid or the robot fails its check."""
     if isinstance(problem, PlanarProblem):
         chosen = [problem.sequence] if sequences is None else sequences
-        return tuple(PhaseSequence.parse(str(sequence), problem.robot) for sequence in chosen)
+        parsed = [PhaseSequence.parse(str(sequence), problem.robot) for sequence in chosen]
+        return tuple(sequence.require_closed("A sweep") for sequence in parsed)
     require_valid_step(problem.robot)
     stated = [problem.sequence] if sequences is None else [ContactSequence.parse(str(each)) for each in sequences]
     return closed_sequences(stated, "A sweep")
