@@ -63,8 +63,7 @@ def sweep(
         Workers, and the observer of (gaits computed, gaits in all); this process alone by default.
     path : str or Path, optional
         NetCDF file for the result.  Until it is complete, the folder ``PATH.parts`` stores every finished gait, from
-        which the same call resumes.  Gaits of robots with several contacts are not stored: the file contains the table
-        only.
+        which the same call resumes.
 
     Returns
     -------
@@ -103,7 +102,7 @@ def sweep(
     find = functools.partial(_solve_grid, grid, key, execution)
     if path is None:
         return to_dataset(find({}))
-    return _resume_file(Path(path), key, find, stores_gaits=not isinstance(problem, PlanarProblem))
+    return _resume_file(Path(path), key, find)
 
 
 def _sequences_of(
@@ -145,20 +144,16 @@ def _solve_grid(
 
 
 def _resume_file(
-    path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults], *, stores_gaits: bool
+    path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults]
 ) -> "xr.Dataset":
     """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished."""
     parts = GaitStore.beside(path)
     table = read_partial_sweep(path, key)
     if table is None:
         check_writable(path)
-        room = 0
-        if stores_gaits:
-            folder = GaitStore(parts, key)
-            findings = find(folder)
-            room = sum(folder.file(name).stat().st_size for name in folder if name.startswith("point-"))
-        else:
-            findings = find({})
+        folder = GaitStore(parts, key)
+        findings = find(folder)
+        room = sum(folder.file(name).stat().st_size for name in folder if name.startswith("point-"))
         table = write_sweep(findings, path, room)
     if table.attrs["complete"]:
         shutil.rmtree(parts, ignore_errors=True)

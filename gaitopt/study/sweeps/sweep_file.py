@@ -14,6 +14,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
@@ -131,8 +132,6 @@ def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
         write_table(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
-        if isinstance(findings.grid.problem, PlanarProblem):
-            return table  # gaits of robots with several contacts are not stored
         robots: SharedGroups = {}
         with h5py.File(temporary, "a") as file:
             for point in findings.grid.points():
@@ -168,7 +167,7 @@ def load_sweep(path: str | Path) -> "xr.Dataset":
     return read_table(path, KIND, VERSION)
 
 
-def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Gait:
+def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> AnyGait:
     """Read the gait of one point of a sweep.
 
     Parameters
@@ -181,7 +180,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
 
     Returns
     -------
-    Gait
+    Gait or PlanarGait
         The gait, solved or not; see its status.
 
     Raises
@@ -214,8 +213,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
         if group not in file:
             reason = table.reason.values[(sequences.index(sequence), *index)]
             raise InputError(f"The sweep in {path} has no gait at this point: {reason}")
-        gait: Any = read_gait(file[group])
-        return gait
+        return read_gait(file[group])
 
 
 def _nearest_index(axis: "xr.DataArray", value: float) -> int:
