@@ -34,7 +34,8 @@ class PlanarProblem:
     ----------
     robot : PlanarRobot
     sequence : PhaseSequence or str
-        Contact phases and events, see :mod:`gaitopt.motion.phase_sequence`.
+        Contact phases and events, see :mod:`gaitopt.motion.phase_sequence`; ``any`` in place of a mode, or of the whole
+        sequence, leaves it open.
     parameters : mapping of str to float
         Robot parameters; missing ones have their default values.
     friction : float

@@ -108,6 +108,15 @@ class PlanarPhase:
         rates = np.eye(n, by_state.shape[1], n)
         return np.vstack([rates, by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
 
+    def torque_effect(self, t: float, y: Array) -> Array:
+        """Return the derivative of (v, a) by the torque, shape (2 n_q, n_u)."""
+        n = self.n_q
+        u, z = self.solve(t, y)
+        inputs = y[:n], y[n : 2 * n], u.copy(), z
+        by_u = self._system_slope(*inputs)[1].reshape(-1, self.n_z).T
+        matrix = self._system(*inputs[:3])[0].reshape(self.n_z, self.n_z).T
+        return np.vstack([np.zeros((n, by_u.shape[1])), -solve_linear(matrix, by_u)[:n]])
+
     def guard_slope(self, t: float, y: Array, guard: int) -> tuple[Array, float]:
         """Return the derivatives of a guard by (q, v, latched), shape (2 n_q + n_l,), and by time."""
         n_g = len(self.equations.guards)

@@ -215,7 +215,6 @@ def load_basin(path: str | Path) -> "xr.Dataset":
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
-    from gaitopt.motion.hdf5 import read_hdf5
     from gaitopt.study.storage.netcdf_file import read_table
 
     with read_hdf5(path, KIND, VERSION) as file:
