@@ -55,6 +55,12 @@ OptimalSequences = Annotated[
     list[str] | None,
     typer.Option("--sequences", metavar="SEQUENCE,...", help="Further contact sequences of optimal gaits to follow."),
 ]
+Neighbours = Annotated[
+    bool,
+    typer.Option(
+        "--neighbours", help="Also follow optimal gaits of the sequences that begin where a contact mode is to change."
+    ),
+]
 TABLE = ".nc"
 """Suffix of the file of a diagram; all others are figures."""
 
@@ -83,6 +89,7 @@ def trace(
     points: OptimalPoints = 50,
     replay: ReplayInterval = 1,
     sequences: OptimalSequences = None,
+    neighbours: Neighbours = False,
     starts: CycleStarts = 32,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
@@ -115,7 +122,7 @@ def trace(
         _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     if request.is_script and states_optimum(request):
-        trace_optima(request, (over, second), (points, replay, sequences), output, json=json, quiet=quiet)
+        trace_optima(request, (over, second), (points, replay, sequences, neighbours), output, json=json, quiet=quiet)
         return
     options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
     with show_progress("tracing", hidden=json) as display:
