@@ -9,6 +9,9 @@ from gaitopt.continuation.optimal.kkt_point import KktLinearisation
 from gaitopt.continuation.optimal.optimal_branch import CostBorder
 from gaitopt.continuation.optimal.path_following import PathFollower, PathOptions, PathPoint
 
+LOCATED = 1e-12
+"""Accuracy, relative to the range, of values at which two costs are equal; costs have rounding errors."""
+
 Trail = Sequence[KktLinearisation]
 """Points of a branch in order."""
 
@@ -54,26 +57,30 @@ def _locate_border(
     """Return the border between two samples: equal costs of two branches, or the end of one."""
     first, last = lowest
     names = ["" if number is None else str(trails[number][0].nlp.problem.sequence) for number in lowest]
+    limits = list(ends)
+    for place, number in ((1, first), (0, last)):  # the branch before may end, that after may begin in between
+        if number is not None and columns[place][number] is None:
+            end = _find_end(trails[number], ends)
+            limits[place] = limits[place] if end is None else end
     if first is not None and last is not None:
-        one, other = columns[0][first], columns[0][last]
-        if one is not None and other is not None and columns[1][first] is not None:
-            value = locate_equal_costs(one, other, ends)
-            here = None if value is None else move_exactly(one, value)
-            if value is not None and here is not None:
-                width = 4 * math.ulp(value)
-                return CostBorder(value=value, width=width, cost=here.cost, before=names[0], after=names[1])
-    ending = first if first is not None and columns[1][first] is None else last
-    here = _find_end(trails[ending], ends) if ending is not None else None
-    value = 0.5 * (ends[0] + ends[1]) if here is None else here.point.value
-    cost = math.nan if here is None else here.cost
-    width = abs(ends[1] - ends[0]) if here is None else here.nlp.width * 1e-9
+        one, other = columns[0][first], columns[1][last]
+        value = None if one is None or other is None else locate_equal_costs(one, other, (limits[0], limits[1]))
+        here = None if one is None or value is None else move_exactly(one, value)
+        if value is not None and here is not None:
+            return CostBorder(value=value, width=4 * math.ulp(value), cost=here.cost, before=names[0], after=names[1])
+    value = next((limit for limit, end in zip(limits, ends, strict=True) if limit != end), math.nan)
+    known = [here for here in (*columns[0], *columns[1]) if here is not None]
+    width = known[0].nlp.width * PathOptions().shortest_step
+    after = None if last is None else columns[1][last]
+    cost = math.nan if after is None else after.cost
     return CostBorder(value=value, width=width, cost=cost, before=names[0], after=names[1], crossing=False)
 
 
-def _find_end(trail: Trail, ends: tuple[float, float]) -> KktLinearisation | None:
-    """Return the end of a branch between two values, or None."""
-    low, high = ends
-    return next((here for here in (trail[0], trail[-1]) if low < here.point.value < high), None)
+def _find_end(trail: Trail, ends: tuple[float, float]) -> float | None:
+    """Return the value at which a branch ends between two values, or None."""
+    low, high = sorted(ends)
+    values = [here.point.value for here in (trail[0], trail[-1])]
+    return next((value for value in values if low <= value <= high), None)
 
 
 def locate_equal_costs(one: KktLinearisation, other: KktLinearisation, ends: tuple[float, float]) -> float | None:
@@ -82,7 +89,7 @@ def locate_equal_costs(one: KktLinearisation, other: KktLinearisation, ends: tup
     Parameters
     ----------
     one, other : KktLinearisation
-        A point of each branch at the first end.
+        A point of each branch.
     ends : (float, float)
         Values between which the costs change their order.
     """

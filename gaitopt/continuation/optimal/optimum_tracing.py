@@ -224,7 +224,10 @@ class OptimumTracer:
         samples = list_samples(self.ends, options.points, start.point.value)
         follower = PathFollower(nlp, options.path, samples)
         recorder = BranchRecorder(nlp, options.replay, options.engine, cost_factor)
+        self._changes += [(len(self.points), start, int(index)) for index in start.active.inequalities]
+        last = start
         for item in follower.follow(start, direction):
+            last = item.here
             if isinstance(item, PathPoint):
                 recorder.add_point(item)
                 self.observer(recorder.finish("interrupted"))
@@ -232,7 +235,8 @@ class OptimumTracer:
                 recorder.add_change(item)
                 if item.index >= 0:
                     self._changes.append((len(self.points), item.here, item.index))
-        return recorder.finish(follower.end), recorder.points
+        trail = recorder.points if follower.end == "range_end" else [*recorder.points, last]
+        return recorder.finish(follower.end), trail
 
 
 def _read_range(over: Mapping[str, tuple[float, float]]) -> tuple[str, tuple[float, float]]:

@@ -290,14 +290,13 @@ class PathFollower:
             return None, None
         side = 0 if before.active.sides[index] else before.nearest_side(index)
         start, active, implied = before, before.active.switch(index, side), None
-        if side:
-            if active.free.size < active.rows.size:
-                implied = self._exchange(before, (index, side))
-                if implied is None:
-                    self.end = FEASIBILITY_LIMIT
-                    return None, None
-                start, index = implied.here, implied.index
-                active = start.active.switch(index, 0)
+        if side and active.free.size < active.rows.size:
+            implied = self._exchange(before, (index, side))
+            if implied is None:
+                self.end = FEASIBILITY_LIMIT
+                return None, None
+            start, index = implied.here, implied.index
+            active = start.active.switch(index, 0)
         here = KktLinearisation(self.nlp, start.point, active)
         tangent = find_tangent(here, self.metric)
         if not (math.isfinite(tangent[1]) and np.all(np.isfinite(tangent[0]))):
