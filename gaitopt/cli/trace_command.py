@@ -60,6 +60,12 @@ OptimalSequences = Annotated[
     list[str] | None,
     typer.Option("--sequences", metavar="SEQUENCE,...", help="Further contact sequences of optimal gaits to follow."),
 ]
+Neighbours = Annotated[
+    bool,
+    typer.Option(
+        "--neighbours", help="Also follow optimal gaits of the sequences that begin where a contact mode is to change."
+    ),
+]
 TABLE, PAGE = ".nc", ".html"
 """Suffix of the file of a diagram, and of a page on which its gaits are played; all others are figures."""
 
@@ -93,6 +99,7 @@ def trace(
     points: OptimalPoints = 50,
     replay: ReplayInterval = 1,
     sequences: OptimalSequences = None,
+    neighbours: Neighbours = False,
     starts: CycleStarts = 32,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
@@ -126,7 +133,7 @@ def trace(
         _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     if request.is_script and states_optimum(request):
-        trace_optima(request, (over, second), (points, replay, sequences), output, json=json, quiet=quiet)
+        trace_optima(request, (over, second), (points, replay, sequences, neighbours), output, json=json, quiet=quiet)
         return
     options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
     with _open_checkpoint(request, (over, second), options, output, hidden=json or quiet) as checkpoint:

@@ -35,7 +35,7 @@ def states_optimum(request: "Request") -> bool:
 def trace_optima(
     request: "Request",
     ranges: tuple[str, str | None],
-    choices: tuple[int, int, list[str] | None],
+    choices: tuple[int, int, list[str] | None, bool],
     output: Path | None,
     *,
     json: bool,
@@ -48,8 +48,8 @@ def trace_optima(
     request : Request
     ranges : (str, str or None)
         Values of ``--over`` and ``--second``.
-    choices : (int, int, list of str or None)
-        Values of ``--points``, ``--replay`` and ``--sequences``.
+    choices : (int, int, list of str or None, bool)
+        Values of ``--points``, ``--replay``, ``--sequences`` and ``--neighbours``.
     output : Path, optional
     json, quiet : bool
     """
@@ -57,13 +57,13 @@ def trace_optima(
     from gaitopt.cli.trace_command import read_range
     from gaitopt.continuation.optimal.optimum_tracing import OptimumOptions
 
-    began, (points, replay, sequences) = time.perf_counter(), choices
+    began, (points, replay, sequences, neighbours) = time.perf_counter(), choices
     if ranges[1] is not None or request.feedback is not None:
         option = "--second" if ranges[1] is not None else "--law"
         raise InputError(f"{option} is not accepted for branches of optimal gaits; the script states a GaitProblem.")
     further = tuple(sequence for text in sequences or [] for sequence in split_sequences(text))
     engine = None if request.engine == "auto" else engine_of(request)
-    options = OptimumOptions(points=points, replay=replay, sequences=further, engine=engine)
+    options = OptimumOptions(points=points, replay=replay, sequences=further, neighbours=neighbours, engine=engine)
     script = read_script(request.source, request.settings)
     with show_progress("tracing", hidden=json) as display:
         diagram = trace_script(script, *read_range(ranges[0], "--over"), options, display, hidden=json or quiet)

@@ -21,6 +21,7 @@ from gaitopt.continuation import OptimumOptions, load_optima, save_optima
 from gaitopt.continuation.optimal.branch_start import start_branch
 from gaitopt.continuation.optimal.kkt_point import Metric, at_value, correct, find_tangent
 from gaitopt.continuation.optimal.optimum_replay import make_gait
+from gaitopt.continuation.optimal.sequence_neighbours import list_neighbours
 from gaitopt.errors import ArchiveError
 
 LIMITS = Limits(torque=6)
@@ -186,3 +187,49 @@ def test_invalid_traces_are_refused_with_a_sentence(changes, over, sentence):
 def test_a_start_outside_the_range_is_refused(problem):
     with pytest.raises(InputError, match="must contain the start"):
         trace_optimum(problem, {"friction": (0.1, 0.2)}, start=solve(problem))
+
+
+@pytest.fixture(scope="module")
+def over_speed(problem):
+    """A sticking gait whose impact meets its friction cone at a higher speed."""
+    options = OptimumOptions(points=8, replay=0, neighbours=True)
+    return trace_optimum(problem.replace(friction=0.14), {"speed": (0.6, 0.7)}, options=options)
+
+
+def test_a_sticking_impact_at_its_cone_starts_the_branch_of_the_slipping_impact(over_speed):
+    first, second = over_speed.branches[:2]
+    (cone,) = [point for point in first.special if "impact cone" in point.constraint]
+    assert (cone.kind, cone.constraint) == ("activation", "backward impact cone at touchdown")
+    assert (second.sequence, second.parent) == ("slip+ stick | slip+", 0)
+    assert (min(second.values), max(second.values)) == (0.6, 0.7)
+
+
+def test_the_border_of_lowest_cost_is_where_cold_solves_cost_the_same(problem, over_speed):
+    (border,) = over_speed.borders
+    assert (border.before, border.after) == ("stick | stick", "slip+ stick | slip+")
+    assert border.crossing
+    at_border = problem.replace(friction=0.14, speed=border.value)
+    costs = [
+        solve(at_border.replace(sequence=name), starts=8).solver.objective for name in (border.before, border.after)
+    ]
+    # Ipopt relaxes bounds by 1e-8, which lowers the cost of a cold solve by 1e-8 to 3e-8.
+    assert costs[0] == pytest.approx(costs[1], rel=1e-7)
+    assert border.cost == pytest.approx(costs[0], rel=1e-7)
+
+
+def test_a_branch_ends_by_name_where_no_gait_satisfies_the_limits(problem):
+    options = OptimumOptions(points=4, replay=0)
+    start = problem.replace(friction=0.14)
+    branch = trace_optimum(start, {"speed": (0.75, 0.9)}, options=options).branches[0]
+    assert branch.end == "feasibility_limit"
+    end = max(point.value for point in branch.special)
+    assert not solve(start.replace(speed=end + 0.003), starts=8).status.ok
+    assert solve(start.replace(speed=end - 0.003), starts=8).status.ok
+
+
+def test_a_shortest_slip_phase_has_the_sequence_without_it_as_neighbour():
+    problem = make_problem(sequence="slip+ stick | slip+", friction=0.2)
+    gait = solve(problem)
+    here = start_branch(problem, "friction", (0.1, 0.25), gait)
+    index = next(k for k in here.active.inequalities if here.nlp.name_constraint(k) == "duration at phase 1 (slip+)")
+    assert [str(sequence) for sequence in list_neighbours(here.nlp, int(index))] == ["stick | stick"]

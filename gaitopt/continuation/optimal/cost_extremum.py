@@ -1,4 +1,4 @@
-"""Values of the parameter at which the optimal cost is stationary, or at which the costs of two branches are equal."""
+"""Values of the parameter at which the optimal cost is stationary."""
 
 from collections.abc import Callable
 
@@ -29,25 +29,8 @@ def locate_cost_extremum(one: KktLinearisation, other: KktLinearisation) -> KktL
     ends = (one.point.value, other.point.value)
     if one.cost_slope * other.cost_slope > 0 or ends[0] == ends[1]:
         return None
-    value = _find_zero(lambda at: _cost_slope_at(other, at), *ends)
+    value = find_zero(lambda at: _cost_slope_at(other, at), *ends)
     return None if value is None else move_along(other, value)
-
-
-def locate_equal_costs(one: KktLinearisation, other: KktLinearisation, ends: tuple[float, float]) -> float | None:
-    """Return the value of the parameter between two values at which two branches have the same cost, or None.
-
-    Parameters
-    ----------
-    one, other : KktLinearisation
-        A point of each branch between or at the ends, whose active set is kept.
-    ends : (float, float)
-    """
-
-    def difference(value: float) -> float:
-        points = [move_along(branch, value) for branch in (one, other)]
-        return float("nan") if None in points else points[0].cost - points[1].cost  # type: ignore[union-attr]
-
-    return _find_zero(difference, *ends)
 
 
 def move_along(here: KktLinearisation, value: float) -> KktLinearisation | None:
@@ -63,8 +46,15 @@ def _cost_slope_at(here: KktLinearisation, value: float) -> float:
     return float("nan") if moved is None else moved.cost_slope
 
 
-def _find_zero(function: Callable[[float], float], one: float, other: float) -> float | None:
-    """Return the zero of a function between two values with different signs; None if it is not found."""
+def find_zero(function: Callable[[float], float], one: float, other: float) -> float | None:
+    """Return the zero of a function between two values of different sign; None if it is not found.
+
+    Parameters
+    ----------
+    function : callable
+    one, other : float
+        Ends of the interval.
+    """
     first, last = function(one), function(other)
     if not first * last <= 0:
         return None

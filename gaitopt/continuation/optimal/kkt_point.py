@@ -219,6 +219,28 @@ class KktLinearisation:
         """Least multiplier of an active inequality or slack of an inactive one, positive at strict optima."""
         return float(self.margins.min())
 
+    def respond_to_multiplier(self, index: int, side: int) -> Array:
+        """Return the change of all multipliers by a unit multiplier of an inactive constraint, (n,) array.
+
+        Parameters
+        ----------
+        index : int
+        side : int
+            Side of the constraint.
+        """
+        n, active = self.nlp.size, self.active
+        gradient = np.zeros(n)
+        if index < n:
+            gradient[index] = side
+        else:
+            gradient = side * self.values.jacobian[index - n].toarray().ravel()
+        packed = self.solve(np.concatenate([-gradient[active.free], np.zeros(active.rows.size)]))
+        x, multipliers = np.zeros(n), np.zeros(active.sides.size)
+        x[active.free], multipliers[n + active.rows] = packed[: active.free.size], packed[active.free.size :]
+        slope = self.values.hessian @ x + self.values.jacobian.T @ multipliers[n:] + gradient
+        multipliers[:n] = np.where(active.fixed, -slope, 0.0)
+        return multipliers
+
     def nearest_side(self, index: int) -> int:
         """Return the side of the nearer bound of a constraint."""
         n = self.nlp.size

@@ -190,7 +190,7 @@ class CostBorder:
     value, width : float
         Parameter, and the error of its location.
     cost : float
-        Cost of both gaits; that of the branch of lower cost if the other one ends there.
+        Cost of both gaits; without a crossing that of the nearest gait above, or nan.
     before, after : str
         Contact sequence of lowest cost below and above the value; empty if no gait is known there.
     crossing : bool

@@ -11,14 +11,18 @@ import numpy as np
 from gaitopt.continuation.optimal.branch_recorder import BranchRecorder
 from gaitopt.continuation.optimal.branch_start import list_samples, start_branch
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
+from gaitopt.continuation.optimal.lowest_cost import locate_borders
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram, OptimalSpecial
+from gaitopt.continuation.optimal.optimum_replay import solve_result
 from gaitopt.continuation.optimal.parametric_nlp import find_number
 from gaitopt.continuation.optimal.path_following import PathFollower, PathOptions, PathPoint
+from gaitopt.continuation.optimal.sequence_neighbours import list_neighbours
 from gaitopt.errors import InputError
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solver import solve
+from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.parameters import check_type, whole_number
 from gaitopt.simulation.engine import Engine
 
@@ -43,6 +47,9 @@ class OptimumOptions:
         Starts of the solve at the first end of the range; see :func:`gaitopt.solve`.
     sequences : tuple of str or ContactSequence
         Further contact sequences, whose branches are followed over the same range.
+    neighbours : bool
+        Whether the neighbouring contact sequences are followed too: those with a slipping impact where a sticking one
+        meets its friction cone, and those without a slip phase where this has its shortest duration.
     path : PathOptions
     engine : Engine, optional
         Engine of the replays; by default the fastest installed one.
@@ -57,6 +64,7 @@ class OptimumOptions:
     replay: int = attrs.field(default=1, validator=whole_number(0))
     starts: int | None = None
     sequences: tuple[str | ContactSequence, ...] = ()
+    neighbours: bool = False
     path: PathOptions = attrs.field(factory=PathOptions)
     engine: Engine | None = None
 
@@ -135,12 +143,32 @@ class OptimumTracer:
         self.parameter, self.ends = _read_range(over)
         find_number(problem, self.parameter)
         self.points = list[list[KktLinearisation]]()
+        self._changes = list[tuple[int, KktLinearisation, int]]()
 
     def trace(self, start: Gait | None) -> Iterator[OptimalBranch]:
         """Yield each branch when it has been followed."""
         yield self._follow_gait(self.problem, start)
         for sequence in self.options.sequences:
             yield self._follow_gait(self.problem.replace(sequence=sequence), None)
+        if self.options.neighbours:
+            yield from self._follow_neighbours()
+
+    def _follow_neighbours(self) -> Iterator[OptimalBranch]:
+        """Yield the branches of contact sequences that begin where a mode of a followed one is about to change."""
+        known = {trail[0].nlp.problem.sequence for trail in self.points if trail}
+        for parent, here, index in self._changes:  # to which the branches that are yielded append theirs
+            for sequence in list_neighbours(here.nlp, index):
+                if sequence in known:
+                    continue
+                known.add(sequence)
+                guess = FromMotion(solve_result(here).motion, label="the gait of the neighbouring sequence")
+                problem = here.nlp.problem_at(here.point.value).replace(sequence=sequence, guess=guess)
+                gait = solve(problem, starts=self.options.starts)
+                try:
+                    branch = self._follow_gait(problem.without_guess(), gait)
+                except InputError:  # no gait of this sequence exists here
+                    continue
+                yield replace(branch, parent=parent)
 
     def make_diagram(self, branches: Sequence[OptimalBranch], *, complete: bool = True) -> OptimalDiagram:
         """Return the diagram of branches."""
@@ -154,8 +182,13 @@ class OptimumTracer:
             parameters={key: value for key, value in self.problem.values.items() if key != name},
             ends=self.ends,
             branches=tuple(branches),
+            borders=locate_borders([trail for trail in self.points if trail], self._samples) if complete else (),
             complete=complete,
         )
+
+    @property
+    def _samples(self) -> Sequence[float]:
+        return list_samples(self.ends, self.options.points, self.ends[0])
 
     def _follow_gait(self, problem: GaitProblem, gait: Gait | None) -> OptimalBranch:
         """Return the branch of a gait, in both directions; by default of the solution at the first end of the range."""
@@ -191,13 +224,19 @@ class OptimumTracer:
         samples = list_samples(self.ends, options.points, start.point.value)
         follower = PathFollower(nlp, options.path, samples)
         recorder = BranchRecorder(nlp, options.replay, options.engine, cost_factor)
+        self._changes += [(len(self.points), start, int(index)) for index in start.active.inequalities]
+        last = start
         for item in follower.follow(start, direction):
+            last = item.here
             if isinstance(item, PathPoint):
                 recorder.add_point(item)
                 self.observer(recorder.finish("interrupted"))
             else:
                 recorder.add_change(item)
-        return recorder.finish(follower.end), recorder.points
+                if item.index >= 0:
+                    self._changes.append((len(self.points), item.here, item.index))
+        trail = recorder.points if follower.end == "range_end" else [*recorder.points, last]
+        return recorder.finish(follower.end), trail
 
 
 def _read_range(over: Mapping[str, tuple[float, float]]) -> tuple[str, tuple[float, float]]:

@@ -9,7 +9,7 @@ Jumps, 1990, chapter 2).  At a fold the reduced Hessian is singular and the para
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import attrs
@@ -17,6 +17,7 @@ import numpy as np
 
 from gaitopt.continuation.optimal.kkt_point import (
     KktLinearisation,
+    KktPoint,
     Metric,
     at_distance,
     at_value,
@@ -27,6 +28,7 @@ from gaitopt.continuation.optimal.kkt_point import (
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
+from gaitopt.reductions import worst
 
 VIOLATED = -1e-9
 """Margin below which a constraint is violated, or a multiplier has the wrong sign, within rounding errors."""
@@ -39,6 +41,13 @@ MOST_SWITCHES = 12
 
 MOST_CANDIDATES = 12
 """Largest number of constraints tried as the first one that changes in a step."""
+
+
+LARGE_MULTIPLIER = 1e5
+"""Scaled multiplier at an end beyond which no gait satisfies the constraints: multipliers tend to infinity there."""
+
+FEASIBILITY_LIMIT = "feasibility_limit"
+"""End of a curve beyond which no gait satisfies the constraints."""
 
 
 class PathKind(Enum):
@@ -166,7 +175,9 @@ class PathFollower:
             if following is None:
                 step *= 0.5
                 if step < self.options.shortest_step:
-                    self.end = "no_convergence"
+                    large = worst(np.abs(point.here.point.multipliers)) > LARGE_MULTIPLIER
+                    self.end = FEASIBILITY_LIMIT if large else "no_convergence"
+                    yield point
                     return
                 continue
             step = min(1.5 * step, self.options.longest_step)
@@ -177,12 +188,13 @@ class PathFollower:
                 point = following
                 yield point
                 continue
-            after = self._switch(following)
+            after, implied = self._switch(following)
+            turns = after is not None and after.tangent[1] * point.tangent[1] < 0
+            yield replace(following, turns=turns and implied is None)
+            if implied is not None:
+                yield replace(implied, turns=turns)
             if after is None:
-                yield following
                 return
-            turns = after.tangent[1] * point.tangent[1] < 0
-            yield PathChange(following.kind, following.here, following.width, following.index, turns)
             point = after
         self.end = "most_points"
 
@@ -264,23 +276,60 @@ class PathFollower:
         kind = PathKind.DEACTIVATION if here.active.sides[index] else PathKind.ACTIVATION
         return PathChange(kind, here, max(width, np.spacing(abs(here.point.value))), index)
 
-    def _switch(self, change: PathChange) -> PathPoint | None:
-        """Return the point from which the curve continues after a change; None if it does not."""
+    def _switch(self, change: PathChange) -> tuple[PathPoint | None, PathChange | None]:
+        """Return the point from which the curve continues after a change, if it does, and a change that this implies.
+
+        If the active constraints determine all unknowns, the multiplier of one that becomes active grows at this point
+        until that of another one is zero, which leaves the active set.
+        """
         before, index = change.here, change.index
         same = abs(before.point.value - self._last_change) <= SAME_PLACE * self.nlp.width
         self._switches, self._last_change = self._switches + 1 if same else 0, before.point.value
         if self._switches > MOST_SWITCHES:
             self.end = "degenerate"
-            return None
+            return None, None
         side = 0 if before.active.sides[index] else before.nearest_side(index)
-        here = KktLinearisation(self.nlp, before.point, before.active.switch(index, side))
+        start, active, implied = before, before.active.switch(index, side), None
+        if side and active.free.size < active.rows.size:
+            implied = self._exchange(before, (index, side))
+            if implied is None:
+                self.end = FEASIBILITY_LIMIT
+                return None, None
+            start, index = implied.here, implied.index
+            active = start.active.switch(index, 0)
+        here = KktLinearisation(self.nlp, start.point, active)
         tangent = find_tangent(here, self.metric)
         if not (math.isfinite(tangent[1]) and np.all(np.isfinite(tangent[0]))):
             self.end = "dependent_constraints"
-            return None
+            return None, implied
         row, last = here.differentiate_margin(index)
         sign = math.copysign(1.0, float(row @ tangent[0]) + last * tangent[1])
-        return PathPoint(here, (sign * tangent[0], sign * tangent[1]))
+        return PathPoint(here, (sign * tangent[0], sign * tangent[1])), implied
+
+    def _exchange(self, here: KktLinearisation, entering: tuple[int, int]) -> PathChange | None:
+        """Return the change of the constraint that leaves the active set as another one enters it; None if none does.
+
+        Parameters
+        ----------
+        here : KktLinearisation
+            The point, without the entering constraint.
+        entering : (int, int)
+            The entering constraint and its side.
+        """
+        active, n, rates = here.active, self.nlp.size, here.respond_to_multiplier(*entering)
+        falling = np.where(active.equal, 0.0, -active.sides * rates)
+        candidates = np.flatnonzero(falling > 1e-12 * worst(np.abs(rates)))
+        if not candidates.size:
+            return None
+        limits = here.margins[candidates] / falling[candidates]
+        leaving, size = int(candidates[np.argmin(limits)]), max(0.0, float(limits.min()))
+        index, side = entering
+        multipliers = here.point.multipliers + size * rates[n:]
+        if index >= n:
+            multipliers[index - n] += side * size
+        point = KktPoint(here.point.x, multipliers, here.point.value)
+        after = KktLinearisation(self.nlp, point, active.switch(index, side))
+        return PathChange(PathKind.DEACTIVATION, after, np.spacing(abs(here.point.value)), leaving)
 
     def _locate_turning_point(self, one: PathPoint, other: PathPoint) -> PathChange | None:
         """Return the turning point between two points of the same piece, if the parameter turns back."""
