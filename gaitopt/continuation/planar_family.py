@@ -248,8 +248,9 @@ def _closed_contacts(sample: MapSample) -> list[frozenset[str]]:
 
 
 def _sticks(sample: MapSample) -> bool:
-    """Return whether no contact slips after the section of any period."""
-    return all(not mode.slips for rollout in sample.passage for mode in rollout.end.modes)
+    """Return whether no contact slips in the impacts on the section."""
+    outcomes = [rollout.motion.events[-1].outcome for rollout in sample.passage]
+    return all(outcome is not None and not any(mode.slips for _, mode in outcome.modes) for outcome in outcomes)
 
 
 def _reason(stop: Stop) -> str:
