@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -156,11 +157,14 @@ def test_a_step_that_ends_before_the_knee_strikes_ends_early():
 
 
 def test_a_special_point_is_followed_over_a_second_parameter(two_feet, two_feet_diagram, monkeypatch):
-    monkeypatch.setattr(two_parameters, "FIRST_STEP", 0.7)  # few points, each of which is located by bisection
-    monkeypatch.setattr(two_parameters, "LONGEST_STEP", 0.7)
+    monkeypatch.setattr(two_parameters, "MOST_POINTS", 1)  # each point is located by bisection
     slope = math.radians(1)
     curve = trace_curve(two_feet, two_feet_diagram, {"slope": (slope, slope + 1e-4)}, options=ONE_START)
-    assert (curve.kind.key, curve.end) == ("slip_onset", "range_end")
-    value = np.interp(slope, curve.values[:, 1], curve.values[:, 0])
-    assert value == pytest.approx(0.174918491, abs=1e-8)
-    assert np.all(np.diff(curve.values[:, 0]) > 0)
+    assert curve.kind.key == "slip_onset"
+    place = int(np.argmin(np.abs(curve.values[:, 1] - slope)))
+    assert curve.values[place] == pytest.approx([0.174918491, slope], abs=1e-8)
+    moved, known = curve.values[-1], curve.values[place]
+    assert moved[1] > slope
+    across = replace(two_feet, parameters={**two_feet.parameters, "slope": moved[1]})
+    critical = next(across.search(1)).critical_friction
+    assert known[0] < moved[0] == pytest.approx(critical.friction, abs=1e-8)
