@@ -17,6 +17,7 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
+from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import Method
@@ -114,6 +115,12 @@ class GaitProblem:
 
     def _resolve(self, slope: object) -> dict[str, float]:
         return self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
+
+    def __str__(self) -> str:
+        return str(formulate_gait_problem(self))
+
+    def _repr_latex_(self) -> str:
+        return formulate_gait_problem(self).latex
 
     def replace(self, **changes: Any) -> "GaitProblem":
         """Return the problem with some fields changed; all fields are checked again."""
