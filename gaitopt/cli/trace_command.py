@@ -70,17 +70,20 @@ TABLE, PAGE = ".nc", ".html"
 """Suffix of the file of a diagram, and of a page on which its gaits are played; all others are figures."""
 
 
+Over = Annotated[
+    str,
+    typer.Option(
+        "--over",
+        metavar="NAME=FROM:TO",
+        help="Parameter of robot or ground, or gain of the law, and its range. Parameters of the script have the "
+        "same units as with --set; all others are in SI units and rad. The results are in SI units and rad.",
+    ),
+]
+
+
 def trace(
     source: Source,
-    over: Annotated[
-        str,
-        typer.Option(
-            "--over",
-            metavar="NAME=FROM:TO",
-            help="Parameter of robot or ground, or gain of the law, and its range. Parameters of the script have the "
-            "same units as with --set; all others are in SI units and rad. The results are in SI units and rad.",
-        ),
-    ],
+    over: Over,
     second: SecondRange = None,
     setting: Setting = None,
     doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of branches of doubled period to follow.")] = 0,

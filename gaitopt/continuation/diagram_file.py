@@ -57,7 +57,7 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
         "state": (("point", "step", "coordinate"), _stack_orbits(branches, names)),
         "sequence": ("point", _text([name for branch in branches for name in branch.sequences])),
     }
-    multipliers = _join([_widen(branch.multipliers, most) for branch in branches], most)
+    multipliers = _join([_pad_columns(branch.multipliers, most) for branch in branches], most)
     points |= _complex("multiplier", ("point", "multiplier"), multipliers)
     points["stable"] = ("point", _join([branch.stable for branch in branches]).astype(np.int8))
 
@@ -222,7 +222,7 @@ def _place(values: NDArray[Any], names: tuple[str, ...], among: tuple[str, ...])
     return placed
 
 
-def _widen(multipliers: NDArray[np.complex128], columns: int) -> NDArray[np.complex128]:
+def _pad_columns(multipliers: NDArray[np.complex128], columns: int) -> NDArray[np.complex128]:
     """Return multipliers with nan up to a number of columns."""
     return np.pad(multipliers, ((0, 0), (0, columns - multipliers.shape[1])), constant_values=np.nan)
 

@@ -104,7 +104,9 @@ class BranchFollower:
         """Return the next point and the step after it; None if the corrector fails for the shortest step."""
         stepper, options = self.stepper, self.stepper.options
         while step >= options.shortest_step:
-            following = stepper.correct(stepper.predict(point, step, self._bend), point.tangent)
+            following = stepper.correct(
+                stepper.predict(point, step, self._bend), point.tangent, point.derivative[:, -1]
+            )
             if following is not None and self._is_neighbour(point, following, step):
                 return following, stepper.adapt(step, point, following)
             step /= 2

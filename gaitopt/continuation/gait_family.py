@@ -4,6 +4,7 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,7 +102,10 @@ class GaitFamily:
     def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
         """Return the derivative of the residual: exact by z, a central difference by the parameter."""
         walker, section, linearisation = self._walker(value)
-        by_z = ReturnMap(walker, section, self.steps, linearisation).derivative(z, sample.passage) - np.eye(self.size)
+        if self._latest.get("sample") is not sample:
+            return_map = ReturnMap(walker, section, self.steps, linearisation)
+            self._latest.update(sample=sample, by_z=return_map.derivative(z, sample.passage) - np.eye(self.size))
+        by_z = self._latest["by_z"].copy()
         by_value = self._value_slope(z, value, sample) if by_value is None else np.array(by_value)
         if section.sliding and slips_completely(sample.structure):
             by_z[-1], by_value[-1] = np.eye(self.size)[-1], 0.0
@@ -197,6 +201,11 @@ class GaitFamily:
 
     def _section(self, value: float) -> Section:
         return self._walker(value)[1]
+
+    @functools.cached_property
+    def _latest(self) -> dict[str, Any]:
+        """The last sample whose derivative was computed, and its derivative by the state."""
+        return {}
 
     @functools.cached_property
     def _walkers(self) -> dict[float, tuple[Walker, Section, Linearisation]]:

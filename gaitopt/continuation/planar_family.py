@@ -3,6 +3,7 @@
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -107,10 +108,13 @@ class PlanarFamily:
 
     def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
         """Return the derivative of the residual: exact by z, a central difference by the parameter."""
-        automaton, chart = self._at(value)
-        by_z = np.eye(self.size)
-        for rollout in sample.passage:
-            by_z = self._step_derivative(automaton, chart, rollout) @ by_z
+        if self._latest.get("sample") is not sample:
+            automaton, chart = self._at(value)
+            by_z = np.eye(self.size)
+            for rollout in sample.passage:
+                by_z = self._step_derivative(automaton, chart, rollout) @ by_z
+            self._latest.update(sample=sample, by_z=by_z)
+        by_z = self._latest["by_z"]
         by_value = self._value_slope(z, value, sample) if by_value is None else np.array(by_value)
         return np.column_stack([by_z - np.eye(self.size), by_value])
 
@@ -209,6 +213,11 @@ class PlanarFamily:
         return follow(automaton, chosen, duration=self.longest, until=self.section)
 
     @functools.cached_property
+    def _latest(self) -> dict[str, Any]:
+        """The last sample whose derivative was computed, and its derivative by the state."""
+        return {}
+
+    @functools.cached_property
     def _automata(self) -> dict[float, tuple[PlanarAutomaton, ChartAt]]:
         """The last equations, by the value of the parameter."""
         return {}
@@ -248,8 +257,9 @@ def _closed_contacts(sample: MapSample) -> list[frozenset[str]]:
 
 
 def _sticks(sample: MapSample) -> bool:
-    """Return whether no contact slips after the section of any period."""
-    return all(not mode.slips for rollout in sample.passage for mode in rollout.end.modes)
+    """Return whether no contact slips in the impacts on the section."""
+    outcomes = [rollout.motion.events[-1].outcome for rollout in sample.passage]
+    return all(outcome is not None and not any(mode.slips for _, mode in outcome.modes) for outcome in outcomes)
 
 
 def _reason(stop: Stop) -> str:

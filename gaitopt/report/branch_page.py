@@ -27,7 +27,7 @@ MOST_STEPS = 4
 """Number of steps of a gait that are played."""
 
 
-class _Place(NamedTuple):
+class _ShownGait(NamedTuple):
     """A gait of a diagram by the number of its branch and its place there."""
 
     branch: int
@@ -107,16 +107,16 @@ def write_branch_page(
     return path
 
 
-def _choose_places(diagram: BranchDiagram) -> Iterator[_Place]:
+def _choose_places(diagram: BranchDiagram) -> Iterator[_ShownGait]:
     """Yield gaits of all branches, evenly spaced along each of them."""
     share = max(2, MOST_GAITS // max(len(diagram.branches), 1))
     for number, branch in enumerate(diagram.branches):
         count = min(share, branch.values.size)
         for place in sorted({round(each) for each in np.linspace(0, branch.values.size - 1, count)}):
-            yield _Place(number, place)
+            yield _ShownGait(number, place)
 
 
-def _draw_diagram(diagram: BranchDiagram, coordinate: str, places: list[_Place]) -> Element:
+def _draw_diagram(diagram: BranchDiagram, coordinate: str, places: list[_ShownGait]) -> Element:
     """Return the branches as an SVG element with a circle for each gait that can be played."""
     chart = _make_chart(diagram, coordinate)
     drawing = chart.draw()
@@ -207,7 +207,7 @@ def _branch_lines(
         begin = end + 1
 
 
-def _point(diagram: BranchDiagram, place: _Place, x: float, y: float) -> Element:
+def _point(diagram: BranchDiagram, place: _ShownGait, x: float, y: float) -> Element:
     """Return the circle of a gait that can be played."""
     branch = diagram.branches[place.branch]
     value = f"{diagram.parameter} = {_in_unit(diagram, float(branch.values[place.number])):.6g}"
@@ -243,7 +243,7 @@ def _special_table(diagram: BranchDiagram) -> Element | None:
     return table(rows, head, name="Special points") if rows else None
 
 
-def _show_gait(source: GaitSource, diagram: BranchDiagram, place: _Place, *, hidden: bool) -> Element:
+def _show_gait(source: GaitSource, diagram: BranchDiagram, place: _ShownGait, *, hidden: bool) -> Element:
     """Return the gait of a point: its facts, and a player of each of its steps."""
     branch, number = diagram.branches[place.branch], place.number
     value, state = float(branch.values[number]), dict(zip(branch.names, branch.states[number], strict=True))

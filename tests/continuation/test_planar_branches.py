@@ -2,13 +2,14 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gaitopt import InputError, WalkProblem, joint_pd, load, load_diagram, trace
 from gaitopt.cli.script import call_script
-from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram, trace_curve
+from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram, trace_curve, two_parameters
 from gaitopt.continuation.gait_source import make_gait_source
 from gaitopt.continuation.planar_changes import classify_planar_change, ends_early
 from gaitopt.model import compass_with_two_feet
@@ -155,9 +156,15 @@ def test_a_step_that_ends_before_the_knee_strikes_ends_early():
     assert not ends_early("A stick | B stick", "A stick | A stick, K latched | B stick")
 
 
-def test_a_special_point_is_followed_over_a_second_parameter(two_feet, two_feet_diagram):
+def test_a_special_point_is_followed_over_a_second_parameter(two_feet, two_feet_diagram, monkeypatch):
+    monkeypatch.setattr(two_parameters, "MOST_POINTS", 1)  # each point is located by bisection
     slope = math.radians(1)
     curve = trace_curve(two_feet, two_feet_diagram, {"slope": (slope, slope + 1e-4)}, options=ONE_START)
-    assert (curve.kind.key, curve.end) == ("slip_onset", "range_end")
-    assert curve.values[0] == pytest.approx([0.174918491, slope], abs=1e-7)
-    assert np.all(np.diff(curve.values[:, 0]) > 0)
+    assert curve.kind.key == "slip_onset"
+    place = int(np.argmin(np.abs(curve.values[:, 1] - slope)))
+    assert curve.values[place] == pytest.approx([0.174918491, slope], abs=1e-8)
+    moved, known = curve.values[-1], curve.values[place]
+    assert moved[1] > slope
+    across = replace(two_feet, parameters={**two_feet.parameters, "slope": moved[1]})
+    critical = next(across.search(1)).critical_friction
+    assert known[0] < moved[0] == pytest.approx(critical.friction, abs=1e-8)
