@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import VerificationStep
@@ -195,11 +196,37 @@ def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple
     )
 
 
+def draw_unit_pushes(robot: Robot, p: Array, section: Section, test: PushTest) -> list[Array]:
+    """Return pushes of the unit ball as changes of the coordinates of a section, shape (n_z,) each.
+
+    Parameters
+    ----------
+    robot : Robot
+    p : (n_p,) array
+    section : Section
+    test : PushTest
+        Number and seed of the pushes.
+
+    Examples
+    --------
+    >>> from gaitopt import rimless_wheel
+    >>> wheel = rimless_wheel()
+    >>> p = wheel.vector(wheel.resolve({}))
+    >>> draw_unit_pushes(wheel, p, Section(wheel, p), PushTest(starts=3))[0].shape
+    (1,)
+    """
+    return list(_generate_pushes(robot, p, section, test))
+
+
 def _draw_pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
     """Yield pushes of the unit ball as changes of the coordinates of the gait's section, shape (n_z,)."""
-    robot, rng = walker.robot, np.random.default_rng(test.seed)
-    (natural, height), n_a = natural_rate(robot, walker.p), len(robot.angles)
-    scale = np.array([1 / natural] * (n_a - 1) + [1.0] * n_a + ([height] if cycle.section.sliding else []))
+    return _generate_pushes(walker.robot, walker.p, cycle.section, test)
+
+
+def _generate_pushes(robot: Robot, p: Array, section: Section, test: PushTest) -> Iterator[Array]:
+    rng = np.random.default_rng(test.seed)
+    (natural, height), n_a = natural_rate(robot, p), len(robot.angles)
+    scale = np.array([1 / natural] * (n_a - 1) + [1.0] * n_a + ([height] if section.sliding else []))
     for _ in range(test.starts):
         direction = rng.normal(size=scale.size)
         yield scale * direction / np.linalg.norm(direction) * rng.uniform() ** (1 / scale.size)
