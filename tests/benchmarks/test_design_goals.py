@@ -1,8 +1,8 @@
 """Fronts and robust gaits at full size: ``pytest tests/benchmarks --benchmark-only -s``.
 
 Targets: a front of 20 points takes at most the time of 25 cold solves on two processors, no point is dominated, and
-both ends lead to the same front within 1e-5; one gait and one law survive 100 of 100 unseen frictions from 0.10 to 0.20 and
-95 of 100 pushes of up to 0.15 rad/s, which the nominal optimum does not.
+both ends lead to the same front within 1e-5; one gait and one law survive 100 of 100 unseen frictions from 0.10 to 0.20
+and 95 of 100 pushes of up to 0.15 rad/s, which the nominal optimum does not.
 """
 
 import statistics
