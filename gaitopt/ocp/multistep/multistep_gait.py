@@ -32,6 +32,13 @@ class MultiStepGait:
         Return status of the solver.
     verification : Verification or None
         Result of :func:`gaitopt.simulation.verify_steps`.
+
+    Examples
+    --------
+    Created by :func:`gaitopt.ocp.solve_steps`:
+
+    >>> "plans" in MultiStepGait.__dataclass_fields__
+    True
     """
 
     problem: MultiStepProblem

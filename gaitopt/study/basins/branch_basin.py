@@ -131,7 +131,7 @@ def _measure_with(
         walker = Walker(robot, law, robot.vector(robot.resolve(cycle.parameters)), engine)
         section = Section(robot, walker.p, sliding=True)
         endings = Counter[str]()
-        for push in draw_pushes(walker, cycle, balls):
+        for push in draw_pushes(walker.robot, walker.p, cycle.section, balls):
             z = section.project(cycle.section.embed(cycle.z + radius * push))
             endings[_name_ending(classify_walk(walker, z), gaits, section)] += 1
         guesses = () if guess is None or guess.size != cycle.z.size else (guess,)

@@ -134,7 +134,7 @@ class _EdgeSearch:
 
     def __init__(self, walker: Walker, cycle: Cycle, search: PushSearch) -> None:
         self._walker, self._cycle, self._search = walker, cycle, search
-        self._scale, self._walks = push_scale(walker, cycle), 0
+        self._scale, self._walks = push_scale(walker.robot, walker.p, cycle.section), 0
         self._test = PushTest(steps=search.steps)
         self._rng = np.random.default_rng(search.seed)
         self._size, self._safe, self._direction = search.largest, 0.0, np.zeros(self._scale.size)

@@ -127,6 +127,8 @@ class Pareto:
         InputError
             If the problem is not suitable: it has an open sequence, there is no gait at an end, there is no trade-off,
             or the file contains a different study.
+        GaitoptError
+            If worker processes repeatedly terminate.
         ArchiveError
             If the file is not writable.
 
@@ -166,7 +168,9 @@ class Pareto:
         planned = ends.tasks()
         quiet = Execution(workers=execution.workers, executor=execution.executor, prepare=execution.prepare)
         running = run_tasks(solve_front_task, planned, ends, known=kept, execution=quiet)
-        collect_tasks(running, kept, planned, None)
+        failures = collect_tasks(running, kept, planned, None)
+        if failures:
+            raise GaitoptError(f"An end of the front was not computed: {next(iter(failures.values()))}.")
         if any(task.key not in kept for task in planned):
             raise KeyboardInterrupt
         grid = FrontGrid(ends, tuple(self._bounds_of(quantity, kept) for quantity in self.bounded))
