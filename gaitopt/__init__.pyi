@@ -11,6 +11,7 @@ from gaitopt.control.phase_variable import by_stance_angle as by_stance_angle
 from gaitopt.control.push_off import push_off as push_off
 from gaitopt.control.state_feedback import state_feedback as state_feedback
 from gaitopt.control.step_to_step import step_to_step as step_to_step
+from gaitopt.design.family import Family as Family
 from gaitopt.errors import ArchiveError as ArchiveError
 from gaitopt.errors import GaitoptError as GaitoptError
 from gaitopt.errors import InputError as InputError

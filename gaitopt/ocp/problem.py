@@ -139,6 +139,23 @@ class GaitProblem:
         """Return the problem with some fields changed; all fields are checked again."""
         return replace(self, **changes)
 
+    def fix_parameters(self, values: Mapping[str, float]) -> "GaitProblem":
+        """Return the problem with some parameters of robot and ground, free or not, fixed at values.
+
+        Examples
+        --------
+        >>> from gaitopt import GaitProblem, Limits, compass_biped
+        >>> problem = GaitProblem(
+        ...     robot=compass_biped(), sequence="stick | stick", limits=Limits(torque=6), free={"leg_com": (0.4, 1.2)}
+        ... )
+        >>> problem.fix_parameters({"leg_com": 0.7}).values["leg_com"]
+        0.7
+        """
+        ground = {name: values[name] for name in ("slope", "friction") if name in values}
+        others = {name: value for name, value in values.items() if name not in ground}
+        free = {name: ends for name, ends in self.free.items() if name not in values}
+        return self.replace(parameters={**self.parameters, **others}, free=free, **ground)
+
     def without_guess(self) -> "GaitProblem":
         """Return the problem without its guess, which may reference other gaits."""
         bare = copy.copy(self)
