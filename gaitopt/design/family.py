@@ -86,8 +86,9 @@ class Family:
     def solve(self, *, solver: NlpSolver | None = None, observer: Observer = silent) -> "FamilyGaits":
         """Find the parameters and the gaits of least weighted cost.
 
-        Each gait is solved with the parameters at their start values.  From these gaits one NLP of all gaits is solved,
-        then each gait again with the optimal parameters on a grid refined for it, until the parameters agree.
+        One NLP of all gaits is solved on the coarsest grids, from gaits with the parameters at their start values.  Then
+        each gait is solved with the optimal parameters on a grid refined for it, and the NLP of all gaits again on
+        these grids, until the objective no longer decreases.
 
         Parameters
         ----------

@@ -1,5 +1,6 @@
 """Solution of a family: gaits with common parameters, one NLP of all gaits, and gaits with the optimal parameters."""
 
+import math
 import re
 import time
 from collections.abc import Mapping, Sequence
@@ -17,9 +18,10 @@ from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.joint_nlp import JointLayout, join_nlps
 from gaitopt.ocp.nlp.keys import Unknown
-from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution
+from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
 from gaitopt.ocp.solution.single_start import make_gait
 from gaitopt.ocp.solver import solve
 from gaitopt.ocp.statement.warm_start import WarmStart
@@ -30,41 +32,50 @@ from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
-ROUNDS = 4
-"""Largest number of solves of the NLP of all gaits, each on the grids of the gaits with the parameters before."""
+ROUNDS = 3
+"""Largest number of solves of the NLP of all gaits on the grids of the problems."""
 
 SAME_COST = 1e-6
 """Relative decrease of the objective in a round below which the parameters are optimal."""
 
-FIRST_BARRIER, NEXT_BARRIER = 1e-3, 1e-5
-"""Barrier parameters of the warm starts of the first NLP of all gaits and of those on later grids."""
+COARSE_BARRIER, FINE_BARRIER = 1e-2, 1e-5
+"""Barrier parameters of the warm starts of the NLP of all gaits on the coarsest grids and on those of the problems."""
 
 
 def solve_family(family: Family, solver: NlpSolver, observer: Observer) -> FamilyGaits:
     """Find the parameters and the gaits of a family; see :meth:`gaitopt.Family.solve`."""
-    started, iterations = time.perf_counter(), 0
-    design = {name: family.problems[0].values[name] for name in family.problems[0].free}
-    gaits = [_solve_first(problem, design, observer) for problem in family.problems]
-    best, message = _conclude(family, gaits, design, Status.SOLVED), ""
+    started = time.perf_counter()
+    coarse = _solve_on_coarsest_grids(family, solver, observer)
+    best, iterations = coarse, coarse.iterations
+    if coarse.status.ok:
+        best = _solve_each(family, coarse, observer)
     for number in range(ROUNDS if best.status.ok else 0):
-        joint = _solve_jointly(family, best.gaits, solver, observer, FIRST_BARRIER if number == 0 else NEXT_BARRIER)
-        iterations, message = iterations + joint.iterations, joint.message
+        joint = _solve_jointly(family, best.gaits, solver, observer, FINE_BARRIER)
+        iterations += joint.iterations
         if not joint.status.ok:
-            best = best if number else replace(best, status=joint.status)
+            best = best if number else replace(best, status=joint.status, message=joint.message)
             break
-        gaits = [
-            solve(problem.fix_parameters(joint.design).replace(guess=WarmStart(gait)), observer=observer)
-            for problem, gait in zip(family.problems, joint.gaits, strict=True)
-        ]
-        result, before = _conclude(family, gaits, joint.design, Status.SOLVED), best
-        if number and not (result.status.ok and result.objective < before.objective):
+        result, before = _solve_each(family, joint, observer), best.objective
+        if not result.status.ok:
+            best = best if number else result
             break
-        best = result
-        if not result.status.ok or before.objective - result.objective < SAME_COST * abs(before.objective):
+        best = result if number == 0 or result.objective < before else best
+        if before - result.objective < SAME_COST * abs(before):
             break
-    return replace(
-        best, message=message or best.message, iterations=iterations, solve_seconds=time.perf_counter() - started
-    )
+    return replace(best, iterations=iterations, solve_seconds=time.perf_counter() - started)
+
+
+def _solve_on_coarsest_grids(family: Family, solver: NlpSolver, observer: Observer) -> FamilyGaits:
+    """Return the gaits on the coarsest grids, from the start values of the parameters."""
+    problems = [
+        problem.replace(transcription=evolve(find_coarsest_grid(problem), tolerance=math.inf))
+        for problem in family.problems
+    ]
+    coarse = replace(family, problems=problems)
+    design = {name: problems[0].values[name] for name in problems[0].free}
+    gaits = [_solve_first(problem, design, observer) for problem in problems]
+    first = _conclude(family, gaits, design)
+    return _solve_jointly(coarse, gaits, solver, observer, COARSE_BARRIER) if first.status.ok else first
 
 
 def _solve_first(problem: GaitProblem, design: Mapping[str, float], observer: Observer) -> Gait:
@@ -73,7 +84,16 @@ def _solve_first(problem: GaitProblem, design: Mapping[str, float], observer: Ob
     return gait if gait.status.ok else solve(problem, observer=observer)
 
 
-def _conclude(family: Family, gaits: Sequence[Gait], design: Mapping[str, float], status: Status) -> FamilyGaits:
+def _solve_each(family: Family, joint: FamilyGaits, observer: Observer) -> FamilyGaits:
+    """Return the gaits with the parameters of a solution, each on a grid refined for it."""
+    gaits = [
+        solve(problem.fix_parameters(joint.design).replace(guess=WarmStart(gait)), observer=observer)
+        for problem, gait in zip(family.problems, joint.gaits, strict=True)
+    ]
+    return _conclude(family, gaits, joint.design)
+
+
+def _conclude(family: Family, gaits: Sequence[Gait], design: Mapping[str, float]) -> FamilyGaits:
     """Return the gaits with their weighted cost, and the status of the first one that is not solved."""
     weights = tuple(family.weights or ())
     costs = [weight * gait.solver.objective for weight, gait in zip(weights, gaits, strict=True)]
@@ -83,8 +103,8 @@ def _conclude(family: Family, gaits: Sequence[Gait], design: Mapping[str, float]
         design=dict(design),
         weights=weights,
         objective=max(costs) if family.worst_case else sum(costs),
-        status=status if failed is None else failed[1].status,
-        message="" if failed is None else f"gait {failed[0]}: {failed[1].solver.message}",
+        status=Status.SOLVED if failed is None else failed[1].status,
+        message=CONVERGED if failed is None else f"gait {failed[0]}: {failed[1].solver.message}",
         iterations=0,
         solve_seconds=0.0,
     )
@@ -152,7 +172,7 @@ def _solve_jointly(
     gaits = [member.read(_part(layout, outcome, i, weights[i])) for i, member in enumerate(members)]
     names = list(family.problems[0].free)
     design = {name: gaits[0].motion.parameters[name] for name in names}
-    joint = _conclude(family, gaits, design, outcome.status)
+    joint = _conclude(family, gaits, design)
     return replace(joint, status=outcome.status, message=outcome.message, iterations=outcome.iterations)
 
 
