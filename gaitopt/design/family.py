@@ -11,7 +11,7 @@ from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parameters import check_type
-from gaitopt.progress import Observer, silent
+from gaitopt.progress import SolveObserver, silent
 
 if TYPE_CHECKING:
     from gaitopt.design.family_gaits import FamilyGaits
@@ -83,18 +83,18 @@ class Family:
             raise InputError(f"weights of a Family must be {count} positive numbers, got {self.weights!r}.")
         return tuple((weights / weights.sum()).tolist())
 
-    def solve(self, *, solver: NlpSolver | None = None, observer: Observer = silent) -> "FamilyGaits":
+    def solve(self, *, solver: NlpSolver | None = None, observer: SolveObserver = silent) -> "FamilyGaits":
         """Find the parameters and the gaits of least weighted cost.
 
-        One NLP of all gaits is solved on the coarsest grids, from gaits with the parameters at their start values.  Then
-        each gait is solved with the optimal parameters on a grid refined for it, and the NLP of all gaits again on
-        these grids, until the objective no longer decreases.
+        One NLP of all gaits is solved on the coarsest grids, from gaits with the parameters at their start values.
+        Then each gait is solved with the optimal parameters on a grid refined for it, and the NLP of all gaits again
+        on these grids, until the parameters no longer change.
 
         Parameters
         ----------
         solver : Ipopt, optional
             Solver of the NLP of all gaits.
-        observer : Observer
+        observer : SolveObserver
             Receives an :class:`gaitopt.progress.Iteration` per iteration.
 
         Returns

@@ -45,7 +45,7 @@ class FamilyGaits:
 
     def summarise(self) -> dict[str, Any]:
         """Return the facts of the family as plain data for JSON."""
-        return plain(  # type: ignore[no-any-return]
+        facts: dict[str, Any] = plain(
             {
                 "status": self.status.key,
                 "hint": self.status.hint,
@@ -70,3 +70,4 @@ class FamilyGaits:
                 ],
             }
         )
+        return facts

@@ -16,7 +16,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.joint_nlp import JointLayout, join_nlps
+from gaitopt.ocp.nlp.joint_nlp import SHARE_OF_SUM, JointLayout, join_nlps
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
@@ -24,48 +24,57 @@ from gaitopt.ocp.solution.grid_solve import GridSolution
 from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
 from gaitopt.ocp.solution.single_start import make_gait
 from gaitopt.ocp.solver import solve
-from gaitopt.ocp.statement.warm_start import WarmStart
+from gaitopt.ocp.statement.initial_guess import Guess
+from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.progress import Observer
+from gaitopt.progress import SolveObserver
 from gaitopt.status import Status
 
 ROUNDS = 3
 """Largest number of solves of the NLP of all gaits on the grids of the problems."""
 
-SAME_COST = 1e-6
-"""Relative decrease of the objective in a round below which the parameters are optimal."""
+SAME_DESIGN = 1e-6
+"""Change of the parameters in a round, relative to their ranges, below which the gaits are not solved again."""
+
+NEAR_DESIGN = 0.05
+"""Change of the parameters in a round, relative to their ranges, after which no further round follows."""
 
 COARSE_BARRIER, FINE_BARRIER = 1e-2, 1e-5
 """Barrier parameters of the warm starts of the NLP of all gaits on the coarsest grids and on those of the problems."""
 
 
-def solve_family(family: Family, solver: NlpSolver, observer: Observer) -> FamilyGaits:
+def solve_family(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
     """Find the parameters and the gaits of a family; see :meth:`gaitopt.Family.solve`."""
     started = time.perf_counter()
     coarse = _solve_on_coarsest_grids(family, solver, observer)
-    best, iterations = coarse, coarse.iterations
-    if coarse.status.ok:
-        best = _solve_each(family, coarse, observer)
+    if not coarse.status.ok:
+        return replace(coarse, solve_seconds=time.perf_counter() - started)
+    guesses = [FromMotion(gait.motion) for gait in coarse.gaits]
+    best, iterations = _solve_each(family, guesses, coarse.design, observer), coarse.iterations
     for number in range(ROUNDS if best.status.ok else 0):
         joint = _solve_jointly(family, best.gaits, solver, observer, FINE_BARRIER)
-        iterations += joint.iterations
+        iterations, change = iterations + joint.iterations, _compare_designs(family, joint.design, best.design)
         if not joint.status.ok:
             best = best if number else replace(best, status=joint.status, message=joint.message)
             break
-        result, before = _solve_each(family, joint, observer), best.objective
-        if not result.status.ok:
-            best = best if number else result
+        if change < SAME_DESIGN:
             break
-        best = result if number == 0 or result.objective < before else best
-        if before - result.objective < SAME_COST * abs(before):
+        result = _solve_each(family, [WarmStart(gait) for gait in joint.gaits], joint.design, observer)
+        best = result if number == 0 or result.status.ok else best
+        if change < NEAR_DESIGN or not result.status.ok:
             break
     return replace(best, iterations=iterations, solve_seconds=time.perf_counter() - started)
 
 
-def _solve_on_coarsest_grids(family: Family, solver: NlpSolver, observer: Observer) -> FamilyGaits:
+def _compare_designs(family: Family, one: Mapping[str, float], other: Mapping[str, float]) -> float:
+    """Return the largest difference of two sets of parameters, relative to their ranges."""
+    return max(abs(one[name] - other[name]) / (ends[1] - ends[0]) for name, ends in family.problems[0].free.items())
+
+
+def _solve_on_coarsest_grids(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
     """Return the gaits on the coarsest grids, from the start values of the parameters."""
     problems = [
         problem.replace(transcription=evolve(find_coarsest_grid(problem), tolerance=math.inf))
@@ -78,19 +87,21 @@ def _solve_on_coarsest_grids(family: Family, solver: NlpSolver, observer: Observ
     return _solve_jointly(coarse, gaits, solver, observer, COARSE_BARRIER) if first.status.ok else first
 
 
-def _solve_first(problem: GaitProblem, design: Mapping[str, float], observer: Observer) -> Gait:
+def _solve_first(problem: GaitProblem, design: Mapping[str, float], observer: SolveObserver) -> Gait:
     """Return the gait with the parameters at their start; if there is none, with its own optimal parameters."""
     gait = solve(problem.fix_parameters(design), observer=observer)
     return gait if gait.status.ok else solve(problem, observer=observer)
 
 
-def _solve_each(family: Family, joint: FamilyGaits, observer: Observer) -> FamilyGaits:
-    """Return the gaits with the parameters of a solution, each on a grid refined for it."""
+def _solve_each(
+    family: Family, guesses: Sequence[Guess], design: Mapping[str, float], observer: SolveObserver
+) -> FamilyGaits:
+    """Return the gaits with some values of the parameters, each on a grid refined for it."""
     gaits = [
-        solve(problem.fix_parameters(joint.design).replace(guess=WarmStart(gait)), observer=observer)
-        for problem, gait in zip(family.problems, joint.gaits, strict=True)
+        solve(problem.fix_parameters(design).replace(guess=guess), observer=observer)
+        for problem, guess in zip(family.problems, guesses, strict=True)
     ]
-    return _conclude(family, gaits, joint.design)
+    return _conclude(family, gaits, design)
 
 
 def _conclude(family: Family, gaits: Sequence[Gait], design: Mapping[str, float]) -> FamilyGaits:
@@ -156,7 +167,7 @@ class _Member:
 
 
 def _solve_jointly(
-    family: Family, gaits: Sequence[Gait], solver: NlpSolver, observer: Observer, barrier: float
+    family: Family, gaits: Sequence[Gait], solver: NlpSolver, observer: SolveObserver, barrier: float
 ) -> FamilyGaits:
     """Solve the NLP of all gaits from gaits with common parameters."""
     members = [_Member.of(problem, gait) for problem, gait in zip(family.problems, gaits, strict=True)]
@@ -208,9 +219,10 @@ def _join_bounds(layout: JointLayout, members: Sequence[_Member]) -> Bounds:
 
 def _part(layout: JointLayout, outcome: NlpResult, number: int, weight: float) -> NlpResult:
     """Return the result of one gait, its multipliers per unit of its own objective."""
-    columns, rows, nlp = layout.columns[number], layout.rows[number], layout.nlps[number]
+    columns, rows = layout.columns[number], layout.rows[number]
     if layout.worst_case:
-        weight = max(-weight * outcome.multipliers[1][len(outcome.g) - len(layout.nlps) + number], 1e-12)
+        share = -outcome.multipliers[1][len(outcome.g) - len(layout.nlps) + number]
+        weight *= SHARE_OF_SUM + max(share, 0.0)
     x = outcome.x[columns]
     return replace(
         outcome,

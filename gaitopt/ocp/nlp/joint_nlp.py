@@ -5,6 +5,7 @@ an evaluation grows linearly with their number.
 """
 
 import functools
+import itertools
 from dataclasses import dataclass
 
 import casadi as ca
@@ -15,6 +16,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
+
+SHARE_OF_SUM = 1e-4
+"""Share of the weighted sum that is added to the largest objective, so that all gaits are determined."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class JointLayout:
     shared : tuple of tuple of int
         For each NLP the indices of the shared unknowns in its decision vector.
     worst_case : bool
-        Whether the largest weighted objective is minimised instead of the weighted sum.
+        Whether the largest weighted objective is minimised instead of the weighted sum, with a small share of the sum.
     """
 
     nlps: tuple[Nlp, ...]
@@ -60,13 +64,13 @@ class JointLayout:
     def rows(self) -> tuple[Index, ...]:
         """Indices of the constraint rows of each NLP in the joint ones; rows on the largest objective are the last."""
         ends = np.cumsum([0, *(nlp.n_constraints for nlp in self.nlps)])
-        return tuple(np.arange(first, last) for first, last in zip(ends[:-1], ends[1:], strict=True))
+        return tuple(np.arange(first, last) for first, last in itertools.pairwise(ends))
 
     @functools.cached_property
     def data(self) -> tuple[slice, ...]:
         """Parts of the joint data that are those of each NLP; the weights follow."""
         ends = np.cumsum([0, *(nlp.derivatives["grad_f"].size1_in(1) for nlp in self.nlps)])
-        return tuple(slice(int(first), int(last)) for first, last in zip(ends[:-1], ends[1:], strict=True))
+        return tuple(slice(int(first), int(last)) for first, last in itertools.pairwise(ends))
 
     def gather(self, vectors: list[Array]) -> Array:
         """Return a joint vector of unknowns; of the shared ones, those of the first NLP."""
@@ -107,8 +111,8 @@ class _JointAssembly:
         for i in range(count):
             self._add(i)
         if layout.worst_case:
-            self.cost = self.x[layout.n_shared]
-            self.gradient = ca.MX(ca.DM(ca.Sparsity(layout.n_variables, 1, [0, 1], [layout.n_shared]), 1.0))
+            self.cost += self.x[layout.n_shared]
+            self.gradient += scatter([layout.n_shared], layout.n_variables, ca.MX(1))
 
     def _arguments(self, i: int) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Return unknowns, data and weight of an NLP."""
@@ -126,14 +130,14 @@ class _JointAssembly:
         self.constraints.add(rows, np.zeros_like(rows), g)
         at, of = (np.array(part, dtype=np.intp) for part in jacobian.sparsity().get_triplet())
         self.jacobian.add(rows[at], columns[of], jacobian.nz[:])
-        factor = weight * self.lam_f
+        part = SHARE_OF_SUM * weight if layout.worst_case else weight
+        factor = part * self.lam_f
+        self.cost += part * f
+        self.gradient += scatter(columns.tolist(), layout.n_variables, part * gradient)
         if layout.worst_case:
             row = self.m - len(layout.nlps) + i
-            factor = -weight * self.lam_g[row]
+            factor -= weight * self.lam_g[row]
             self._bound_objective(i, row, weight * f, weight * gradient)
-        else:
-            self.cost += weight * f
-            self.gradient += scatter(columns.tolist(), layout.n_variables, weight * gradient)
         (hessian,) = nlp.derivatives["hess_lag"].call([x, z, factor, self.lam_g[rows.tolist()]])
         at, of = (np.array(part, dtype=np.intp) for part in hessian.sparsity().get_triplet())
         pair = np.array([columns[at], columns[of]])
@@ -176,7 +180,7 @@ class _JointAssembly:
 
     def _functions(self) -> dict[str, ca.MX]:
         """Return the expressions of the NLP; objective and constraints are evaluated without their derivatives."""
-        layout, objectives, rows = self.layout, [], []
+        layout, objectives, rows = self.layout, list[ca.MX](), list[ca.MX]()
         for i, nlp in enumerate(layout.nlps):
             x, z, weight = self._arguments(i)
             f, g = nlp.values(x, z)
@@ -184,5 +188,6 @@ class _JointAssembly:
             rows.append(g)
         if layout.worst_case:
             largest = self.x[layout.n_shared]
-            return {"x": self.x, "p": self.z, "f": largest, "g": ca.vertcat(*rows, *(largest - f for f in objectives))}
+            rows += [largest - f for f in objectives]
+            objectives = [largest, *(SHARE_OF_SUM * f for f in objectives)]
         return {"x": self.x, "p": self.z, "f": sum(objectives, ca.MX(0)), "g": ca.vertcat(*rows)}
