@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import attrs
 import numpy as np
 
 from gaitopt.errors import InputError
@@ -18,6 +19,7 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
+from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import Method
@@ -47,6 +49,8 @@ class GaitProblem:
         ``{"leg_com": (0.4, 1.2), "friction": (0.1, 0.2)}``.  Their values above are where the solve starts.  `slope`,
         `speed` and `step_length` may be listed, too, instead of a pair above.
     objective : Objective or str
+    stability : StabilityBound or None
+        Bound or weight of the spectral radius of the return map.
     limits : Limits
     margins : Margins
     guess : Guess or None
@@ -82,6 +86,7 @@ class GaitProblem:
     step_length: Target = None
     free: Mapping[str, Ends] = field(default_factory=dict)
     objective: Objective = field(default_factory=CostOfTransport)
+    stability: StabilityBound | None = None
     limits: Limits = field(default_factory=Limits)
     margins: Margins = _DEFAULT_MARGINS
     guess: Guess | None = None
@@ -207,6 +212,7 @@ class GaitProblem:
             "objective": self.objective.name,
             "objective_parameters": plain_fields(self.objective),
             "objective_unit": self.objective.unit,
+            "stability": self.stability and attrs.asdict(self.stability),
             **self.values,
             "slope": _plain(self.slope),
             "free": {name: list(ends) for name, ends in self.free_ranges.items()},
@@ -240,6 +246,7 @@ class GaitProblem:
             ("limits", (Limits,)),
             ("margins", (Margins,)),
             ("guess", (Guess, type(None))),
+            ("stability", (StabilityBound, type(None))),
             ("transcription", (Method,)),
         ):
             part = getattr(self, name)
