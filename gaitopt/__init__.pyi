@@ -57,6 +57,7 @@ from gaitopt.ocp.statement.initial_guess import RandomPerturbation as RandomPert
 from gaitopt.ocp.statement.limits import Limits as Limits
 from gaitopt.ocp.statement.limits import Margins as Margins
 from gaitopt.ocp.statement.objective import Objective as Objective
+from gaitopt.ocp.statement.stability_bound import StabilityBound as StabilityBound
 from gaitopt.ocp.statement.warm_start import WarmStart as WarmStart
 from gaitopt.ocp.transcription.collocation import Collocation as Collocation
 from gaitopt.ocp.transcription.shooting import MultipleShooting as MultipleShooting

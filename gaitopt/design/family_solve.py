@@ -16,6 +16,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.joint_nlp import SHARE_OF_SUM, JointLayout, join_nlps
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, NlpSolver
@@ -41,6 +42,9 @@ SAME_DESIGN = 1e-6
 
 NEAR_DESIGN = 0.05
 """Change of the parameters in a round, relative to their ranges, after which no further round follows."""
+
+COARSE_TOLERANCE = 1e-4
+"""Tolerance of Ipopt on the coarsest grids."""
 
 COARSE_BARRIER, FINE_BARRIER = 1e-2, 1e-5
 """Barrier parameters of the warm starts of the NLP of all gaits on the coarsest grids and on those of the problems."""
@@ -84,6 +88,8 @@ def _solve_on_coarsest_grids(family: Family, solver: NlpSolver, observer: SolveO
     design = {name: problems[0].values[name] for name in problems[0].free}
     gaits = [_solve_first(problem, design, observer) for problem in problems]
     first = _conclude(family, gaits, design)
+    if isinstance(solver, Ipopt):
+        solver = evolve(solver, tolerance=max(solver.tolerance, COARSE_TOLERANCE))
     return _solve_jointly(coarse, gaits, solver, observer, COARSE_BARRIER) if first.status.ok else first
 
 

@@ -19,9 +19,11 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
+from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
+from gaitopt.ocp.transcription.deviations import check_scheme, section_names
 from gaitopt.ocp.transcription.method import Method
 
 _DEFAULT_MARGINS = Margins()
@@ -112,6 +114,10 @@ class GaitProblem:
         set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
         set_(self, "friction", lower.pop("friction"))
         set_(self, "parameters", lower)
+        if self.stability is not None:
+            self.sequence.require_closed("StabilityBound")
+            section_names(self.robot, self.sequence)
+            check_scheme(self.transcription.scheme)
         self._check_actuation()
         self._check_friction()
         self._check_targets()
@@ -139,6 +145,12 @@ class GaitProblem:
     def _resolve(self, slope: object) -> dict[str, float]:
         values = self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
         return clip_values(values, self.free)
+
+    def __str__(self) -> str:
+        return str(formulate_gait_problem(self))
+
+    def _repr_latex_(self) -> str:
+        return formulate_gait_problem(self).latex
 
     def replace(self, **changes: Any) -> "GaitProblem":
         """Return the problem with some fields changed; all fields are checked again."""

@@ -17,6 +17,7 @@ from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.newton_euler import NewtonEuler
 from gaitopt.model.planar.planar_record import read_planar_fields, write_planar_record
+from gaitopt.model.robot_formulation import formulate_planar_robot
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.parameters import Parameter, as_vector, resolve
 
@@ -99,6 +100,12 @@ class PlanarRobot(LazyRecord):
 
     def __repr__(self) -> str:
         return f"PlanarRobot({self.name!r}, coordinates={self.coordinates}, contacts={self.contact_names})"
+
+    def __str__(self) -> str:
+        return str(formulate_planar_robot(self))
+
+    def _repr_latex_(self) -> str:
+        return formulate_planar_robot(self).latex
 
     @functools.cached_property
     def record(self) -> RobotRecord:

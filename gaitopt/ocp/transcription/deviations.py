@@ -102,7 +102,7 @@ def section_names(robot: Robot, sequence: ContactSequence) -> SectionNames:
 
 
 def check_scheme(scheme: Scheme) -> Lobatto:
-    """Return a scheme; raise InputError unless it is Lobatto collocation."""
+    """Return a scheme; raise InputError unless it is that of Collocation."""
     if not isinstance(scheme, Lobatto):
         raise InputError(f"StabilityBound needs the transcription Collocation(), got {type(scheme).__name__}.")
     return scheme

@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.robot_formulation import formulate_planar_robot
 from gaitopt.simulation.planar_simulation.placement import place_planar
 
 if TYPE_CHECKING:
@@ -72,6 +73,12 @@ class PlanarWalkProblem:
         from gaitopt.model.planar.planar_check import require_planar
 
         require_planar(self.robot, self.parameters)
+
+    def __str__(self) -> str:
+        return str(formulate_planar_robot(self.robot, self.parameters))
+
+    def _repr_latex_(self) -> str:
+        return formulate_planar_robot(self.robot, self.parameters).latex
 
     def search(self, starts: int = 8, *, seed: int = 0) -> "Iterator[PlanarCycle]":
         """Yield the different periodic gaits to which Newton's method converges, from the given state and random ones.
