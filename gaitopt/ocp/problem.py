@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import attrs
 import numpy as np
 
 from gaitopt.errors import InputError
@@ -19,8 +20,10 @@ from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
 from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
+from gaitopt.ocp.transcription.deviations import check_scheme, section_names
 from gaitopt.ocp.transcription.method import Method
 
 _DEFAULT_MARGINS = Margins()
@@ -48,6 +51,8 @@ class GaitProblem:
         ``{"leg_com": (0.4, 1.2), "friction": (0.1, 0.2)}``.  Their values above are where the solve starts.  `slope`,
         `speed` and `step_length` may be listed, too, instead of a pair above.
     objective : Objective or str
+    stability : StabilityBound or None
+        Bound or weight of the spectral radius of the return map.
     limits : Limits
     margins : Margins
     guess : Guess or None
@@ -83,6 +88,7 @@ class GaitProblem:
     step_length: Target = None
     free: Mapping[str, Ends] = field(default_factory=dict)
     objective: Objective = field(default_factory=CostOfTransport)
+    stability: StabilityBound | None = None
     limits: Limits = field(default_factory=Limits)
     margins: Margins = _DEFAULT_MARGINS
     guess: Guess | None = None
@@ -108,6 +114,10 @@ class GaitProblem:
         set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
         set_(self, "friction", lower.pop("friction"))
         set_(self, "parameters", lower)
+        if self.stability is not None:
+            self.sequence.require_closed("StabilityBound")
+            section_names(self.robot, self.sequence)
+            check_scheme(self.transcription.scheme)
         self._check_actuation()
         self._check_friction()
         self._check_targets()
@@ -145,6 +155,23 @@ class GaitProblem:
     def replace(self, **changes: Any) -> "GaitProblem":
         """Return the problem with some fields changed; all fields are checked again."""
         return replace(self, **changes)
+
+    def fix_parameters(self, values: Mapping[str, float]) -> "GaitProblem":
+        """Return the problem with some parameters of robot and ground, free or not, fixed at values.
+
+        Examples
+        --------
+        >>> from gaitopt import GaitProblem, Limits, compass_biped
+        >>> problem = GaitProblem(
+        ...     robot=compass_biped(), sequence="stick | stick", limits=Limits(torque=6), free={"leg_com": (0.4, 1.2)}
+        ... )
+        >>> problem.fix_parameters({"leg_com": 0.7}).values["leg_com"]
+        0.7
+        """
+        ground = {name: values[name] for name in ("slope", "friction") if name in values}
+        others = {name: value for name, value in values.items() if name not in ground}
+        free = {name: ends for name, ends in self.free.items() if name not in values}
+        return self.replace(parameters={**self.parameters, **others}, free=free, **ground)
 
     def without_guess(self) -> "GaitProblem":
         """Return the problem without its guess, which may reference other gaits."""
@@ -197,6 +224,7 @@ class GaitProblem:
             "objective": self.objective.name,
             "objective_parameters": plain_fields(self.objective),
             "objective_unit": self.objective.unit,
+            "stability": self.stability and attrs.asdict(self.stability),
             **self.values,
             "slope": _plain(self.slope),
             "free": {name: list(ends) for name, ends in self.free_ranges.items()},
@@ -230,6 +258,7 @@ class GaitProblem:
             ("limits", (Limits,)),
             ("margins", (Margins,)),
             ("guess", (Guess, type(None))),
+            ("stability", (StabilityBound, type(None))),
             ("transcription", (Method,)),
         ):
             part = getattr(self, name)

@@ -37,7 +37,7 @@ def test_no_smaller_push_of_a_dense_grid_is_fatal():
     gait = find_cycles(compass_biped(), {"slope": math.radians(1), "friction": 0.3}, starts=10)[0]
     walker, test = walker_of(compass_biped(), gait), PushTest(steps=60)
     push = find_fatal_push(walker, gait, QUICK)
-    scale, axis = push_scale(walker, gait), np.linspace(-1.4, 1.4, 11) * push.size
+    scale, axis = push_scale(walker.robot, walker.p, gait.section), np.linspace(-1.4, 1.4, 11) * push.size
     fatal = []
     for point in itertools.product(axis, repeat=3):
         size = float(np.linalg.norm(point))

@@ -36,6 +36,15 @@ class Unknown(StrEnum):
     COORDINATES = "coordinates"
     COORDINATE_RATES = "coordinate rates"
     PROJECTION = "projection"
+    DEVIATION = "deviation"
+    DEVIATION_RATE = "deviation of acceleration"
+    INNER_DEVIATION_RATE = "inner deviation of acceleration"
+    DEVIATION_OF_IMPULSE = "deviation of impulse"
+    EVENT_SHIFT = "event shift"
+    JERK = "jerk"
+    RETURN = "return map"
+    RADIUS = "spectral radius"
+    GAIN = "gain"
 
 
 class Group(StrEnum):
@@ -54,6 +63,12 @@ class Group(StrEnum):
     PEAKS = "peaks"
     EVENT = "event"
     STEP = "step"
+    DEVIATION_START = "deviation start"
+    DEVIATION = "deviation"
+    DEVIATION_END = "deviation end"
+    DEVIATION_EVENT = "deviation event"
+    DEVIATION_STEP = "deviation touchdown"
+    RADIUS = "spectral radius"
 
 
 TableKey = Unknown | Group | tuple[Unknown | Group, int]
@@ -104,6 +119,10 @@ class Kind(Enum):
     DESIGN = "{of}"
     INTEGRAL = "integral of the objective"
     PEAK = "peak of {of}"
+    DEVIATION = "deviation of {of}"
+    JERK = "jerk of {of}"
+    RADIUS = "spectral radius"
+    GAIN = "gain of {of}"
 
     DYNAMICS = "dynamics of {of}"
     EQUATION_OF_MOTION = "equation of motion of {of}"
@@ -118,6 +137,8 @@ class Kind(Enum):
     SLIP_FROM_REST = "sticking force outside the cone"
     CLEARANCE = "foot clearance"
     PEAK_BOUND = "bound of the peak, {of}"
+    DEVIATION_EQUATION = "deviation equation {of}"
+    RADIUS_CONDITION = "spectral radius, condition {of}"
 
     LEG_SWAP = "leg swap of {of}"
     MOMENTUM = "momentum balance {of}"

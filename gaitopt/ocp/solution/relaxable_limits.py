@@ -233,6 +233,16 @@ def _targets(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
         size=0.1,
         quantities=((False, variables.find(Kind.SLOPE), 1.0),),
     )
+    if problem.stability is not None:
+        yield RelaxableLimit(
+            name="spectral radius",
+            setting="StabilityBound.radius",
+            value=problem.stability.radius,
+            unit="1",
+            size=1.0,
+            quantities=((False, variables.find(Kind.RADIUS), 1.0),),
+            sides="upper",
+        )
     for name, (lower, upper) in problem.free.items():
         yield RelaxableLimit(
             name=name,

@@ -121,6 +121,9 @@ def list_numbers(problem: GaitProblem) -> Iterator[Number]:
         for side, value in zip(("lower", "upper"), ends, strict=True):
             yield Number(f"{side} bound of {name}", value, functools.partial(_change_bound, problem, name, side))
     yield from _list_limits(problem)
+    if problem.stability is not None and math.isfinite(problem.stability.radius):
+        change = functools.partial(_change_option, problem, "stability", "radius")
+        yield Number("spectral radius", problem.stability.radius, change)
     for entry in attrs.fields(type(problem.margins)):
         change = functools.partial(_change_option, problem, "margins", entry.name)
         yield Number(f"{entry.name}_margin", getattr(problem.margins, entry.name), change)
