@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
 from gaitopt.continuation.tracing import points_at
 from gaitopt.control.law import passive
@@ -14,6 +15,7 @@ from gaitopt.stability.cycle_iteration import find_cycle, same_gait
 from gaitopt.stability.walk_problem import WalkProblem
 
 
+@check_arguments
 def gaits_at(
     problem: WalkProblem, diagram: BranchDiagram, value: float, *, branch: int = 0, engine: Engine | None = None
 ) -> tuple[Cycle, ...]:

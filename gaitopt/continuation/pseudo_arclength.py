@@ -11,6 +11,7 @@ import numpy as np
 from attrs import field, frozen
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.map_family import MapFamily, MapSample
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
@@ -22,6 +23,7 @@ LONGEST_NEWTON_STEP = 1.0
 """Scaled Newton step above which the correction is abandoned."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class ArclengthOptions:
     """Options of pseudo-arclength continuation.  Lengths are relative to the natural size of the coordinates.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
 from gaitopt.continuation.following import BranchFollower
 from gaitopt.continuation.gait_family import (
@@ -36,6 +37,7 @@ BranchObserver = Callable[[GaitBranch], None]
 """Called with a branch whenever a point of it has been added."""
 
 
+@check_arguments
 @attrs.frozen(kw_only=True)
 class TraceOptions:
     """Options of :func:`trace`.
@@ -70,6 +72,7 @@ class TraceOptions:
         Parameter("starts", 1, "1", "", lower=1, whole=True).check(self.starts)
 
 
+@check_arguments
 def trace(
     problem: WalkProblem,
     over: Mapping[str, tuple[float, float]],

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.parameters import Parameter
 
@@ -15,6 +16,7 @@ GROUND = (
 """Parameters of the ground, the last entries of the parameter vector of every robot."""
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Ground(Mapping[str, float]):
     """A plane with Coulomb friction, as a mapping from the names of the ground's parameters to their values.

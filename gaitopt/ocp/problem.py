@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -24,6 +25,7 @@ from gaitopt.ocp.transcription.method import Method
 _DEFAULT_MARGINS = Margins()
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GaitProblem:
     """An optimal-control problem for one periodic step.

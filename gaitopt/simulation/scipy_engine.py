@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.event import SINGULAR
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from scipy.integrate import DenseOutput
 
 
+@check_arguments
 @frozen(kw_only=True)
 class ScipyEngine:
     """Event-driven integration by DOP853 (order 8), with guards monitored inside every integrator step.

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_step_to_step, select_actuators
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.planar_laws.planar_reference import IDLE
@@ -16,6 +17,7 @@ from gaitopt.tuning.lqr import LqrWeights
 from gaitopt.tuning.riccati import discrete_gains
 
 
+@check_arguments
 def planar_step_lqr(
     gait: PlanarGait,
     *,

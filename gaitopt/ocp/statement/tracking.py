@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.motion import Array, Motion
@@ -23,6 +24,7 @@ KNOTS = 33
 """Number of instants at which a cubic spline interpolates the reference."""
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Tracking(Objective):
     """Integral of the squared deviation of the angles and their rates from those of a motion [rad^2 s].
