@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, section_unit
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 KIND, VERSION = "branch diagram", 2
 
 
+@check_arguments
 def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     """Return a diagram as a labelled dataset with the dimensions ``point`` and ``special``.
 
@@ -86,6 +88,7 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     return xr.Dataset(points | places, {"coordinate": list(names)}, attributes)
 
 
+@check_arguments
 def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
     """Write a diagram to a NetCDF file atomically.
 
@@ -118,6 +121,7 @@ def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
     return path
 
 
+@check_arguments
 def load_diagram(path: str | Path) -> BranchDiagram:
     """Read a diagram from a NetCDF file.
 

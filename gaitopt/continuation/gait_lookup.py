@@ -1,5 +1,6 @@
 """Gaits of a branch at a given value of its parameter."""
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.gait_source import AnyCycle, AnyWalkProblem, make_gait_source
 from gaitopt.continuation.tracing import points_at
@@ -12,6 +13,7 @@ SAME = 1e-6
 """Largest difference of the states of one gait."""
 
 
+@check_arguments
 def gaits_at(
     problem: AnyWalkProblem, diagram: BranchDiagram, value: float, *, branch: int = 0, engine: Engine | None = None
 ) -> tuple[AnyCycle, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from attrs import field, frozen
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.checkpoint import Checkpoint, Correction
 from gaitopt.continuation.map_family import MapFamily, MapSample
 from gaitopt.motion.motion import Array
@@ -25,6 +26,7 @@ LONGEST_NEWTON_STEP = 1.0
 """Scaled Newton step above which the correction is abandoned."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class ArclengthOptions:
     """Options of pseudo-arclength continuation.  Lengths are relative to the natural size of the coordinates.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
 from gaitopt.continuation.checkpoint import Checkpoint
 from gaitopt.continuation.following import BranchFollower
@@ -37,6 +38,7 @@ BranchObserver = Callable[[GaitBranch], None]
 """Called with a branch whenever a point of it has been added."""
 
 
+@check_arguments
 @attrs.frozen(kw_only=True)
 class TraceOptions:
     """Options of :func:`trace`.
@@ -74,6 +76,7 @@ class TraceOptions:
         Parameter("starts", 1, "1", "", lower=1, whole=True).check(self.starts)
 
 
+@check_arguments
 def trace(
     problem: AnyWalkProblem,
     over: Mapping[str, tuple[float, float]],

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.following import BranchFollower
 from gaitopt.continuation.gait_family import name_structure
@@ -33,6 +34,7 @@ CurveObserver = Callable[[SpecialCurve], None]
 """Called with a curve whenever a point of it has been added."""
 
 
+@check_arguments
 def trace_curve(
     problem: AnyWalkProblem,
     diagram: BranchDiagram,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import controller_header, controller_source, initialiser, law_functions
@@ -16,6 +17,7 @@ from gaitopt.motion.printable import comment_line
 from gaitopt.version import __version__
 
 
+@check_arguments
 def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str | Path) -> Path:
     """Write dynamics, contact, impact and controller as a C file, and its header beside it.
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
@@ -13,6 +14,7 @@ from gaitopt.motion.printable import column_name
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 
 
+@check_arguments
 def write_csv(motion: AnyMotion, path: str | Path) -> Path:
     """Write the trajectories of a motion as a table: a line for each sample, a column for each quantity.
 

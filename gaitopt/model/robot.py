@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_model import ContactModel
@@ -46,6 +47,7 @@ def add_ground(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     return every
 
 
+@check_arguments
 class Coordinates:
     """The symbols of a robot's expressions: q = (x, y, angles), rates, and parameters by name.
 

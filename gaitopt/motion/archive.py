@@ -13,6 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.interrupts import hold_interrupt
 from gaitopt.motion.atomic import check_gait_suffix
@@ -50,6 +51,7 @@ _FORMER_KEYS = {"word": "sequence", "words": "sequences"}
 _SOLUTION_PARTS = ("unknowns", "constraints")
 
 
+@check_arguments
 def save(gait: AnyGait, path: str | Path) -> Path:
     """Write a gait to a file atomically; a Ctrl-C takes effect when the file is written.
 
@@ -126,6 +128,7 @@ def write_gait(group: h5py.Group, gait: AnyGait, shared: SharedGroups | None = N
     write_robot(group, gait, shared)
 
 
+@check_arguments
 def load(path: str | Path) -> AnyGait:
     """Read a gait from a file.
 

@@ -37,7 +37,7 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
     >>> Path("note.txt").unlink()
     """
     target = _resolve_target(Path(path))
-    temporary = _temporary(target)
+    temporary = _temporary(target, Path(path))
     try:
         yield temporary
         _set_permissions(temporary, target)
@@ -110,7 +110,7 @@ def reserve(path: Path, size: int) -> None:
 
 def check_writable(path: str | Path) -> None:
     """Raise an error if `path` may not be written, before the computation of its content."""
-    _temporary(_resolve_target(Path(path))).unlink()
+    _temporary(_resolve_target(Path(path)), Path(path)).unlink()
 
 
 def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:
@@ -151,15 +151,15 @@ def check_gait_suffix(path: Path) -> None:
         ) from None
 
 
-def _temporary(path: Path) -> Path:
-    """Create an empty temporary file beside `path`."""
-    folder = path.parent
+def _temporary(target: Path, path: Path) -> Path:
+    """Create an empty temporary file beside the file that is written for `path`."""
+    folder = target.parent
     if not folder.is_dir():
         raise ArchiveError(
             f"Cannot write {path}: the folder {folder} does not exist. Create it, or choose another folder."
         )
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=folder)
+        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=folder)
     except OSError as error:
         raise ArchiveError(
             f"Cannot write {path}: the folder {folder} is not writable ({error.strerror}). Choose another folder with "

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -29,6 +30,7 @@ from gaitopt.ocp.transcription.method import Method
 _DEFAULT_MARGINS = Margins()
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GaitProblem:
     """An optimal-control problem for one periodic step.

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, overload
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
@@ -35,6 +36,7 @@ INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 """Statuses of a converged solve whose result is not a solution."""
 
 
+@check_arguments
 @overload
 def solve(
     problem: GaitProblem,
@@ -46,6 +48,7 @@ def solve(
 ) -> Gait: ...
 
 
+@check_arguments
 @overload
 def solve(
     problem: "PlanarProblem",
@@ -57,6 +60,7 @@ def solve(
 ) -> PlanarGait: ...
 
 
+@check_arguments
 def solve(
     problem: "GaitProblem | PlanarProblem",
     *,

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
@@ -34,6 +35,7 @@ LARGEST_RADIUS = 4.0
 """Largest spectral radius that is shown."""
 
 
+@check_arguments
 def plot_branches(
     diagram: BranchDiagram, *, coordinate: str | None = None, style: FigureStyle | None = None
 ) -> "Figure":

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion_view import MotionView
@@ -65,6 +66,7 @@ def choose_rows(view: MotionView) -> Rows:
     return {name: draw for name, draw, present in candidates if present}
 
 
+@check_arguments
 def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | None = None) -> "Figure":
     """Draw a gait: its step as stick figures; angles, torques, force ratio in the friction cone, and foot speed.
 
@@ -102,6 +104,7 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     return _draw_figure(view, _describe(gait, title), style or FigureStyle(), None if gait.status.ok else gait)
 
 
+@check_arguments
 def plot_motion(motion: AnyMotion, *, title: str = "", style: FigureStyle | None = None) -> "Figure":
     """Draw a simulated motion with the panels of :func:`plot_gait`.
 

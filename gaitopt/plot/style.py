@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.parameters import positive
 from gaitopt.plot.literal_text import show_invalid_math
@@ -59,6 +60,7 @@ MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK
 MODE_HATCH |= {Mode.CLOSED: "", Mode.LATCHED: ""}
 
 
+@check_arguments
 @frozen
 class FigureStyle:
     """Size and fonts of a figure, and the colours with the same meaning in all figures.

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
@@ -14,6 +15,7 @@ from gaitopt.report.sections import AnyCycle, comparison_section, cycle_section,
 from gaitopt.version import __version__
 
 
+@check_arguments
 def write_report(gaits: Mapping[str, AnyGait | AnyCycle], path: str | Path, *, title: str = "Gait report") -> Path:
     """Write gaits as one self-contained HTML page.
 

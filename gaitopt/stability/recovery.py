@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
@@ -71,6 +72,7 @@ class Recovery:
         return self.returned / self.starts
 
 
+@check_arguments
 @frozen(kw_only=True)
 class PushTest:
     """Options of a recovery test.
@@ -103,6 +105,7 @@ class PushTest:
     resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
+@check_arguments
 def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
     """Simulate walks from random starts around a gait of one step and count those that return to it.
 
@@ -134,6 +137,7 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     return _make_recovery(test, radius, len(returned), returned)
 
 
+@check_arguments
 def largest_recovery(
     walker: Walker, cycle: Cycle, test: PushTest | None = None, observer: WalkObserver | None = None
 ) -> Recovery:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_step_to_step, select_actuators
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.planar_laws.planar_reference import IDLE, planar_references
@@ -78,6 +79,7 @@ def planar_lqr(
     return planar_state_feedback(gait, _gains_of_pieces(gait, phases, gains), torque_limit=torque_limit, name="lqr")
 
 
+@check_arguments
 def planar_step_lqr(
     gait: PlanarGait,
     *,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from attrs import evolve
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
@@ -45,6 +46,7 @@ BARRIER_NEARBY = 1e-4
 """Barrier parameter of a solve that starts near its solution."""
 
 
+@check_arguments
 def solve_planar(
     problem: PlanarProblem, *, starts: int = 1, solver: NlpSolver | None = None, observer: Observer = silent
 ) -> PlanarGait:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -20,6 +21,7 @@ SPREAD, SAME = 0.2, 1e-6
 """Relative standard deviation of random starts, and largest difference of the states of one gait."""
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarWalkProblem:
     """A planar robot, and a state near which its periodic gaits are searched.

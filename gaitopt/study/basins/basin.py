@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -31,6 +32,7 @@ CHUNK = 200
 """Number of starts in a task."""
 
 
+@check_arguments
 def basin(
     robot: Robot,
     fixed: Mapping[str, float],
@@ -111,6 +113,7 @@ def _compute_basin(walk: BasinWalk, execution: Execution, path: Path | None) -> 
     return record.basin()
 
 
+@check_arguments
 def basin_edges(
     robot: Robot,
     fixed: Mapping[str, float],

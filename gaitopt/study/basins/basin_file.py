@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
@@ -117,6 +118,7 @@ def endings_of(table: "xr.Dataset") -> Endings:
     )
 
 
+@check_arguments
 def ending_labels(table: "xr.Dataset") -> NDArray[np.str_]:
     """Return the ending of each start of a basin, in the shape of its axes; ``""`` if not computed yet.
 
@@ -135,6 +137,7 @@ def ending_labels(table: "xr.Dataset") -> NDArray[np.str_]:
     return np.array([*ends.labels, ""])[ends.outcome].reshape(table.ending.shape)
 
 
+@check_arguments
 def ending_shares(table: "xr.Dataset") -> dict[str, float]:
     """Return the share of the computed starts of a basin with each ending, largest first.
 
@@ -174,6 +177,7 @@ def fraction_at(table: "xr.Dataset", state: Mapping[str, float], coordinates: Se
     return float(np.mean(np.max(np.abs(final - target), axis=1) <= SAME_STATE)) if final.size else None
 
 
+@check_arguments
 def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
     """Write a basin to a NetCDF file atomically.
 
@@ -200,6 +204,7 @@ def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
     return path
 
 
+@check_arguments
 def load_basin(path: str | Path) -> "xr.Dataset":
     """Read a basin from a file.
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -42,6 +43,7 @@ NEIGHBOUR_STARTS = 1
 """Number of starts from neighbouring contact sequences, those of lowest cost."""
 
 
+@check_arguments
 def search(
     problem: GaitProblem | PlanarProblem,
     *,

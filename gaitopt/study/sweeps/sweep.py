@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.atomic import check_writable
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@check_arguments
 def sweep(
     problem: GaitProblem | PlanarProblem,
     axes: Mapping[str, Sequence[float] | Array],

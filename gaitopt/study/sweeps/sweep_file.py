@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import write_atomically
@@ -154,6 +155,7 @@ def _write_gaits(findings: SweepResults, path: Path) -> None:
                 write_gait(file.create_group(f"{GAITS}/{point.name}"), gait, robots)
 
 
+@check_arguments
 def load_sweep(path: str | Path) -> "xr.Dataset":
     """Read the table of a sweep.
 
@@ -180,6 +182,7 @@ def load_sweep(path: str | Path) -> "xr.Dataset":
     return read_table(path, KIND, VERSION, omit={GAITS})
 
 
+@check_arguments
 def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> AnyGait:
     """Read the gait of one point of a sweep.
 
