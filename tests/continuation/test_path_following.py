@@ -23,7 +23,9 @@ def make_nlp(n, cost, rows, upper, ends):
     constraints = ca.vertcat(*rows(x, s))
     m = constraints.numel()
     columns, places = np.arange(n)[:, None], np.arange(m)[:, None]
-    block = Block(name="closed_form", variables=x, cost=cost(x, s), constraints=constraints, columns=columns, rows=places)
+    block = Block(
+        name="closed_form", variables=x, cost=cost(x, s), constraints=constraints, columns=columns, rows=places
+    )
     nlp = assemble_nlp([block], s, n, m, smooth=True)
     none = np.zeros(n + m)
     return ParametricNlp(

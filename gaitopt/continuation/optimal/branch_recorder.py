@@ -111,6 +111,7 @@ class BranchRecorder:
                 after=sides[1],
                 state=self._replayer.project(here),
                 turns=turns,
+                place=len(self.points),
             )
         )
 
