@@ -1,5 +1,6 @@
 from gaitopt.continuation.branch_diagram import BranchDiagram as BranchDiagram
 from gaitopt.continuation.branch_diagram import GaitBranch as GaitBranch
+from gaitopt.continuation.checkpoint import Checkpoint as Checkpoint
 from gaitopt.continuation.diagram_file import diagram_dataset as diagram_dataset
 from gaitopt.continuation.diagram_file import load_diagram as load_diagram
 from gaitopt.continuation.diagram_file import save_diagram as save_diagram

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturate_control, torque_function
 from gaitopt.errors import InputError, suggest
@@ -163,6 +164,7 @@ class Law:
         return replace(self, table=table)
 
 
+@check_arguments
 def passive(robot: Robot | PlanarRobot) -> Law:
     """Return the law with zero torque.
 
@@ -177,6 +179,7 @@ def passive(robot: Robot | PlanarRobot) -> Law:
     return Law("passive", function, np.zeros(1), np.zeros((0, 1)))
 
 
+@check_arguments
 def feedforward(robot: Robot, motion: Motion) -> Law:
     """Return the law that replays the torques of a motion's first step, with a clock reset at touchdown.
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -10,6 +11,7 @@ from gaitopt.model.robot_formulation import formulate_robot
 from gaitopt.motion.contact_sequence import ContactSequence
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WalkProblem:
     """A walker and the periodic gaits to compute.
