@@ -164,7 +164,8 @@ class Pareto:
         self, problem: GaitProblem, key: dict[str, Any], execution: Execution, kept: MutableMapping[str, Gait]
     ) -> Front:
         """Solve the ends, then the front between them, then measure what is not bounded."""
-        ends = FrontEnds(problem, self.bounded, self.starts)
+        tightest = {name: pair[quantity_named(name).sign < 0] for name, pair in self.bounds.items()}
+        ends = FrontEnds(problem, self.bounded, self.starts, tightest)
         planned = ends.tasks()
         quiet = Execution(workers=execution.workers, executor=execution.executor, prepare=execution.prepare)
         running = run_tasks(solve_front_task, planned, ends, known=kept, execution=quiet)
