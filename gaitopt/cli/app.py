@@ -1,9 +1,7 @@
 """The command line: one thin command per verb."""
 
-import gc
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -23,13 +21,11 @@ from gaitopt.cli import (
     trace_command,
     walking,
 )
+from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, ScriptError
 from gaitopt.interrupts import record_interrupts
-
-ALLOCATIONS = 50_000
-"""Number of new objects after which Python searches for unreachable ones."""
 
 app = typer.Typer(
     name="gaitopt",
@@ -83,7 +79,7 @@ def _version(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    with record_interrupts() as interrupt, _collect_rarely():
+    with record_interrupts() as interrupt, collect_rarely():
         try:
             status = app(words, prog_name="gaitopt", standalone_mode=False) or 0
         except (KeyboardInterrupt, typer.Abort):
@@ -95,17 +91,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _report(words, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
     sys.exit(status)
-
-
-@contextmanager
-def _collect_rarely() -> Iterator[None]:
-    """Search for unreachable objects seldom: a command leaves few, and the search takes a twentieth of a solve."""
-    thresholds = gc.get_threshold()
-    gc.set_threshold(ALLOCATIONS, *thresholds[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*thresholds)
 
 
 def _explain(error: Exception, words: Sequence[str]) -> int:

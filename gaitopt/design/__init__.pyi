@@ -1,3 +1,7 @@
+from gaitopt.design.family import Family as Family
+from gaitopt.design.family_gaits import FamilyGaits as FamilyGaits
+from gaitopt.design.planned_law import planned_gains as planned_gains
+from gaitopt.design.planned_law import planned_law as planned_law
 from gaitopt.design.robust_plan import RobustPlan as RobustPlan
 from gaitopt.design.robust_plan import solve_scenarios as solve_scenarios
 from gaitopt.design.scenario_test import ScenarioTest as ScenarioTest

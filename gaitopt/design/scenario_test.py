@@ -18,7 +18,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import make_walker
-from gaitopt.stability.recovery import PushTest, draw_unit_pushes
+from gaitopt.stability.recovery import PushTest, draw_pushes
 from gaitopt.stability.section import Section
 
 SETTLED = 1e-3
@@ -117,7 +117,7 @@ class ScenarioWalker:
             return planned
         robot, p = self.gait.robot, self.gait.robot.vector(self.gait.motion.parameters)
         section = Section(robot, p, sliding=self.gait.motion.segments[0].mode.slips)
-        push = draw_unit_pushes(robot, p, section, PushTest(starts=scenario.push + 1, seed=self.seed))[-1]
+        push = list(draw_pushes(robot, p, section, PushTest(starts=scenario.push + 1, seed=self.seed)))[-1]
         return section.embed(section.project(planned) + self.scenarios.push * push)
 
 

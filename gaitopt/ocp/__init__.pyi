@@ -33,6 +33,7 @@ from gaitopt.ocp.statement.initial_guess import RandomPerturbation as RandomPert
 from gaitopt.ocp.statement.limits import Limits as Limits
 from gaitopt.ocp.statement.limits import Margins as Margins
 from gaitopt.ocp.statement.objective import Objective as Objective
+from gaitopt.ocp.statement.stability_bound import StabilityBound as StabilityBound
 from gaitopt.ocp.statement.tracking import Tracking as Tracking
 from gaitopt.ocp.statement.warm_start import FromMotion as FromMotion
 from gaitopt.ocp.statement.warm_start import WarmStart as WarmStart

@@ -6,6 +6,7 @@ import numpy as np
 from attrs import field, frozen
 from scipy.optimize import minimize
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -30,6 +31,7 @@ FIXED_POINT_TOLERANCE = 1e-5
 """Distance between a point and its image below which the search takes the point as fixed point."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class GainSearchOptions:
     """Options of the search for gains by the simplex method of Nelder and Mead from several starts.

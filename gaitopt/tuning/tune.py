@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait, check_gait
@@ -22,6 +23,7 @@ from gaitopt.tuning.record import Trial, Tuning
 from gaitopt.tuning.tuning_objective import SpectralRadius, TuningObjective
 
 
+@check_arguments
 def tune_feedback(
     gait: Gait,
     family: ControllerFamily,

@@ -5,6 +5,7 @@ from typing import Any
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.energy import absolute_work, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary
@@ -13,6 +14,7 @@ from gaitopt.ocp.statement.objective_value import first_step
 from gaitopt.parameters import Parameter
 
 
+@check_arguments
 @dataclass(frozen=True)
 class CostOfTransport(Objective):
     """Integral of the absolute joint powers over weight times travel (dimensionless).
@@ -25,6 +27,7 @@ class CostOfTransport(Objective):
 
     name = "cost_of_transport"
     unit = "1"
+    formula = ("1/(m g d) ∫ Σ |u_i ω_i| dt", r"\frac{1}{m g d} \int_0^T \sum_i |u_i \omega_i|\, dt")
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -38,6 +41,7 @@ class CostOfTransport(Objective):
         return cost_of_transport(motion)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PositiveWork(Objective):
     """Integral of the positive joint powers minus a regenerated share of the negative ones, over weight times travel.
@@ -62,6 +66,10 @@ class PositiveWork(Objective):
 
     name = "positive_work"
     unit = "1"
+    formula = (
+        "1/(m g d) ∫ Σ max(u_i ω_i, 0) - r max(-u_i ω_i, 0) dt",
+        r"\frac{1}{m g d} \int_0^T \sum_i \max(u_i \omega_i, 0) - r \max(-u_i \omega_i, 0)\, dt",
+    )
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -81,6 +89,7 @@ class PositiveWork(Objective):
         return work / (motion.total_mass * motion.parameters["gravity"] * motion.travel)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class TorqueSquared(Objective):
     """Integral of the sum of squared torques [N^2 m^2 s].
@@ -93,6 +102,7 @@ class TorqueSquared(Objective):
 
     name = "torque_squared"
     unit = "N^2 m^2 s"
+    formula = ("∫ Σ u_i² dt", r"\int_0^T \sum_i u_i^2\, dt")
     smooth = True
 
     def integrand(self, point: Instant) -> Any:
@@ -100,6 +110,7 @@ class TorqueSquared(Objective):
         return ca.sumsqr(point.torque)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class TorqueRate(Objective):
     """Integral of the sum of squared torque rates within the step [N^2 m^2/s]; torques may jump at touchdown.
@@ -112,6 +123,7 @@ class TorqueRate(Objective):
 
     name = "torque_rate"
     unit = "N^2 m^2/s"
+    formula = ("∫ Σ (du_i/dt)² dt", r"\int_0^T \sum_i \dot u_i^2\, dt")
     smooth = True
     typical = 100.0
 
@@ -120,6 +132,7 @@ class TorqueRate(Objective):
         return ca.sumsqr(point.torque_rate)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class FootSlide(Objective):
     """Distance that the stance foot slides on the ground, forward and backward alike [m].
@@ -132,6 +145,7 @@ class FootSlide(Objective):
 
     name = "foot_slide"
     unit = "m"
+    formula = ("∫ |v_t| dt", r"\int_0^T |v_t|\, dt")
     smooth = True
     typical = 0.01
 
@@ -144,6 +158,7 @@ class FootSlide(Objective):
         return sum(abs(segment.slide) for segment in first_step(motion)[0])
 
 
+@check_arguments
 @dataclass(frozen=True)
 class ImpactLoss(Objective):
     """Kinetic energy lost in the impact at touchdown [J].
@@ -156,6 +171,7 @@ class ImpactLoss(Objective):
 
     name = "impact_loss"
     unit = "J"
+    formula = ("E_kin before - E_kin after the impact", r"E_\mathrm{kin}^- - E_\mathrm{kin}^+")
     smooth = True
 
     def boundary(self, step: StepBoundary) -> Any:
@@ -163,6 +179,7 @@ class ImpactLoss(Objective):
         return step.energy_lost
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PeakTorque(Objective):
     """Largest absolute torque of any actuator over the step [N m].
@@ -175,12 +192,14 @@ class PeakTorque(Objective):
 
     name = "peak_torque"
     unit = "N m"
+    formula = ("max |u_i| over i and t", r"\max_{i, t} |u_i(t)|")
 
     def peak(self, point: Instant) -> Peak:
         """Return the torques of both signs [N m]."""
         return Peak(ca.vertcat(point.torque, -point.torque))
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PeakFrictionDemand(Objective):
     """Largest ratio abs(f_t) / f_n of the contact force over the step (dimensionless).
@@ -195,6 +214,7 @@ class PeakFrictionDemand(Objective):
 
     name = "peak_friction_demand"
     unit = "1"
+    formula = ("max |f_t| / f_n over t", r"\max_t |f_t(t)| / f_n(t)")
     typical = 0.1
 
     def peak(self, point: Instant) -> Peak:
@@ -203,6 +223,7 @@ class PeakFrictionDemand(Objective):
         return Peak(ca.vertcat(tangential, -tangential), normal)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Duration(Objective):
     """Duration of the step [s].
@@ -215,6 +236,7 @@ class Duration(Objective):
 
     name = "duration"
     unit = "s"
+    formula = ("T", r"T")
     smooth = True
 
     def boundary(self, step: StepBoundary) -> Any:

@@ -19,10 +19,12 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
-from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
+from gaitopt.ocp.nlp.keys import DESIGN, GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.statement.objective import Objective, is_curved, overrides
+from gaitopt.ocp.transcription.deviation_constraints import deviation_blocks
+from gaitopt.ocp.transcription.deviations import lay_out_deviations, lay_out_gains, section_names
 from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_places, place_nodes
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, guard_blocks
 from gaitopt.ocp.transcription.impact_complementarity import UNKNOWNS
@@ -31,6 +33,7 @@ from gaitopt.ocp.transcription.nlp_builder import MARGINS, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import quotient_block
 from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
 from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_blocks
+from gaitopt.ocp.transcription.radius_condition import radius_block
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
 from gaitopt.ocp.transcription.sign_changes import SignChangeLayout, lay_out_sign_changes, locate_sign_changes
@@ -56,6 +59,8 @@ class Structure:
         Actuators that are not idle.
     free_slope : bool
         Whether the slope is an unknown.
+    free : tuple of str
+        The other parameters of robot and ground that are unknowns.
     rate_limited : bool
         Whether torque rates are constrained.
     cleared : bool
@@ -68,6 +73,10 @@ class Structure:
         Schedule of the touchdown guard during the step.
     relaxation : Relaxation or None
         Relaxation of the complementarity pairs of an open contact sequence.
+    stabilised, fed_back : bool
+        Whether the spectral radius of the return map is constrained, and whether feedback gains are unknowns.
+    radius_weight : float
+        Weight of the spectral radius in the objective.
     """
 
     robot: Robot
@@ -77,12 +86,16 @@ class Structure:
     counts: tuple[int, ...]
     powered: tuple[str, ...]
     free_slope: bool = False
+    free: tuple[str, ...] = ()
     rate_limited: bool = False
     cleared: bool = False
     inertia_limited: bool = False
     placed: bool = False
     schedule: GuardSchedule | None = None
     relaxation: Relaxation | None = None
+    stabilised: bool = False
+    fed_back: bool = False
+    radius_weight: float = 0.0
 
     def data(self) -> ca.SX:
         """Return symbols for the data of a solve; see :class:`gaitopt.ocp.transcription.nlp_builder.NlpBuilder`."""
@@ -286,6 +299,10 @@ def _blocks(
         blocks += guard_blocks(builder, phases, structure.schedule)
     if builder.objective.per_weight_and_travel:
         blocks.append(quotient_block(builder, dynamics_of_phases[0]))
+    if structure.stabilised:
+        section = section_names(structure.robot, structure.sequence)
+        blocks += deviation_blocks(builder, section, structure.sequence, phases, dynamics_of_phases)
+        blocks.append(radius_block(builder, section, structure.radius_weight))
     return blocks
 
 
@@ -313,11 +330,17 @@ def _variables(
     layout.add(Unknown.TRAVEL, [Key(Kind.TRAVEL)], [STEP])
     if structure.free_slope:
         layout.add(Unknown.SLOPE, [Key(Kind.SLOPE)], [GROUND])
+    if structure.free:
+        layout.add(Unknown.DESIGN, [Key(Kind.DESIGN, name) for name in structure.free], [DESIGN])
     if structure.objective.per_weight_and_travel:
         layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
     peaks = [term for _, term in structure.objective.terms() if overrides(term, "peak")]
     if peaks:
         layout.add(Unknown.PEAK, [Key(Kind.PEAK, f"{term.name} {i + 1}") for i, term in enumerate(peaks)], [STEP])
+    if structure.stabilised:
+        lay_out_deviations(layout, section_names(robot, structure.sequence), phases, dynamics_of_phases, scheme)
+    if structure.fed_back:
+        lay_out_gains(layout, robot)
     return layout
 
 

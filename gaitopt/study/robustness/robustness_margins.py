@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.torque_noise import add_torque_noise
 from gaitopt.errors import GaitoptError
@@ -81,6 +82,7 @@ class WalkTest:
     resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
+@check_arguments
 def assess_robustness(
     robot: Robot,
     law: Law,
