@@ -1,10 +1,8 @@
 """The command line: one thin command per verb."""
 
 import errno
-import gc
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -17,12 +15,14 @@ from gaitopt.cli import (
     feedback,
     impact_command,
     listing,
+    pareto_command,
     setup,
     solving,
     studies,
     trace_command,
     walking,
 )
+from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, InputError, ScriptError
@@ -30,9 +30,6 @@ from gaitopt.interrupts import record_interrupts
 
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
 """Errors of the operating system that concern the path of a user, not gaitopt."""
-
-ALLOCATIONS = 50_000
-"""Number of new objects after which Python searches for unreachable ones."""
 
 app = typer.Typer(
     name="gaitopt",
@@ -65,6 +62,7 @@ for command in (
     studies.run,
     studies.search,
     studies.sweep,
+    pareto_command.pareto,
     studies.compare,
     setup.doctor,
 ):
@@ -85,7 +83,7 @@ def _version(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    with record_interrupts() as interrupt, _collect_rarely():
+    with record_interrupts() as interrupt, collect_rarely():
         try:
             status = app(words, prog_name="gaitopt", standalone_mode=False) or 0
         except (KeyboardInterrupt, typer.Abort):
@@ -97,17 +95,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _report(words, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
     sys.exit(status)
-
-
-@contextmanager
-def _collect_rarely() -> Iterator[None]:
-    """Search for unreachable objects seldom: a command leaves few, and the search takes a twentieth of a solve."""
-    thresholds = gc.get_threshold()
-    gc.set_threshold(ALLOCATIONS, *thresholds[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*thresholds)
 
 
 def _explain(error: Exception, words: Sequence[str]) -> int:

@@ -13,12 +13,13 @@ import typer
 from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
 
-AFTER_THE_SOLVE = ("importlib.metadata", "scipy.integrate", "gaitopt.simulation.verification", "gaitopt.motion.archive")
+AFTER_THE_SOLVE = ("gaitopt.simulation.verification", "gaitopt.motion.archive", "h5py")
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
 
 
@@ -132,19 +133,52 @@ def _observer(
     return observe
 
 
-def show(file: GaitFile, json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
-    """Show the contents of a gait file.
+def show(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Gait file, or problem script.")],
+    setting: Setting = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Show the contents of a gait file, or the problem that a script states as mathematics.
 
     Example: gaitopt show compass_slip.h5 --json
+    Example: gaitopt show problems/compass_slip.py --set friction=0.2
     """
     from gaitopt.motion.archive import load
     from gaitopt.motion.summary import summarise
 
+    if file.suffix == ".py":
+        show_script(file, setting, json=json)
+        return
+    if setting:
+        raise InputError(f"--set changes a parameter of a script, and {file} is no script ending in .py.")
     gait = load(file)
     if json:
         print_json(summarise(gait) | {"file": str(file)})
     else:
         print_gait(gait)
+
+
+def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> None:
+    """Print the problem that a script states: the optimal-control problem, or the robot of a walk."""
+    from gaitopt.cli.script import read_script
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.stability.walk_problem import WalkProblem
+
+    problem = read_script(script, settings)()
+    if isinstance(problem, GaitProblem | PlanarProblem):
+        facts = problem.describe()
+    elif isinstance(problem, WalkProblem | PlanarWalkProblem):
+        facts = {"name": problem.name, "robot": problem.robot.name, **problem.parameters}
+    else:
+        raise InputError(f"problem() of {script} must return a problem, got {type(problem).__name__}.")
+    if json:
+        print_json(facts | {"file": str(script)})
+    else:
+        out.print(str(problem), markup=False, highlight=False, soft_wrap=True)
 
 
 def verify(

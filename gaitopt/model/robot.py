@@ -17,8 +17,10 @@ from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry, count_coordinates
 from gaitopt.model.ground import GROUND
+from gaitopt.model.robot_formulation import formulate_robot
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.robot_serialisation import read_fields, write_record
+from gaitopt.model.terrain import refuse_terrain
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -219,6 +221,12 @@ class Robot(LazyRecord):
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"
 
+    def __str__(self) -> str:
+        return str(formulate_robot(self))
+
+    def _repr_latex_(self) -> str:
+        return formulate_robot(self).latex
+
     @functools.cached_property
     def n_q(self) -> int:
         """Number of coordinates, the stance foot's two included."""
@@ -304,6 +312,7 @@ class Robot(LazyRecord):
         >>> compass_biped().resolve({"leg_mass": 5})["leg_mass"]
         5.0
         """
+        refuse_terrain(values)
         return resolve(self.parameters, values, f"Robot {self.name!r}")
 
     def vector(self, values: Mapping[str, float]) -> np.ndarray:

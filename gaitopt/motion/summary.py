@@ -47,6 +47,7 @@ def summarise(gait: Gait | PlanarGait) -> dict[str, Any]:
         "speed": gait.speed,
         "step_length": gait.step_length,
         "period": gait.period,
+        "design": gait.design,
         "phases": [{"mode": segment.mode.value, "duration": segment.duration} for segment in motion.segments],
         "friction_margin": gait.friction_margin,
         "foot_slide": motion.foot_slide,

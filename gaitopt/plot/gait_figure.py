@@ -248,7 +248,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
         if name not in ENLARGED:
             _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, view if row == 0 else None)
             continue
-        if name == "force ratio":
+        if name == "force ratio" and axes.get_legend_handles_labels()[0]:
             axes.legend(loc="lower center", ncols=2, borderaxespad=0.2, borderpad=0.1, frameon=True, edgecolor="none")
         for column, phase in enumerate(phases, start=1):
             beside = figure.add_subplot(grid[row, column], label=f"{name} enlarged")

@@ -90,8 +90,8 @@ class _Replay:
 
     def __init__(self, gait: PlanarGait) -> None:
         self.planned, self.robot = gait.motion, gait.robot
-        torques = _torques(gait)
-        self.automata = [PlanarAutomaton(self.robot, self.planned.parameters, torque) for torque in torques]
+        torques, values, terrain = _torques(gait), self.planned.parameters, self.planned.terrain
+        self.automata = [PlanarAutomaton(self.robot, values, torque, terrain) for torque in torques]
         self.impacts = 0
         self.segments: list[PlanarSegment] = []
         self.arcs: list[PlanarArc] = []

@@ -14,7 +14,6 @@ from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.planar_verification import verify_planar
 from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
@@ -102,6 +101,8 @@ def verify(
     True
     """
     if isinstance(gait, PlanarGait):
+        from gaitopt.simulation.planar_verification import verify_planar
+
         return verify_planar(gait, tolerances=tolerances)
     rollout, tolerances = replay(gait, engine=engine), tolerances or Tolerances()
     return gait.with_verification(_compare(gait, rollout, tolerances, _check_exchange(gait.robot, rollout.motion)))

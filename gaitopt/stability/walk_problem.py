@@ -7,6 +7,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_formulation import formulate_robot
 from gaitopt.motion.contact_sequence import ContactSequence
 
 
@@ -55,3 +56,9 @@ class WalkProblem:
                 "sequence",
                 ContactSequence.parse(self.sequence).require_closed("A walking problem").check_periodic(),
             )
+
+    def __str__(self) -> str:
+        return str(formulate_robot(self.robot, self.parameters))
+
+    def _repr_latex_(self) -> str:
+        return formulate_robot(self.robot, self.parameters).latex

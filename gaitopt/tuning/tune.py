@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def tune_feedback(
     family: ControllerFamily,
     *,
     objective: TuningObjective | None = None,
-    frictions: Sequence[float] = (),
+    frictions: Sequence[float | Mapping[str, float]] = (),
     search: GainSearchOptions | None = None,
     test: PushTest | None = None,
     engine: Engine | None = None,
@@ -43,8 +43,9 @@ def tune_feedback(
     family : ControllerFamily
     objective : TuningObjective, optional
         The spectral radius by default.
-    frictions : sequence of float
-        Additional friction coefficients of the ground, unknown to the law; the worst objective is minimised.
+    frictions : sequence of float or mapping of str to float
+        Additional friction coefficients, or values of several parameters by name, unknown to the law; the worst
+        objective is minimised.
     search : GainSearchOptions, optional
     test : PushTest, optional
         Verification by walks from random states.

@@ -7,7 +7,8 @@ import pytest
 import typer
 
 import gaitopt
-from gaitopt.cli.app import ALLOCATIONS, app
+from gaitopt.cli.app import app
+from gaitopt.cli.collection import ALLOCATIONS
 
 COMMANDS = typer.main.get_command(app).commands
 GAIT = "docs/examples/compass_slip.h5"

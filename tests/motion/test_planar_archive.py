@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ArchiveError, InputError, load, save, verify
+from gaitopt.model import Terrain
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.model.robots.kneed_walker import kneed_walker
@@ -74,6 +75,14 @@ def path(hop_gait, tmp_path):
 def test_the_motion_of_every_robot_comes_back(fall, tmp_path):
     assert fall.motion.events
     assert_same(load(save(fall, tmp_path / "fall.h5")), fall)
+
+
+def test_the_terrain_of_a_motion_comes_back(tmp_path):
+    make, q, v = FALLS["monopod"]
+    terrain = Terrain(steps=[(0.0, -0.02)], patches=[(-1, 1, 0.1)])
+    motion = simulate_planar(make(), q, v, {"friction": 0.3, "terrain": terrain}, duration=0.3).motion
+    loaded = load(save(make_gait(make(), motion), tmp_path / "terrain.h5")).motion
+    assert loaded.terrain == terrain
 
 
 def test_an_optimised_gait_comes_back(hop_gait, path):

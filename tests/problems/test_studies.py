@@ -36,6 +36,9 @@ SMALL = {
     "rimless_lift_off": {"samples": 3},
     "rimless_portraits": {"steps": 2},
     "rimless_regions": {"spokes": (5, 10), "points": 11, "checked": (0.5,)},
+    "multi_step_gaits": {},
+    "robust_gait": {"count": 2, "evaluations": 2},
+    "trade_off_torque": {"points": 2},
 }
 """Parameters that make each script quick."""
 
@@ -110,7 +113,10 @@ def _lowest(axes):
 def test_every_study_is_tested_and_on_the_page():
     scripts = {path.stem for path in STUDIES.glob("*.py") if "\ndef study(" in path.read_text(encoding="utf-8")}
     assert scripts == set(SMALL)
-    pages = [ROOT / "docs" / name for name in ("reproduction.md", "frontiers.md")]
+    pages = [
+        ROOT / "docs" / name
+        for name in ("reproduction.md", "frontiers.md", "howto/trade_offs.md", "howto/multi_step.md")
+    ]
     page = "".join(path.read_text(encoding="utf-8") for path in pages)
     assert all(
         f"images/study_{name}.png" in page and (ROOT / "docs" / "images" / f"study_{name}.png").is_file()

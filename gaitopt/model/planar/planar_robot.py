@@ -17,7 +17,9 @@ from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.newton_euler import NewtonEuler
 from gaitopt.model.planar.planar_record import read_planar_fields, write_planar_record
+from gaitopt.model.robot_formulation import formulate_planar_robot
 from gaitopt.model.robot_record import RobotRecord
+from gaitopt.model.terrain import refuse_terrain
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -100,6 +102,12 @@ class PlanarRobot(LazyRecord):
     def __repr__(self) -> str:
         return f"PlanarRobot({self.name!r}, coordinates={self.coordinates}, contacts={self.contact_names})"
 
+    def __str__(self) -> str:
+        return str(formulate_planar_robot(self))
+
+    def _repr_latex_(self) -> str:
+        return formulate_planar_robot(self).latex
+
     @functools.cached_property
     def record(self) -> RobotRecord:
         """The robot as plain data, for files and other processes."""
@@ -162,6 +170,7 @@ class PlanarRobot(LazyRecord):
 
     def resolve(self, values: Mapping[str, object]) -> dict[str, float]:
         """Return every parameter by name, with defaults; raise InputError for an invalid name or value."""
+        refuse_terrain(values)
         return resolve(self.parameters, values, f"Robot {self.name!r}")
 
     def vector(self, values: Mapping[str, float], extended: Sequence[bool] = ()) -> NDArray[np.float64]:

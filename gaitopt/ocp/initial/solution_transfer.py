@@ -12,6 +12,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.ocp.initial.motion_transfer import transfer_motion
 from gaitopt.ocp.initial.multiplier_transfer import GridPlaces, transfer_multipliers
+from gaitopt.ocp.nlp.keys import Kind
 from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.ocp.transcription.transcription import Transcription
@@ -40,7 +41,9 @@ def solution_of(transcription: Transcription, outcome: NlpResult) -> Solution:
     )
 
 
-def transfer_solution(solution: Solution, transcription: Transcription, x: Array) -> tuple[Array, tuple[Array, Array]]:
+def transfer_solution(
+    solution: Solution, transcription: Transcription, x: Array, *, accurate: bool = True
+) -> tuple[Array, tuple[Array, Array]]:
     """Return the initial point and the multipliers of an NLP from a solution.
 
     Parameters
@@ -49,6 +52,9 @@ def transfer_solution(solution: Solution, transcription: Transcription, x: Array
     transcription : Transcription
     x : (n_variables,) array
         Initial values of the unknowns that the solution lacks.
+    accurate : bool
+        Whether the motion is transferred with its accelerations, and multipliers at their instants, so that the point
+        nearly solves the NLP.  Otherwise all are interpolated between the nodes.
     """
     same = _has_same_nodes(solution, transcription)
     inner = transcription.structure.scheme.fractions
@@ -65,19 +71,21 @@ def transfer_solution(solution: Solution, transcription: Transcription, x: Array
             if same and values.shape == places.shape and table.keys == identifiers:
                 vector[places] = values
                 continue
-            at, _ = before.places(key, values.shape[1], equal=equal)
-            new_at, _ = after.places(key, places.shape[1], equal=equal)
+            at, widths = before.places(key, values.shape[1], equal=equal)
+            new_at, new_widths = after.places(key, places.shape[1], equal=equal)
             for row, identifier, index in zip(layout.rows[key], identifiers, places, strict=True):
                 if identifier in table.keys:
                     old = values[table.keys.index(identifier)]
-                    if part is _multipliers:
+                    if part is _multipliers and accurate:
                         vector[index] = transfer_multipliers(key, row, old, before, after, index.size)
+                    elif part is _multipliers and row.kind is not Kind.DYNAMICS:  # densities in time
+                        vector[index] = np.interp(new_at, at, old / widths) * new_widths
                     else:
                         vector[index] = np.interp(new_at, at, old)
         return vector
 
     zero, point = np.zeros_like(x), transfer(solution.unknowns, transcription.variables, x.copy(), _values)
-    if not has_same_grid(solution, transcription):
+    if accurate and not has_same_grid(solution, transcription):
         transfer_motion(solution, transcription, point)
     return point, (
         transfer(solution.unknowns, transcription.variables, zero, _multipliers),

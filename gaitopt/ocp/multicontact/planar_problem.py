@@ -16,6 +16,7 @@ from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.limits import Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, overrides
 from gaitopt.ocp.statement.objective_names import objective_named
+from gaitopt.ocp.statement.problem_formulation import formulate_planar_problem
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import DEFAULT_INTERVALS, check_count
 from gaitopt.parameters import check_type
@@ -35,7 +36,8 @@ class PlanarProblem:
     ----------
     robot : PlanarRobot
     sequence : PhaseSequence or str
-        Contact phases and events, see :mod:`gaitopt.motion.phase_sequence`.
+        Contact phases and events, see :mod:`gaitopt.motion.phase_sequence`; ``any`` in place of a mode, or of the whole
+        sequence, leaves it open.
     parameters : mapping of str to float
         Robot parameters; missing ones have their default values.
     friction : float
@@ -105,6 +107,12 @@ class PlanarProblem:
         self._check_robot()
         self._check_sequence()
         self._check_targets()
+
+    def __str__(self) -> str:
+        return str(formulate_planar_problem(self))
+
+    def _repr_latex_(self) -> str:
+        return formulate_planar_problem(self).latex
 
     def replace(self, **changes: Any) -> "PlanarProblem":
         """Return the problem with some fields changed; all fields are checked again."""

@@ -9,6 +9,7 @@ import numpy as np
 from attrs import evolve
 
 from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
@@ -17,6 +18,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
+from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import error_between_nodes, reconstruct_planar_motion
@@ -52,13 +54,14 @@ def solve_planar(
 
     The first start is the guess of the problem; the others have random durations of the phases.  If the durations are
     stated by the guess or random, the problem is solved with these durations first.  Points are added to the intervals,
-    and then intervals, until the plan is accurate between its nodes.
+    and then intervals, until the plan is accurate between its nodes.  If the contact sequence leaves modes open, each
+    sequence that it stands for is solved from every start; :func:`gaitopt.search` also replays and ranks them.
 
     Parameters
     ----------
     problem : PlanarProblem
     starts : int
-        Number of starts; the gait of lowest objective is returned.
+        Number of starts of each contact sequence; the gait of lowest objective is returned.
     solver : Ipopt or Newton, optional
         :class:`gaitopt.Ipopt` by default.
     observer : Observer
@@ -91,11 +94,25 @@ def solve_planar(
     solver = solver or Ipopt()
     if isinstance(solver, Ipopt):
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
-    gaits = [_solve_start(problem, number, solver, observer) for number in range(starts)]
+    closed = [problem] if not problem.sequence.is_open else _close_problem(problem)
+    gaits = [_solve_start(each, number, solver, observer) for each in closed for number in range(starts)]
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: gait.solver.objective)
     return min(gaits, key=lambda gait: rank_of(gait.solver.constraint_violation))
+
+
+def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
+    """Return the problems with the sequences that an open one stands for, without those that are invalid."""
+    closed, error = list[PlanarProblem](), None
+    for sequence in close_sequence(problem.sequence, problem.robot):
+        try:
+            closed.append(problem.replace(sequence=sequence))
+        except InputError as invalid:
+            error = invalid
+    if not closed and error is not None:
+        raise error
+    return closed
 
 
 @dataclass(frozen=True, eq=False)

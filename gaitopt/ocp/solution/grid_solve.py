@@ -13,11 +13,13 @@ from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
+from gaitopt.ocp.initial.deviation_start import solve_deviations
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, has_same_grid, transfer_solution
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
+from gaitopt.ocp.nlp.ipopt import LARGE
 from gaitopt.ocp.nlp.keys import Group, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
@@ -257,14 +259,16 @@ class SingleStart:
             if transcribe.cache_info().misses > misses:
                 self.build_seconds += time.perf_counter() - started
             if warm_start is not None and covers_transcription(warm_start, transcription):
-                x, multipliers = transfer_solution(warm_start, transcription, np.zeros(transcription.variables.size))
+                x, multipliers = _start_from(warm_start, transcription, np.zeros(transcription.variables.size))
             else:
                 x, multipliers = initial_point(transcription, problem, self.guess), None
                 if warm_start is not None:
-                    x, multipliers = transfer_solution(warm_start, transcription, x)
+                    x, multipliers = _start_from(warm_start, transcription, x)
         known = self.guess.solution_for(problem.sequence) is not None
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription, moved=known)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
+        if problem.stability is not None:
+            x = solve_deviations(transcription, x, data)
         solver = self._choose_solver(method, warm_start)
         update = {"update_data": functools.partial(nlp_data, transcription, problem)} if located and known else {}
         outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier, **update)
@@ -285,3 +289,13 @@ class SingleStart:
         if method not in self.problem.transcription.list_grids(self.problem.sequence)[:-1]:
             return solver
         return evolve(solver.fallback, tolerance=max(solver.fallback.tolerance, COARSE_TOLERANCE))
+
+
+def _start_from(solution: Solution, transcription: Transcription, x: Array) -> tuple[Array, tuple[Array, Array]]:
+    """Return the initial point and the multipliers of an NLP from a solution on this or another grid.
+
+    A small NLP on equal intervals starts from values interpolated between the nodes: from an accurate start the solver
+    stays in local optima of the coarse grid, whose cost is up to 0.3 % higher in three of the 60 frozen problems.
+    """
+    placed = solution.fractions is not None or transcription.structure.placed
+    return transfer_solution(solution, transcription, x, accurate=placed or transcription.variables.size > LARGE)

@@ -27,6 +27,7 @@ class CostOfTransport(Objective):
 
     name = "cost_of_transport"
     unit = "1"
+    formula = ("1/(m g d) ∫ Σ |u_i ω_i| dt", r"\frac{1}{m g d} \int_0^T \sum_i |u_i \omega_i|\, dt")
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -65,6 +66,10 @@ class PositiveWork(Objective):
 
     name = "positive_work"
     unit = "1"
+    formula = (
+        "1/(m g d) ∫ Σ max(u_i ω_i, 0) - r max(-u_i ω_i, 0) dt",
+        r"\frac{1}{m g d} \int_0^T \sum_i \max(u_i \omega_i, 0) - r \max(-u_i \omega_i, 0)\, dt",
+    )
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -97,6 +102,7 @@ class TorqueSquared(Objective):
 
     name = "torque_squared"
     unit = "N^2 m^2 s"
+    formula = ("∫ Σ u_i² dt", r"\int_0^T \sum_i u_i^2\, dt")
     smooth = True
 
     def integrand(self, point: Instant) -> Any:
@@ -117,6 +123,7 @@ class TorqueRate(Objective):
 
     name = "torque_rate"
     unit = "N^2 m^2/s"
+    formula = ("∫ Σ (du_i/dt)² dt", r"\int_0^T \sum_i \dot u_i^2\, dt")
     smooth = True
     typical = 100.0
 
@@ -138,6 +145,7 @@ class FootSlide(Objective):
 
     name = "foot_slide"
     unit = "m"
+    formula = ("∫ |v_t| dt", r"\int_0^T |v_t|\, dt")
     smooth = True
     typical = 0.01
 
@@ -163,6 +171,7 @@ class ImpactLoss(Objective):
 
     name = "impact_loss"
     unit = "J"
+    formula = ("E_kin before - E_kin after the impact", r"E_\mathrm{kin}^- - E_\mathrm{kin}^+")
     smooth = True
 
     def boundary(self, step: StepBoundary) -> Any:
@@ -183,6 +192,7 @@ class PeakTorque(Objective):
 
     name = "peak_torque"
     unit = "N m"
+    formula = ("max |u_i| over i and t", r"\max_{i, t} |u_i(t)|")
 
     def peak(self, point: Instant) -> Peak:
         """Return the torques of both signs [N m]."""
@@ -204,6 +214,7 @@ class PeakFrictionDemand(Objective):
 
     name = "peak_friction_demand"
     unit = "1"
+    formula = ("max |f_t| / f_n over t", r"\max_t |f_t(t)| / f_n(t)")
     typical = 0.1
 
     def peak(self, point: Instant) -> Peak:
@@ -225,6 +236,7 @@ class Duration(Objective):
 
     name = "duration"
     unit = "s"
+    formula = ("T", r"T")
     smooth = True
 
     def boundary(self, step: StepBoundary) -> Any:

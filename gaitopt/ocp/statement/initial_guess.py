@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import scipy
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
@@ -63,6 +62,11 @@ class Guess(ABC):
     """
 
     needs_coarse_grids: ClassVar[bool] = True
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values from which free parameters start (SI units); those that are missing start from the problem's."""
+        return {}
 
     @abstractmethod
     def durations(self, setting: Setting) -> Array:
@@ -160,11 +164,12 @@ class Keyframes(Guess):
 
     def sample(self, setting: Setting, time: Array) -> Sample:
         """Return the interpolated keyframes."""
+        from scipy.interpolate import PchipInterpolator  # whose import takes longer than a solve
+
         if set(self.angles) != set(setting.robot.angles):
             raise InputError(f"Keyframes must name the angles {setting.robot.angles}, got {tuple(self.angles)}.")
         part = np.clip(time / setting.period, 0, 1)
-        interpolate = scipy.interpolate.PchipInterpolator  # SciPy imports its parts when they are used
-        curves = [interpolate(self.fractions, self.angles[name]) for name in setting.robot.angles]
+        curves = [PchipInterpolator(self.fractions, self.angles[name]) for name in setting.robot.angles]
         angles = np.array([curve(part) for curve in curves])
         rates = np.array([curve(part, 1) / setting.period for curve in curves])
         return _at_rest(setting.robot, time, angles, rates)

@@ -35,6 +35,8 @@ class Objective:
     smooth : bool
         Whether the integrand, apart from the joint powers, is smooth in time; otherwise it is integrated by
         the trapezoidal rule.  The parts of the joint powers are integrated exactly in either case.
+    formula : (str, str) or None
+        The objective as text and as LaTeX, for the printed problem; by default its name.
     typical : float
         Size of a typical optimum.  The solver minimises the objective divided by it, so that its tolerance is relative
         to the size of the objective.
@@ -55,6 +57,7 @@ class Objective:
     uses_power: bool = False
     per_weight_and_travel: bool = False
     smooth: bool = False
+    formula: tuple[str, str] | None = None
     typical: float = 1.0
 
     def integrand(self, point: Instant) -> Any:

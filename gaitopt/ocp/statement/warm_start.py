@@ -1,5 +1,6 @@
 """Warm starts: initial guesses from a motion, or from a gait with its multipliers."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -39,6 +40,11 @@ class FromMotion(Guess):
         if not isinstance(self.motion, Motion):
             hint = " Use WarmStart(gait) to start from a gait." if isinstance(self.motion, Gait) else ""
             raise InputError(f"FromMotion needs a Motion, got {type(self.motion).__name__}.{hint}")
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Parameters of the motion (SI units)."""
+        return self.motion.parameters
 
     def durations(self, setting: Setting) -> Array:
         """Return the durations of the motion if its contact sequence has the same phases, otherwise typical ones."""
@@ -103,6 +109,11 @@ class WarmStart(Guess):
         if not isinstance(self.gait, Gait):
             hint = " Use FromMotion(motion) to start from a motion." if isinstance(self.gait, Motion) else ""
             raise InputError(f"WarmStart needs a Gait, got {type(self.gait).__name__}.{hint}")
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Parameters of the gait (SI units)."""
+        return self.gait.motion.parameters
 
     def durations(self, setting: Setting) -> Array:
         """Return the durations of the gait if its contact sequence has the same phases, otherwise typical ones."""

@@ -8,8 +8,10 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.robot_formulation import formulate_planar_robot
 from gaitopt.simulation.planar_simulation.placement import place_planar
 
 if TYPE_CHECKING:
@@ -35,8 +37,8 @@ class PlanarWalkProblem:
         Contacts that are closed at the start.
     parameters : mapping of str to float
         Parameters of robot and ground in SI units, slope in rad; those not named keep their defaults.
-    torque : Function or None
-        (t, q, v) -> u; None for a passive robot.
+    torque : Function, PlanarLaw or None
+        (t, q, v) -> u, or a law; None for a passive robot.
     sequence : str or None
         Contact sequence of the gaits; None for all gaits.
     name : str
@@ -63,7 +65,7 @@ class PlanarWalkProblem:
     rates: Mapping[str, float]
     on: tuple[str, ...]
     parameters: Mapping[str, float] = field(default_factory=dict)
-    torque: ca.Function | None = None
+    torque: ca.Function | PlanarLaw | None = None
     sequence: str | None = None
     name: str = "walk"
 
@@ -74,6 +76,12 @@ class PlanarWalkProblem:
         from gaitopt.model.planar.planar_check import require_planar
 
         require_planar(self.robot, self.parameters)
+
+    def __str__(self) -> str:
+        return str(formulate_planar_robot(self.robot, self.parameters))
+
+    def _repr_latex_(self) -> str:
+        return formulate_planar_robot(self.robot, self.parameters).latex
 
     def search(self, starts: int = 8, *, seed: int = 0) -> "Iterator[PlanarCycle]":
         """Yield the different periodic gaits to which Newton's method converges, from the given state and random ones.

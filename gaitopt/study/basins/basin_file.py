@@ -16,7 +16,6 @@ from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
-from gaitopt.study.storage.netcdf_file import read_table, write_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -196,6 +195,8 @@ def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
     ...     load_basin(save_basin(table, f"{folder}/basin.nc")).identical(table)
     True
     """
+    from gaitopt.study.storage.netcdf_file import write_table  # imports h5py, which workers do not need
+
     path = Path(path)
     with write_atomically(path) as temporary:
         write_table(table, temporary, table.nbytes + 100_000)
@@ -219,6 +220,8 @@ def load_basin(path: str | Path) -> "xr.Dataset":
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
+    from gaitopt.study.storage.netcdf_file import read_table
+
     with read_hdf5(path, KIND, VERSION) as file:
         if int(np.asarray(file.attrs["format_version"]).item()) == 1:
             return _read_version_1(file)

@@ -24,7 +24,7 @@ from gaitopt.study.multistart import (
     solve_fine,
     verify_best,
 )
-from gaitopt.study.sequence_search.planar_search import search_planar_sequences
+from gaitopt.study.sequence_search.planar_search import list_planar_sequences, search_planar_sequences
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
@@ -73,8 +73,7 @@ def search(
     execution : Execution, optional
         Workers, and the observer of (steps done, steps in all); this process alone by default.
     directory : str or Path, optional
-        Folder that stores a gait file for each contact sequence; the same call with the same folder resumes.  Of a
-        robot with several contacts the folder contains the ranking only.
+        Folder that stores a gait file for each contact sequence; the same call with the same folder resumes.
 
     Returns
     -------
@@ -153,12 +152,17 @@ def _search_planar(
 ) -> Ranking:
     """Return the ranking of a robot with several contacts, and write it into the folder."""
     named = None if sequences is None else [str(sequence) for sequence in sequences]
-    ranking = search_planar_sequences(
-        problem, max_phases=max_phases, starts=starts, sequences=named, execution=execution
-    )
+    tried = list_planar_sequences(problem, max_phases, named)
+    kept: MutableMapping[str, Gait] = {}
     if directory is not None:
-        Path(directory).mkdir(parents=True, exist_ok=True)
-        save_ranking(ranking, Path(directory) / RANKING)
+        key = study_key(problem, sequences=[str(each) for each in tried], starts=starts)
+        for ignored in ("sequence", "events", "intervals"):  # those of the problem's own sequence
+            key["problem"].pop(ignored)
+        key["intervals"] = repr(problem.transcription.intervals)
+        kept = GaitStore(directory, key)
+    ranking = search_planar_sequences(problem, tried, starts=starts, execution=execution, kept=kept)
+    if isinstance(kept, GaitStore):
+        save_ranking(ranking, kept.path / RANKING)
     return ranking
 
 

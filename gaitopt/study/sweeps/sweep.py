@@ -66,8 +66,7 @@ def sweep(
         Workers, and the observer of (gaits computed, gaits in all); this process alone by default.
     path : str or Path, optional
         NetCDF file for the result.  Until it is complete, the folder ``PATH.parts`` stores every finished gait, from
-        which the same call resumes.  Gaits of robots with several contacts are not stored: the file contains the table
-        only.
+        which the same call resumes.
 
     Returns
     -------
@@ -106,7 +105,7 @@ def sweep(
     find = functools.partial(_solve_grid, grid, key, execution)
     if path is None:
         return to_dataset(find({}))
-    return _resume_file(Path(path), key, find, stores_gaits=not isinstance(problem, PlanarProblem))
+    return _resume_file(Path(path), key, find)
 
 
 def _sequences_of(
@@ -115,7 +114,8 @@ def _sequences_of(
     """Return the contact sequences of a sweep; raise InputError if one is invalid or the robot fails its check."""
     if isinstance(problem, PlanarProblem):
         chosen = [problem.sequence] if sequences is None else sequences
-        return tuple(PhaseSequence.parse(str(sequence), problem.robot) for sequence in chosen)
+        parsed = [PhaseSequence.parse(str(sequence), problem.robot) for sequence in chosen]
+        return tuple(sequence.require_closed("A sweep") for sequence in parsed)
     require_valid_step(problem.robot)
     stated = [problem.sequence] if sequences is None else [ContactSequence.parse(str(each)) for each in sequences]
     return closed_sequences(stated, "A sweep")
@@ -147,7 +147,7 @@ def _solve_grid(
 
 
 def _resume_file(
-    path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults], *, stores_gaits: bool
+    path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults]
 ) -> "xr.Dataset":
     """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished.
 
@@ -161,7 +161,7 @@ def _resume_file(
     with lock_study(path):
         table = read_stored_sweep(path, key)  # another process may have finished it
         if table is None or not table.attrs["complete"]:
-            table = _compute_file(path, table, key, find, parts if stores_gaits else None)
+            table = _compute_file(path, table, key, find, parts)
         if table.attrs["complete"]:
             shutil.rmtree(parts, ignore_errors=True)
         return table
@@ -172,12 +172,12 @@ def _compute_file(
     stored: "xr.Dataset | None",
     key: dict[str, Any],
     find: Callable[[MutableMapping[str, Any]], SweepResults],
-    parts: Path | None,
+    parts: Path,
 ) -> "xr.Dataset":
     """Return the table of the file that is written, or the stored one if that has more computed points."""
-    folder: Any = {} if parts is None else GaitStore(parts, key)
+    folder = GaitStore(parts, key)
     findings = find(folder)
     if stored is not None and count_pending(stored) < findings.pending:
         return stored
-    files = [] if parts is None else [folder.file(name) for name in folder if name.startswith("point-")]
+    files = [folder.file(name) for name in folder if name.startswith("point-")]
     return write_sweep(findings, path, sum(file.stat().st_size for file in files))

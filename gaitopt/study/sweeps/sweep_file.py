@@ -18,6 +18,7 @@ from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.file_structure import check_structure, find_group
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
@@ -140,8 +141,7 @@ def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
         write_table(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
-        if not isinstance(findings.grid.problem, PlanarProblem):  # of robots with several contacts, only the table
-            _write_gaits(findings, temporary)
+        _write_gaits(findings, temporary)
         append_checksum(temporary)
     return table
 
@@ -183,7 +183,7 @@ def load_sweep(path: str | Path) -> "xr.Dataset":
 
 
 @check_arguments
-def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Gait:
+def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> AnyGait:
     """Read the gait of one point of a sweep.
 
     Parameters
@@ -196,7 +196,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
 
     Returns
     -------
-    Gait
+    Gait or PlanarGait
         The gait, solved or not; see its status.
 
     Raises
@@ -236,7 +236,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     return gait
 
 
-def read_all_gaits(path: Path) -> Iterator[Gait]:
+def read_all_gaits(path: Path) -> Iterator[AnyGait]:
     """Yield every gait of a sweep, in the order of their names."""
     with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
         gaits = find_group(file, GAITS)

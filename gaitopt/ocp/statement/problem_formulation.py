@@ -1,0 +1,251 @@
+"""Optimal-control problems of gaits as mathematics: objective, phases, events, periodicity, targets and limits."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from gaitopt.model.contacts.event import EventKind, HybridEvent
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.formulation import Formula, Formulation, bound, collect, escape_latex, latex_number
+from gaitopt.model.robot_formulation import (
+    FRICTION,
+    list_actuators,
+    list_parameters,
+    motion_of_planar_robot,
+    motion_of_walker,
+)
+from gaitopt.ocp.statement.limits import Range
+from gaitopt.ocp.statement.objective import Objective
+
+COMPLEMENTARITY = (
+    "0 ≤ v_t ⟂ μ f_n + f_t ≥ 0 or 0 ≤ -v_t ⟂ μ f_n - f_t ≥ 0",
+    r"0 \le v_t \perp \mu f_n + f_t \ge 0\ \text{or}\ 0 \le -v_t \perp \mu f_n - f_t \ge 0",
+)
+"""Coulomb's law of a contact whose mode is a result."""
+
+
+def formulate_gait_problem(problem: Any) -> Formulation:
+    """Return the optimal-control problem of a walker with one foot on the ground.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+
+    Returns
+    -------
+    Formulation
+        Printed as text, and displayed as LaTeX in a notebook.
+
+    Examples
+    --------
+    >>> from gaitopt import GaitProblem, compass_biped
+    >>> problem = GaitProblem(robot=compass_biped(), sequence="slip+ stick | slip+", friction=0.14, speed=0.6)
+    >>> print(formulate_gait_problem(problem))  # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
+    Optimal gait of compass_biped: slip+ stick | slip+
+      minimise     cost_of_transport = 1/(m g d) ∫ Σ |u_i ω_i| dt
+      torques      u = (ankle, hip)
+      motion       M(q) dv/dt + h(q, v) = E(q) u + (f_t, f_n, 0, ...)
+      phase 1      slip+: v_n = 0, v_t > 0, f_t = -μ f_n, f_n ≥ 0.01 m g
+      then         at rest: v_t = 0
+      phase 2      stick: v_n = 0, v_t = 0, |f_t| ≤ 0.999 μ_s f_n, f_n ≥ 0.01 m g
+      touchdown    the landing foot reaches the ground
+      impact       M (v⁺ - v⁻) = Jᵀ Λ, v_n⁺ = 0, v_t⁺ ≥ 0, Λ_t = -μ Λ_n, Λ_n ≥ 0
+      ...
+    """
+    robot, limits = problem.robot, problem.limits
+    angles = zip(robot.angles, limits.angles(robot.angles), strict=True)
+    return Formulation(
+        f"Optimal gait of {robot.name}: {problem.sequence}",
+        (
+            formulate_objective(problem.objective),
+            *_free_parameters(problem),
+            *list_actuators(robot),
+            motion_of_walker(robot),
+            *(line for number in range(len(problem.sequence.phases)) for line in _phase(problem, number)),
+            *_touchdown(problem),
+            Formula("next step", "(q, v)(0) = S (q⁻, v⁺), S exchanges the legs", r"(q, v)(0) = S\, (q^-, v^+)"),
+            *_targets(problem),
+            *_torque_limits(limits.torques(robot.actuators), robot.actuators),
+            *collect("torque rates", _rate_limits(problem)),
+            *collect("angles", [bound(name, low, high, "rad") for name, (low, high) in angles]),
+            *_durations_and_rates(limits),
+            *_ground_and_parameters(problem),
+        ),
+    )
+
+
+def formulate_planar_problem(problem: Any) -> Formulation:
+    """Return the optimal-control problem of a robot with several contacts.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.ocp import PlanarProblem
+    >>> problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.5)
+    >>> [line.text for line in formulate_planar_problem(problem).formulas if line.label.startswith("phase")]
+    ['foot stick', 'flight']
+    """
+    robot, limits, sequence = problem.robot, problem.limits, problem.sequence
+    coordinates = zip(robot.coordinates, limits.coordinates(robot.coordinates), robot.units, strict=True)
+    lines = []
+    for number, modes in enumerate(sequence.describe_phases()):
+        changes = " & ".join(sequence.describe_event(robot, number))
+        kind = "impact" if sequence.events[number].impact else "then"
+        lines += [_words(f"phase {number + 1}", modes), _words(kind, changes)]
+    return Formulation(
+        f"Optimal gait of {robot.name}: {sequence}",
+        (
+            formulate_objective(problem.objective),
+            *list_actuators(robot),
+            *motion_of_planar_robot(robot),
+            *(Formula(mode.value, *FRICTION[mode]) for mode in FRICTION),
+            *lines,
+            Formula("next period", "(q, v)(0) = S (q, v)(T⁺)", r"(q, v)(0) = S\, (q, v)(T^+)"),
+            *_targets(problem),
+            *_torque_limits(limits.torques(robot.actuators), robot.actuators, robot.actuator_units),
+            *collect("coordinates", [bound(name, low, high, unit) for name, (low, high), unit in coordinates]),
+            *_durations_and_rates(limits),
+            *_ground_and_parameters(problem),
+        ),
+    )
+
+
+def formulate_objective(objective: Objective) -> Formula:
+    """Return the objective, a weighted sum term by term.
+
+    Examples
+    --------
+    >>> from gaitopt import CostOfTransport, TorqueSquared
+    >>> formulate_objective(CostOfTransport() + 0.1 * TorqueSquared()).text
+    'cost_of_transport + 0.1 torque_squared = 1/(m g d) ∫ Σ |u_i ω_i| dt + 0.1 ∫ Σ u_i² dt'
+    """
+    texts, symbols = [], []
+    for weight, term in objective.terms():
+        text, latex = term.formula or (term.name, rf"\mathrm{{{escape_latex(term.name)}}}")
+        texts.append(text if weight == 1 else f"{weight:g} {text}")
+        symbols.append(latex if weight == 1 else rf"{latex_number(weight)}\, {latex}")
+    text = " + ".join(texts)
+    named = text if text == objective.name else f"{objective.name} = {text}"
+    return Formula("minimise", named, " + ".join(symbols))
+
+
+def _free_parameters(problem: Any) -> tuple[Formula, ...]:
+    units = {each.name: each.unit for each in problem.robot.parameters}
+    return collect("also over", [bound(name, low, high, units[name]) for name, (low, high) in problem.free.items()])
+
+
+def _phase(problem: Any, number: int) -> list[Formula]:
+    """Return the contact law of a phase, and the event that ends it if it is not the touchdown."""
+    phases, margins = problem.sequence.phases, problem.margins
+    mode, least = phases[number], margins.normal_force
+    share = "" if margins.cone == 0 else f"{1 - margins.cone:g} "
+    laws = {
+        Mode.STICK: (f"v_t = 0, |f_t| ≤ {share}μ_s f_n", rf"v_t = 0,\ |f_t| \le {share}\mu_s f_n"),
+        Mode.ANY: COMPLEMENTARITY,
+    }
+    text, latex = laws.get(mode) or FRICTION[mode]
+    lines = [
+        Formula(
+            f"phase {number + 1}",
+            f"{mode.value}: v_n = 0, {text}, f_n ≥ {least:g} m g",
+            rf"\text{{{mode.value}:}}\ v_n = 0,\ {latex},\ f_n \ge {latex_number(least)}\, m g",
+        )
+    ]
+    if number + 1 < len(phases) and Mode.ANY not in (mode, phases[number + 1]):
+        event = problem.robot.contact_model.between(mode, phases[number + 1]).event
+        lines.append(_event(event, phases[number + 1]))
+    return lines
+
+
+def _event(event: HybridEvent, following: Mode) -> Formula:
+    if event.kind is EventKind.SLIP_ONSET:
+        sign = "-" if following.sign > 0 else ""
+        return Formula("then", f"slip onset: f_t = {sign}μ_s f_n", rf"\text{{slip onset:}}\ f_t = {sign}\mu_s f_n")
+    if event.kind is EventKind.REST:
+        return Formula("then", "at rest: v_t = 0", r"\text{at rest:}\ v_t = 0")
+    return _words("then", event.label)
+
+
+def _touchdown(problem: Any) -> tuple[Formula, ...]:
+    impact, margins = problem.sequence.impact, problem.margins
+    share = "" if margins.impact_cone == 0 else f"{1 - margins.impact_cone:g} "
+    laws = {
+        Mode.STICK: (f"v_t⁺ = 0, |Λ_t| ≤ {share}μ Λ_n", rf"v_t^+ = 0,\ |\Lambda_t| \le {share}\mu \Lambda_n"),
+        Mode.ANY: ("Coulomb's law for Λ and v_t⁺", r"\text{Coulomb's law for}\ \Lambda,\ v_t^+"),
+        Mode.SLIP_FORWARD: ("v_t⁺ ≥ 0, Λ_t = -μ Λ_n", r"v_t^+ \ge 0,\ \Lambda_t = -\mu \Lambda_n"),
+        Mode.SLIP_BACKWARD: ("v_t⁺ ≤ 0, Λ_t = μ Λ_n", r"v_t^+ \le 0,\ \Lambda_t = \mu \Lambda_n"),
+    }
+    law, latex = laws[impact]
+    separation = bound("upward speed of the trailing foot", margins.separation, math.inf, "m/s")
+    return (
+        _words("touchdown", "the landing foot reaches the ground"),
+        Formula(
+            "impact",
+            f"M (v⁺ - v⁻) = Jᵀ Λ, v_n⁺ = 0, {law}, Λ_n ≥ 0",
+            rf"M (v^+ - v^-) = J^\mathsf{{T}} \Lambda,\ v_n^+ = 0,\ {latex},\ \Lambda_n \ge 0",
+        ),
+        *collect("", [separation]),
+    )
+
+
+def _targets(problem: Any) -> tuple[Formula, ...]:
+    step, speed = problem.step_length_range, problem.speed_range
+    return collect(
+        "targets",
+        [
+            _positive_bound("step length d", step, "m", r"\text{step length}\ d"),
+            _positive_bound("speed d/T", speed, "m/s", r"\text{speed}\ d / T"),
+        ],
+    )
+
+
+def _positive_bound(name: str, target: Range, unit: str, symbol: str) -> tuple[str, str] | None:
+    return bound(name, target.lower or -math.inf, target.upper, unit, symbol)
+
+
+def _torque_limits(
+    limits: Sequence[float], actuators: Sequence[str], units: Sequence[str] | None = None
+) -> tuple[Formula, ...]:
+    units = ["N m"] * len(actuators) if units is None else units
+    table = zip(actuators, limits, units, strict=True)
+    return collect("limits", [bound(name, -limit, limit, unit) for name, limit, unit in table])
+
+
+def _rate_limits(problem: Any) -> list[tuple[str, str] | None]:
+    limits = zip(problem.robot.actuators, problem.limits.torque_rates(problem.robot.actuators), strict=True)
+    return [bound(name, -limit, limit, "N m/s") for name, limit in limits]
+
+
+def _durations_and_rates(limits: Any) -> tuple[Formula, ...]:
+    return (
+        *collect("rates", [bound("v", -limits.rate, limits.rate, "1/s")]),
+        *collect(
+            "durations",
+            [
+                bound("each phase", limits.shortest_phase, math.inf, "s", r"\text{each phase}"),
+                bound("step T", -math.inf, limits.longest_step, "s", r"\text{step}\ T"),
+            ],
+        ),
+    )
+
+
+def _ground_and_parameters(problem: Any) -> tuple[Formula, ...]:
+    low, high = problem.slope if isinstance(problem.slope, tuple) else (problem.slope, problem.slope)
+    parameters = [
+        each
+        for each in problem.robot.parameters
+        if each.name in problem.parameters and each.name not in getattr(problem, "free", {})
+    ]
+    friction = problem.friction
+    return (
+        *collect("ground", [bound("μ", friction, friction, "1", r"\mu"), bound("slope", low, high, "rad")]),
+        *list_parameters("parameters", parameters, problem.values),
+    )
+
+
+def _words(label: str, text: str) -> Formula:
+    return Formula(label, text, rf"\text{{{escape_latex(text)}}}")

@@ -1,0 +1,97 @@
+"""Robots and problems as mathematics: text for a terminal, LaTeX for a notebook, hostile names as plain text."""
+
+import math
+
+import pytest
+
+from gaitopt import CostOfTransport, GaitProblem, Limits, TorqueSquared, WalkProblem, compass_biped
+from gaitopt.model import kneed_walker, monopod
+from gaitopt.model.formulation import Formula, Formulation, bound, latex_name
+from gaitopt.ocp import PlanarProblem
+
+
+def gait_problem(**changes):
+    return GaitProblem(
+        **{"robot": compass_biped(), "sequence": "slip+ stick slip- | slip+", "friction": 0.14, "speed": 0.6} | changes
+    )
+
+
+def lines(problem):
+    """Return the printed lines by their labels."""
+    rows = [line.strip().split("  ", 1) for line in str(problem).splitlines()[1:]]
+    return {row[0]: row[1].strip() for row in rows if len(row) == 2}
+
+
+def test_every_phase_and_event_of_a_gait_is_stated():
+    printed = lines(gait_problem())
+    assert printed["phase 1"] == "slip+: v_n = 0, v_t > 0, f_t = -μ f_n, f_n ≥ 0.01 m g"
+    assert printed["phase 3"].startswith("slip-: v_n = 0, v_t < 0, f_t = μ f_n")
+    assert "at rest: v_t = 0" in str(gait_problem())
+    assert "slip onset: f_t = μ_s f_n" in str(gait_problem())
+    assert "Λ_t = -μ Λ_n" in printed["impact"]
+
+
+def test_numbers_are_those_of_the_problem():
+    problem = gait_problem(
+        step_length=(0.3, 0.5), slope=(0, 0.1), parameters={"leg_mass": 3.5}, limits=Limits(torque={"hip": 6})
+    )
+    printed = lines(problem)
+    assert printed["targets"] == "0.3 ≤ step length d ≤ 0.5 m, speed d/T = 0.6 m/s"
+    assert printed["limits"] == "|hip| ≤ 6 N m"
+    assert printed["ground"] == "μ = 0.14, 0 ≤ slope ≤ 0.1 rad"
+    assert "leg_mass = 3.5 kg" in printed["parameters"]
+    assert "0.999" not in str(gait_problem(sequence="slip+ | slip+"))
+
+
+def test_free_parameters_are_unknowns():
+    printed = lines(gait_problem(free={"hip_mass": (1, 4)}))
+    assert printed["also over"] == "1 ≤ hip_mass ≤ 4 kg"
+    assert "hip_mass" not in printed["parameters"]
+
+
+@pytest.mark.parametrize("sequence", ["stick | stick", "any | any", "slip- | slip-", "slip+ slip- | slip+"])
+def test_all_sequences_are_printed(sequence):
+    assert str(gait_problem(sequence=sequence)).startswith(f"Optimal gait of compass_biped: {sequence}\n")
+
+
+def test_objectives_without_a_formula_are_named():
+    class Custom(TorqueSquared):
+        name, formula = "custom", None
+
+    assert lines(gait_problem(objective=2 * CostOfTransport() + Custom()))["minimise"] == (
+        "2 cost_of_transport + custom = 2 1/(m g d) ∫ Σ |u_i ω_i| dt + custom"
+    )
+
+
+def test_events_of_several_contacts_are_stated():
+    problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.5)
+    printed = lines(problem)
+    assert (printed["phase 2"], printed["then"], printed["impact"]) == ("flight", "foot opens", "foot closes")
+
+
+def test_a_walk_has_its_own_parameters():
+    walk = WalkProblem(robot=compass_biped(), parameters={"leg_mass": 7, "slope": math.radians(1)})
+    assert "leg_mass = 7 kg" in str(walk)
+    assert "slope = 0.0174533 rad" in str(walk)
+    assert "leg_mass = 4 kg" in str(compass_biped())
+
+
+@pytest.mark.parametrize("shown", [gait_problem(), compass_biped(), monopod(), kneed_walker()])
+def test_latex_has_one_row_for_each_line(shown):
+    latex = shown._repr_latex_()
+    assert latex.startswith(r"$$\begin{aligned}")
+    assert latex.count(r"&\quad") == len(str(shown).splitlines()) - 1
+    assert latex.count("{") == latex.count("}")
+
+
+def test_names_cannot_contain_commands():
+    hostile = r"$$\input{/etc/passwd}<script>"
+    assert r"\input" not in latex_name(hostile)
+    assert r"\input" not in Formulation(hostile, (Formula(hostile, "", "x"),)).latex
+
+
+def test_bounds_in_every_form():
+    assert bound("u", -6, 6, "N m") == ("|u| ≤ 6 N m", r"|u| \le 6\ \mathrm{N\,m}")
+    assert bound("u", 1, 1, "1") == ("u = 1", "u = 1")
+    assert bound("u", -math.inf, 2e-7, "m") == ("u ≤ 2e-07 m", r"u \le 2 \cdot 10^{-7}\ \mathrm{m}")
+    assert bound("u", -math.inf, math.inf, "m") is None
