@@ -17,7 +17,6 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
-from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import Method
@@ -117,9 +116,13 @@ class GaitProblem:
         return self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
 
     def __str__(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return str(formulate_gait_problem(self))
 
     def _repr_latex_(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return formulate_gait_problem(self).latex
 
     def replace(self, **changes: Any) -> "GaitProblem":
