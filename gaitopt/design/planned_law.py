@@ -26,7 +26,7 @@ def planned_gains(gait: Gait) -> Array:
     See :func:`planned_law`.
     """
     check_gait(gait)
-    table = gait.solution and gait.solution.unknowns.get(Unknown.GAIN.value)
+    table = None if gait.solution is None else gait.solution.unknowns.get(Unknown.GAIN.value)
     if table is None:
         raise InputError("The gait has no gains: its problem needs stability=StabilityBound(gain_limit=...).")
     gains: Array = table.values.reshape(gait.robot.n_u, -1)
