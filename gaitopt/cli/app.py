@@ -12,6 +12,7 @@ from rich.text import Text
 
 from gaitopt.cli import (
     basin_command,
+    design_command,
     exporting,
     feedback,
     impact_command,
@@ -46,6 +47,7 @@ for command in (
     solving.solve,
     solving.show,
     solving.verify,
+    design_command.design,
     exporting.plot,
     exporting.animate,
     exporting.report,

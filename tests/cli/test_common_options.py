@@ -44,6 +44,7 @@ def test_commands_and_python_verbs_have_the_same_names():
         "tune",
         "push",
         "impact",
+        "design",
     }
     assert set(COMMANDS) - other <= set(gaitopt.__all__)
 

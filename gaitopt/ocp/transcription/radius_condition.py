@@ -23,6 +23,10 @@ from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 MARGIN = 0.01
 """Least distance of the product of three zeros from 1, in units of the bound to the third power."""
 
+STRICTNESS = 2e-7
+"""Least value of the other conditions, above the tolerance of a solver: where zeros coalesce on the circle, they change
+by the square root of a violation."""
+
 
 def radius_block(builder: NlpBuilder, section: SectionNames, weight: float) -> Block:
     """Return the block that bounds the spectral radius of the return map, with its weight in the objective."""
@@ -32,7 +36,7 @@ def radius_block(builder: NlpBuilder, section: SectionNames, weight: float) -> B
     matrix = ca.reshape(after, len(section.state), count)[section.kept, :]
     coefficients = characteristic_coefficients(matrix, count - section.vanishing)
     values = jury_conditions([c / radius ** (k + 1) for k, c in enumerate(coefficients)])
-    table = [Row(Key(Kind.RADIUS_CONDITION, str(i + 1)), 0.0, math.inf) for i in range(values.numel())]
+    table = [Row(Key(Kind.RADIUS_CONDITION, str(i + 1)), STRICTNESS, math.inf) for i in range(values.numel())]
     rows = builder.rows.add(Group.RADIUS, table, [STEP])
     return local.block("radius", values, rows, weight * radius if weight else None)
 
