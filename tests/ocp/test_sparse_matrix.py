@@ -43,7 +43,7 @@ def test_vectors_are_projected_onto_the_null_space(monkeypatch, most, repeated):
     dense = example(2)[0]
     dense = np.vstack([dense, dense[:2]]) if repeated else dense
     vectors = np.random.default_rng(3).standard_normal((9, 2))
-    solve = factorise(SparseMatrix.read(ca.sparsify(ca.DM(dense))), 1e-12)
+    solve = factorise(SparseMatrix.read(ca.sparsify(ca.DM(dense))), 1e-12, corrections=2)
     projected = solve(np.vstack([vectors, np.zeros((len(dense), 2))]))[:9]
     np.testing.assert_allclose(projected, vectors - np.linalg.pinv(dense) @ dense @ vectors, atol=1e-9)
     np.testing.assert_allclose(dense @ projected, 0, atol=1e-9)

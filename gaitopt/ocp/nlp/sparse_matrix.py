@@ -95,10 +95,17 @@ class SparseMatrix:
         return np.sqrt(np.bincount(self.rows, self.values**2, self.shape[0]))
 
 
-def factorise(rows: SparseMatrix, regularisation: float) -> Solve:
+def factorise(rows: SparseMatrix, regularisation: float, corrections: int = 0) -> Solve:
     """Return the solver of ``[[I, R^T], [R, -regularisation I]] x = b`` for a matrix R and right sides b, (n + m, k).
 
-    The matrix is quasi-definite: it has a factorisation L D L^T without pivoting, for dependent rows, too.
+    The matrix is quasi-definite: it has a factorisation L D L^T without pivoting, for dependent rows, too.  Errors of the
+    solution are those of rounding divided by the regularisation; each correction by the residual squares them.
+
+    Parameters
+    ----------
+    rows : SparseMatrix
+    regularisation : float
+    corrections : int
     """
     m, n = rows.shape
     unit, below = np.arange(n + m), n + rows.rows
@@ -108,7 +115,15 @@ def factorise(rows: SparseMatrix, regularisation: float) -> Solve:
         np.concatenate([np.ones(n), np.full(m, -regularisation), rows.values, rows.values]),
         (n + m, n + m),
     )
-    return _factorise_by_superlu(system) if rows.values.size > MANY_ENTRIES else _factorise_by_casadi(system)
+    solve = _factorise_by_superlu(system) if rows.values.size > MANY_ENTRIES else _factorise_by_casadi(system)
+
+    def solve_and_correct(right: Array) -> Array:
+        solution = solve(right)
+        for _ in range(corrections):
+            solution += solve(right - system.times(solution))
+        return solution
+
+    return solve_and_correct
 
 
 def _factorise_by_casadi(system: SparseMatrix) -> Solve:
