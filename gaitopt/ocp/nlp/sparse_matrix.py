@@ -98,8 +98,8 @@ class SparseMatrix:
 def factorise(rows: SparseMatrix, regularisation: float, corrections: int = 0) -> Solve:
     """Return the solver of ``[[I, R^T], [R, -regularisation I]] x = b`` for a matrix R and right sides b, (n + m, k).
 
-    The matrix is quasi-definite: it has a factorisation L D L^T without pivoting, for dependent rows, too.  Errors of the
-    solution are those of rounding divided by the regularisation; each correction by the residual squares them.
+    The matrix is quasi-definite: it has a factorisation L D L^T without pivoting, for dependent rows, too.  The errors
+    are those of rounding divided by the regularisation; each correction by the residual squares them.
 
     Parameters
     ----------
