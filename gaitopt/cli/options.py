@@ -76,6 +76,22 @@ State = Annotated[
         "--state", metavar="NAME=VALUE", help="Coordinate of the initial state, SI units and rad (repeatable)."
     ),
 ]
+Rise = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--rise",
+        metavar="PLACE:HEIGHT",
+        help="Step in the height of the ground at a place, in m; a negative height is a step down (repeatable).",
+    ),
+]
+Patch = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--patch",
+        metavar="BEGIN:END:FRICTION",
+        help="Patch of the ground with another friction between two places in m (repeatable).",
+    ),
+]
 
 # Outputs.
 Figure = Annotated[Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="File of the figure.")]

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_model import ContactModel
@@ -18,6 +19,7 @@ from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry,
 from gaitopt.model.ground import GROUND
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.robot_serialisation import read_fields, write_record
+from gaitopt.model.terrain import refuse_terrain
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -44,6 +46,7 @@ def add_ground(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     return every
 
 
+@check_arguments
 class Coordinates:
     """The symbols of a robot's expressions: q = (x, y, angles), rates, and parameters by name.
 
@@ -312,6 +315,7 @@ class Robot(LazyRecord):
         >>> compass_biped().resolve({"leg_mass": 5})["leg_mass"]
         5.0
         """
+        refuse_terrain(values)
         return resolve(self.parameters, values, f"Robot {self.name!r}")
 
     def vector(self, values: Mapping[str, float]) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, overload
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
@@ -15,6 +16,7 @@ from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_it
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
+from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parameters import check_type
 from gaitopt.progress import SolveObserver, silent
@@ -32,6 +34,7 @@ INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 """Statuses of a converged solve whose result is not a solution."""
 
 
+@check_arguments
 @overload
 def solve(
     problem: GaitProblem,
@@ -43,6 +46,7 @@ def solve(
 ) -> Gait: ...
 
 
+@check_arguments
 @overload
 def solve(
     problem: "PlanarProblem",
@@ -54,6 +58,7 @@ def solve(
 ) -> PlanarGait: ...
 
 
+@check_arguments
 def solve(
     problem: "GaitProblem | PlanarProblem",
     *,
@@ -125,6 +130,8 @@ def solve(
     require_valid_step(problem.robot)
     if problem.sequence.is_open:
         return _solve_open(problem, starts or 1, solver, homotopy, observer)
+    if problem.stability is not None and _is_new(problem):
+        return _solve_with_stability(problem, starts, solver, observer)
     plans = InaccuratePlans()
     gaits, conclusions = _solve_first(problem, starts, solver, observer, plans)
     if any(gait.solver.conflicts for gait in conclusions):
@@ -134,6 +141,19 @@ def solve(
     while not _is_finished(gaits, conclusions, starts or 1):
         gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer, None, plans))
     return _best([*gaits, *conclusions])
+
+
+def _is_new(problem: GaitProblem) -> bool:
+    """Return whether the problem does not start from a solution."""
+    return problem.guess is None or problem.guess.solution_for(problem.sequence) is None
+
+
+def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
+    """Solve a problem from the optimal gait without its bound of the spectral radius."""
+    gait = solve(problem.replace(stability=None), starts=starts, solver=solver, observer=observer)
+    if not gait.status.ok:
+        return gait
+    return solve(problem.replace(guess=WarmStart(gait)), starts=starts, solver=solver, observer=observer)
 
 
 def _solve_first(

@@ -5,6 +5,7 @@ from importlib.util import find_spec
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
@@ -14,6 +15,7 @@ from gaitopt.simulation.scipy_engine import ScipyEngine
 NAMES = ("auto", "heyoka", "scipy")
 
 
+@check_arguments
 def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine:
     """Return the fastest engine that supports a law and a robot: heyoka if it is installed, otherwise scipy.
 

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.event import SINGULAR
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
@@ -19,6 +20,7 @@ from gaitopt.simulation.engine import Arc
 from gaitopt.simulation.event_location import DenseOutput, EventWatch, spans_of
 
 
+@check_arguments
 @frozen(kw_only=True)
 class ScipyEngine:
     """Event-driven integration by DOP853 (order 8), as in SciPy, with guards monitored inside every integrator step.

@@ -4,6 +4,7 @@ from typing import overload
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import feedforward
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, GAP
 from gaitopt.model.robot import Robot
@@ -23,6 +24,7 @@ EXCHANGE_TOLERANCE = 1e-6
 """Largest change by the leg exchange of energy, relative to the kinetic energy, and of the foot position [m]."""
 
 
+@check_arguments
 def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollout:
     """Replay a gait's torques in open loop from its first state in the event-driven simulator.
 
@@ -54,14 +56,17 @@ def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollo
     )
 
 
+@check_arguments
 @overload
 def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> Gait: ...
 
 
+@check_arguments
 @overload
 def verify(gait: PlanarGait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> PlanarGait: ...
 
 
+@check_arguments
 def verify(
     gait: Gait | PlanarGait, *, tolerances: Tolerances | None = None, engine: Engine | None = None
 ) -> Gait | PlanarGait:

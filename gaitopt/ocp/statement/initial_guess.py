@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
 from gaitopt.model.robot import Robot
@@ -62,6 +63,11 @@ class Guess(ABC):
 
     needs_coarse_grids: ClassVar[bool] = True
 
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values from which free parameters start (SI units); those that are missing start from the problem's."""
+        return {}
+
     @abstractmethod
     def durations(self, setting: Setting) -> Array:
         """Return the duration of each phase, shape (n_phases,) [s]."""
@@ -90,6 +96,7 @@ def _at_rest(robot: Robot, time: Array, angles: Array, rates: Array) -> Sample:
     return Sample(angles, rates, np.zeros((robot.n_u, time.size)), still, still)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class LinearGuess(Guess):
     """Angles on a straight line from the pose after one touchdown to the pose at the next, without torque.
@@ -116,6 +123,7 @@ class LinearGuess(Guess):
         return "line"
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class Keyframes(Guess):
     """Angles through poses at fractions of the step, monotone between them.
@@ -171,6 +179,7 @@ class Keyframes(Guess):
         return "keyframes at " + ", ".join(f"{f:g}" for f in self.fractions)
 
 
+@check_arguments
 @frozen
 class RandomPerturbation(Guess):
     """A straight line with random waves on the angles, a start for the search of other optima.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.motion import Array, Motion
@@ -22,6 +23,7 @@ KNOTS = 33
 """Number of instants at which a cubic spline interpolates the reference."""
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Tracking(Objective):
     """Integral of the squared deviation of the angles and their rates from those of a motion [rad^2 s].
