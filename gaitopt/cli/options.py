@@ -10,7 +10,9 @@ import typer
 from gaitopt.cli.output import err, out
 from gaitopt.errors import InputError
 from gaitopt.motion.versions import versions
-from gaitopt.tuning.controller_family import FAMILIES
+
+LAWS = ("joint_pd", "computed_torque", "lqr", "step_lqr", "push_off")
+"""Names of the controller families, without the import of their modules."""
 
 
 def _set_quiet(context: typer.Context, quiet: bool) -> bool:
@@ -148,7 +150,7 @@ LawName = Annotated[
     typer.Option(
         "--law",
         metavar="NAME|FILE",
-        help=f"Feedback law: {', '.join(FAMILIES)}; SCRIPT.py:FUNCTION for a custom law; a file of tuned gains "
+        help=f"Feedback law: {', '.join(LAWS)}; SCRIPT.py:FUNCTION for a custom law; a file of tuned gains "
         "(tune -o); or feedforward.",
     ),
 ]

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.terrain import TERRAIN, Terrain
 from gaitopt.parameters import Parameter
@@ -17,6 +18,7 @@ GROUND = (
 """Parameters of the ground, the last entries of the parameter vector of every robot."""
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Ground(Mapping[str, Any]):
     """A plane with Coulomb friction, as a mapping from the names of the ground's parameters to their values.

@@ -225,6 +225,11 @@ class Gait(LazyRecord):
         return self.step_length / self.period if self.period else float("nan")
 
     @property
+    def design(self) -> dict[str, float]:
+        """Optimised values of the free parameters of the problem by name (SI units); empty without any."""
+        return {name: self.motion.parameters[name] for name in self.problem.get("free") or {}}
+
+    @property
     def energy(self) -> Ledger:
         """Energy ledger of the step [J]."""
         return ledger(self.motion)

@@ -63,6 +63,7 @@ def _numbers(gait: Gait) -> Facts:
     return [
         ("cost of transport", f"{gait.cost_of_transport:.6f}"),
         *_objective_value(gait),
+        *_design(gait),
         *_grid(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
@@ -147,6 +148,14 @@ def _objective_value(gait: Gait) -> Facts:
     if name == "cost_of_transport":
         return []
     return [("objective", f"{gait.solver.objective:.6g} {unit}".strip())]
+
+
+def _design(gait: Gait) -> Facts:
+    """Return the optimised parameters with their bounds."""
+    bounds = gait.problem.get("free") or {}
+    values = gait.design.items()
+    texts = [f"{name} {value:.6g} ({bounds[name][0]:g} to {bounds[name][1]:g})" for name, value in values]
+    return [("design", ", ".join(texts))] if texts else []
 
 
 def _grid(gait: Gait) -> Facts:

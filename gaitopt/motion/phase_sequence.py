@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
@@ -59,6 +60,7 @@ class PhaseEvent:
         return ("|" if self.impact else ">") + (f" [{_text_of(self.outcome)}]" if self.outcome is not None else "")
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PhaseSequence:
     """The phases of one period of a robot with any contacts, and the events between them.

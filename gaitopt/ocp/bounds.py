@@ -18,6 +18,9 @@ from gaitopt.ocp.transcription.phase_complementarity import TimeStepping
 from gaitopt.ocp.transcription.relaxation import Relaxation
 from gaitopt.ocp.transcription.transcription import Structure, Transcription, transcribe
 
+LEAST_RADIUS = 0.02
+"""Least value of the unknown spectral radius, by whose powers the coefficients of a polynomial are divided."""
+
 
 def structure(
     problem: GaitProblem, method: Method, relaxation: Relaxation | None = None, schedule: GuardSchedule | None = None
@@ -35,12 +38,16 @@ def structure(
         counts=method.intervals_for(problem.sequence),
         powered=tuple(name for name, limit in zip(robot.actuators, torques, strict=True) if limit > 0),
         free_slope=len(set(problem.slope_range)) > 1,
+        free=tuple(problem.free),
         rate_limited=not is_open and any(map(math.isfinite, limits.torque_rates(robot.actuators))),
         cleared=limits.clearance is not None,
         inertia_limited=not is_open and _is_inertia_limited(problem),
         placed=method.fractions is not None and relaxation is None,
         schedule=schedule,
         relaxation=relaxation,
+        stabilised=problem.stability is not None,
+        fed_back=problem.stability is not None and problem.stability.gain_limit > 0,
+        radius_weight=0.0 if problem.stability is None else problem.stability.weight,
     )
 
 
@@ -56,7 +63,8 @@ def _is_inertia_limited(problem: GaitProblem) -> bool:
     if not any(mode.slips for mode in problem.sequence.phases):
         return False
     angles = problem.limits.angles(problem.robot.angles)
-    return allows_paradox(problem.robot, problem.values, angles, problem.margins.sliding_inertia)
+    margin = problem.margins.sliding_inertia
+    return any(allows_paradox(problem.robot, values, angles, margin) for values in problem.corners)
 
 
 def data_vector(problem: GaitProblem) -> Array:
@@ -119,6 +127,12 @@ def _bounds_of_unknowns(transcription: Transcription, problem: GaitProblem) -> t
     lower[layout[Unknown.TRAVEL]], upper[layout[Unknown.TRAVEL]] = max(step.lower, 1e-3), step.upper
     if Unknown.SLOPE in layout:
         lower[layout[Unknown.SLOPE]], upper[layout[Unknown.SLOPE]] = problem.slope_range
+    if problem.stability is not None:
+        lower[layout[Unknown.RADIUS]], upper[layout[Unknown.RADIUS]] = LEAST_RADIUS, problem.stability.radius
+        gains = layout.find(Kind.GAIN)
+        lower[gains], upper[gains] = -problem.stability.gain_limit, problem.stability.gain_limit
+    for name, ends in problem.free.items():
+        lower[layout.find(Kind.DESIGN, name)], upper[layout.find(Kind.DESIGN, name)] = ends
     if Unknown.OPEN_IMPACT in layout:
         lower[layout[Unknown.OPEN_IMPACT]] = 0.0
     for kind in (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER):

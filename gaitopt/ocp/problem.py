@@ -6,25 +6,30 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.provenance import ScriptRecord, plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
+from gaitopt.ocp.statement.free_parameters import Ends, clip_values, list_corners, read_bounds
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
-from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
+from gaitopt.ocp.transcription.deviations import check_scheme, section_names
 from gaitopt.ocp.transcription.method import Method
 
 _DEFAULT_MARGINS = Margins()
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GaitProblem:
     """An optimal-control problem for one periodic step.
@@ -42,7 +47,13 @@ class GaitProblem:
         Downhill positive; a pair makes the slope an unknown within bounds.
     speed, step_length : float, (float, float) or None
         Requested value, bounds, or None for a free value [m/s, m].  Travel includes foot slide.
+    free : mapping of str to (float, float)
+        Bounds of the parameters of robot and ground that are optimised with the gait: design variables, such as
+        ``{"leg_com": (0.4, 1.2), "friction": (0.1, 0.2)}``.  Their values above are where the solve starts.  `slope`,
+        `speed` and `step_length` may be listed, too, instead of a pair above.
     objective : Objective or str
+    stability : StabilityBound or None
+        Bound or weight of the spectral radius of the return map.
     limits : Limits
     margins : Margins
     guess : Guess or None
@@ -76,7 +87,9 @@ class GaitProblem:
     slope: float | tuple[float, float] = 0.0
     speed: Target = None
     step_length: Target = None
+    free: Mapping[str, Ends] = field(default_factory=dict)
     objective: Objective = field(default_factory=CostOfTransport)
+    stability: StabilityBound | None = None
     limits: Limits = field(default_factory=Limits)
     margins: Margins = _DEFAULT_MARGINS
     guess: Guess | None = None
@@ -97,13 +110,30 @@ class GaitProblem:
                 raise InputError(
                     f"{ground} must be passed as GaitProblem({ground}=...), not among the robot's parameters."
                 )
+        self._check_free()
         lower, upper = (self._resolve(slope) for slope in self._slopes())
         set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
         set_(self, "friction", lower.pop("friction"))
         set_(self, "parameters", lower)
+        if self.stability is not None:
+            self.sequence.require_closed("StabilityBound")
+            section_names(self.robot, self.sequence)
+            check_scheme(self.transcription.scheme)
         self._check_actuation()
         self._check_friction()
         self._check_targets()
+
+    def _check_free(self) -> None:
+        """Check the bounds of the free parameters; slope, speed and step length are moved to their fields."""
+        if not isinstance(self.free, Mapping):
+            raise InputError(f'free must be a mapping such as {{"leg_com": (0.4, 1.2)}}, got {self.free!r}.')
+        free = dict(self.free)
+        for name in ("slope", "speed", "step_length"):
+            if name in free:
+                ends = free.pop(name)
+                object.__setattr__(self, name, tuple(ends) if isinstance(ends, list) else ends)
+        robot, values = self.robot, {**self.parameters, "friction": self.friction}
+        object.__setattr__(self, "free", read_bounds(free, robot.parameters, values, f"Robot {robot.name!r}"))
 
     def _slopes(self) -> tuple[object, object]:
         """Return the bounds of the slope, unchecked."""
@@ -114,17 +144,39 @@ class GaitProblem:
         return self.slope[0], self.slope[1]
 
     def _resolve(self, slope: object) -> dict[str, float]:
-        return self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
+        values = self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
+        return clip_values(values, self.free)
 
     def __str__(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return str(formulate_gait_problem(self))
 
     def _repr_latex_(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return formulate_gait_problem(self).latex
 
     def replace(self, **changes: Any) -> "GaitProblem":
         """Return the problem with some fields changed; all fields are checked again."""
         return replace(self, **changes)
+
+    def fix_parameters(self, values: Mapping[str, float]) -> "GaitProblem":
+        """Return the problem with some parameters of robot and ground, free or not, fixed at values.
+
+        Examples
+        --------
+        >>> from gaitopt import GaitProblem, Limits, compass_biped
+        >>> problem = GaitProblem(
+        ...     robot=compass_biped(), sequence="stick | stick", limits=Limits(torque=6), free={"leg_com": (0.4, 1.2)}
+        ... )
+        >>> problem.fix_parameters({"leg_com": 0.7}).values["leg_com"]
+        0.7
+        """
+        ground = {name: values[name] for name in ("slope", "friction") if name in values}
+        others = {name: value for name, value in values.items() if name not in ground}
+        free = {name: ends for name, ends in self.free.items() if name not in values}
+        return self.replace(parameters={**self.parameters, **others}, free=free, **ground)
 
     def without_guess(self) -> "GaitProblem":
         """Return the problem without its guess, which may reference other gaits."""
@@ -134,7 +186,10 @@ class GaitProblem:
 
     @property
     def values(self) -> dict[str, float]:
-        """Every parameter of robot and ground by name (SI units); of a slope left free, the middle."""
+        """Every parameter of robot and ground by name (SI units).
+
+        Of a free slope, the middle; of the other free parameters, the value at which a solve starts.
+        """
         lower, upper = self.slope_range
         return {**self.parameters, "slope": (lower + upper) / 2, "friction": self.friction}
 
@@ -142,6 +197,17 @@ class GaitProblem:
     def slope_range(self) -> tuple[float, float]:
         """Bounds of the slope [rad], equal if the slope is fixed."""
         return self.slope if isinstance(self.slope, tuple) else (self.slope, self.slope)
+
+    @property
+    def free_ranges(self) -> dict[str, Ends]:
+        """Bounds of all parameters of robot and ground that are optimised, the slope included."""
+        lower, upper = self.slope_range
+        return {**self.free, "slope": (lower, upper)} if lower < upper else dict(self.free)
+
+    @property
+    def corners(self) -> list[dict[str, float]]:
+        """Values of all parameters where a solve starts, and with free parameters at their bounds."""
+        return list(list_corners(self.values, self.free))
 
     @property
     def speed_range(self) -> Range:
@@ -163,8 +229,10 @@ class GaitProblem:
             "objective": self.objective.name,
             "objective_parameters": plain_fields(self.objective),
             "objective_unit": self.objective.unit,
+            "stability": self.stability and attrs.asdict(self.stability),
             **self.values,
             "slope": _plain(self.slope),
+            "free": {name: list(ends) for name, ends in self.free_ranges.items()},
             "speed": _plain(self.speed),
             "step_length": _plain(self.step_length),
             "torque_limit": dict(zip(actuators, limits.torques(actuators), strict=True)),
@@ -195,6 +263,7 @@ class GaitProblem:
             ("limits", (Limits,)),
             ("margins", (Margins,)),
             ("guess", (Guess, type(None))),
+            ("stability", (StabilityBound, type(None))),
             ("transcription", (Method,)),
         ):
             part = getattr(self, name)
@@ -224,16 +293,24 @@ class GaitProblem:
         if self.friction == 0:  # the cones contain 1 / mu
             raise InputError("friction must be greater than 0, got 0: a foot cannot push off without friction.")
 
+    def _reaches(self, step: float) -> bool:
+        """Return whether a step [m] is possible for some values of the free parameters."""
+        angles = self.limits.angles(self.robot.angles)
+        return any(reaches(self.robot, values, angles, step) for values in self.corners)
+
+    def _reach(self) -> float:
+        """Return the longest step for any values of the free parameters [m]."""
+        angles = self.limits.angles(self.robot.angles)
+        return max(find_longest_reach(self.robot, values, angles) for values in self.corners)
+
     def _check_targets(self) -> None:
         speed, step = self.speed_range, self.step_length_range
         for name in ("speed", "step_length"):
             target = _plain(getattr(self, name))
             object.__setattr__(self, name, tuple(target) if isinstance(target, list) else target)
-        pose = self.robot, self.values, self.limits.angles(self.robot.angles)
-        if not reaches(*pose, step.lower):
-            reach = find_longest_reach(*pose)
+        if not self._reaches(step.lower):
             raise InputError(
-                f"step_length {step.lower:g} m is longer than the {reach:.3g} m the robot can reach within "
+                f"step_length {step.lower:g} m is longer than the {self._reach():.3g} m the robot can reach within "
                 f"Limits.angle; shorten the step or lengthen the legs."
             )
         count = len(self.sequence.phases)
@@ -244,8 +321,8 @@ class GaitProblem:
                 f"take longer than Limits.longest_step = {self.limits.longest_step:g} s."
             )
         least_step = shortest * speed.lower
-        if step.upper < least_step or (least_step > step.lower and not reaches(*pose, least_step)):
-            longest_period = min(step.upper, find_longest_reach(*pose)) / speed.lower
+        if step.upper < least_step or (least_step > step.lower and not self._reaches(least_step)):
+            longest_period = min(step.upper, self._reach()) / speed.lower
             raise InputError(
                 f"speed {speed.lower:g} m/s and step_length leave at most {longest_period:.3g} s for a step, less than "
                 f"the {shortest:.3g} s that {len(self.sequence.phases)} phases need (Limits.shortest_phase)."

@@ -2,13 +2,11 @@
 
 from typing import TYPE_CHECKING, overload
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.ocp.mode_search.homotopy import Homotopy
-from gaitopt.ocp.mode_search.open_infeasibility import conclude_proposal, conclude_without_pairs
-from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -18,6 +16,7 @@ from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_it
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
+from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parameters import check_type
 from gaitopt.progress import SolveObserver, silent
@@ -25,6 +24,7 @@ from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
+    from gaitopt.ocp.mode_search.homotopy import Homotopy
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 RETRIES = 3
@@ -34,17 +34,19 @@ INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 """Statuses of a converged solve whose result is not a solution."""
 
 
+@check_arguments
 @overload
 def solve(
     problem: GaitProblem,
     *,
     starts: int | None = None,
     solver: NlpSolver | None = None,
-    homotopy: Homotopy | None = None,
+    homotopy: "Homotopy | None" = None,
     observer: SolveObserver = silent,
 ) -> Gait: ...
 
 
+@check_arguments
 @overload
 def solve(
     problem: "PlanarProblem",
@@ -56,12 +58,13 @@ def solve(
 ) -> PlanarGait: ...
 
 
+@check_arguments
 def solve(
     problem: "GaitProblem | PlanarProblem",
     *,
     starts: int | None = None,
     solver: NlpSolver | None = None,
-    homotopy: Homotopy | None = None,
+    homotopy: "Homotopy | None" = None,
     observer: SolveObserver = silent,
 ) -> Gait | PlanarGait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
@@ -126,7 +129,9 @@ def solve(
         solver = solver.start_clock()
     require_valid_step(problem.robot)
     if problem.sequence.is_open:
-        return _solve_open(problem, starts or 1, solver, homotopy or Homotopy(), observer)
+        return _solve_open(problem, starts or 1, solver, homotopy, observer)
+    if problem.stability is not None and _is_new(problem):
+        return _solve_with_stability(problem, starts, solver, observer)
     plans = InaccuratePlans()
     gaits, conclusions = _solve_first(problem, starts, solver, observer, plans)
     if any(gait.solver.conflicts for gait in conclusions):
@@ -136,6 +141,19 @@ def solve(
     while not _is_finished(gaits, conclusions, starts or 1):
         gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer, None, plans))
     return _best([*gaits, *conclusions])
+
+
+def _is_new(problem: GaitProblem) -> bool:
+    """Return whether the problem does not start from a solution."""
+    return problem.guess is None or problem.guess.solution_for(problem.sequence) is None
+
+
+def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
+    """Solve a problem from the optimal gait without its bound of the spectral radius."""
+    gait = solve(problem.replace(stability=None), starts=starts, solver=solver, observer=observer)
+    if not gait.status.ok:
+        return gait
+    return solve(problem.replace(guess=WarmStart(gait)), starts=starts, solver=solver, observer=observer)
 
 
 def _solve_first(
@@ -158,9 +176,14 @@ def _solve_first(
 
 
 def _solve_open(
-    problem: GaitProblem, starts: int, solver: NlpSolver, homotopy: Homotopy, observer: SolveObserver
+    problem: GaitProblem, starts: int, solver: NlpSolver, homotopy: "Homotopy | None", observer: SolveObserver
 ) -> Gait:
     """Solve a problem with an open contact sequence from each start, or conclude why it is not solved."""
+    from gaitopt.ocp.mode_search.homotopy import Homotopy
+    from gaitopt.ocp.mode_search.open_infeasibility import conclude_proposal, conclude_without_pairs
+    from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
+
+    homotopy = homotopy or Homotopy()
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     gaits: list[Gait] = []
     while not _is_finished(gaits, [], starts):

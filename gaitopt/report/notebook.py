@@ -6,6 +6,7 @@ IPython is given the function for each class by name, so that nothing is importe
 from collections.abc import Callable
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.report.markup import Element, element, to_html
@@ -26,6 +27,7 @@ CARDS: dict[type, Callable[[Any], Element]] = {
 }
 
 
+@check_arguments
 def show_in_notebook(result: Gait | PlanarGait | Rollout | AnyCycle | Comparison) -> str:
     """Return a result as HTML for a notebook, in the light or dark colour scheme of the reader.
 

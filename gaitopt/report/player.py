@@ -1,6 +1,6 @@
 """The player of a gait: stage, contact sequence, controls, and the positions of every mark in every frame."""
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -33,12 +33,28 @@ class HasPeriod(Protocol):
         """Its contact sequence."""
 
 
+class PlayedGait(NamedTuple):
+    """A step to play.
+
+    Attributes
+    ----------
+    motion : Motion or PlanarMotion
+    period : float [s]
+    sequence : str
+        Contact sequence, for readers of the screen.
+    """
+
+    motion: AnyMotion
+    period: float
+    sequence: str
+
+
 def make_player(gait: HasPeriod, charts: list[Chart], *, name: str) -> Element:
     """Return the player of a gait, which moves its stage and the marks of the charts beside it.
 
     Parameters
     ----------
-    gait : Gait, PlanarGait, Cycle or PlanarCycle
+    gait : Gait, PlanarGait, Cycle, PlanarCycle or PlayedGait
     charts : list of Chart
         Charts in the order of the section of the player.
     name : str

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_step_to_step, select_actuators
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.planar_laws.planar_reference import IDLE, planar_references
@@ -22,6 +23,7 @@ SHARE = 0.1
 """Torque that costs 1 in time-varying feedback, as a share of the largest planned one: light feet need small gains."""
 
 
+@check_arguments
 def planar_lqr(
     gait: PlanarGait,
     *,
@@ -78,6 +80,7 @@ def planar_lqr(
     return planar_state_feedback(gait, _gains_of_pieces(gait, phases, gains), torque_limit=torque_limit, name="lqr")
 
 
+@check_arguments
 def planar_step_lqr(
     gait: PlanarGait,
     *,

@@ -54,6 +54,9 @@ def point_from_guess(transcription: Transcription, problem: GaitProblem, guess: 
     x[layout[Unknown.TRAVEL]] = aim.step_length
     if Unknown.SLOPE in layout:
         x[layout[Unknown.SLOPE]] = aim.values["slope"]
+    if Unknown.DESIGN in layout:
+        start = {**aim.values, **guess.parameters}
+        x[layout[Unknown.DESIGN][:, 0]] = [start[name] for name in transcription.structure.free]
     if Unknown.PEAK in layout:
         x[layout[Unknown.PEAK]] = transcription.structure.objective.typical
     for slack in transcription.slacks:

@@ -29,12 +29,22 @@ class Unknown(StrEnum):
     OPEN_IMPACT = "open impact"
     TRAVEL = "travel"
     SLOPE = "slope"
+    DESIGN = "design"
     INTEGRAL = "integral"
     PEAK = "peak"
     RELAXATION = "relaxation"
     COORDINATES = "coordinates"
     COORDINATE_RATES = "coordinate rates"
     PROJECTION = "projection"
+    DEVIATION = "deviation"
+    DEVIATION_RATE = "deviation of acceleration"
+    INNER_DEVIATION_RATE = "inner deviation of acceleration"
+    DEVIATION_OF_IMPULSE = "deviation of impulse"
+    EVENT_SHIFT = "event shift"
+    JERK = "jerk"
+    RETURN = "return map"
+    RADIUS = "spectral radius"
+    GAIN = "gain"
 
 
 class Group(StrEnum):
@@ -53,6 +63,12 @@ class Group(StrEnum):
     PEAKS = "peaks"
     EVENT = "event"
     STEP = "step"
+    DEVIATION_START = "deviation start"
+    DEVIATION = "deviation"
+    DEVIATION_END = "deviation end"
+    DEVIATION_EVENT = "deviation event"
+    DEVIATION_STEP = "deviation touchdown"
+    RADIUS = "spectral radius"
 
 
 TableKey = Unknown | Group | tuple[Unknown | Group, int]
@@ -100,8 +116,13 @@ class Kind(Enum):
     SLIP_SPEED_AFTER_IMPACT = "slip speed after the impact"
     TRAVEL = "step length"
     SLOPE = "slope"
+    DESIGN = "{of}"
     INTEGRAL = "integral of the objective"
     PEAK = "peak of {of}"
+    DEVIATION = "deviation of {of}"
+    JERK = "jerk of {of}"
+    RADIUS = "spectral radius"
+    GAIN = "gain of {of}"
 
     DYNAMICS = "dynamics of {of}"
     EQUATION_OF_MOTION = "equation of motion of {of}"
@@ -116,6 +137,8 @@ class Kind(Enum):
     SLIP_FROM_REST = "sticking force outside the cone"
     CLEARANCE = "foot clearance"
     PEAK_BOUND = "bound of the peak, {of}"
+    DEVIATION_EQUATION = "deviation equation {of}"
+    RADIUS_CONDITION = "spectral radius, condition {of}"
 
     LEG_SWAP = "leg swap of {of}"
     MOMENTUM = "momentum balance {of}"
@@ -227,6 +250,7 @@ class StepPart(Enum):
     TOUCHDOWN = "touchdown"
     STEP = "step"
     GROUND = "ground"
+    DESIGN = "design"
 
 
 @dataclass(frozen=True)
@@ -272,4 +296,5 @@ class Place:
         return f"{text}, between nodes {self.node} and {self.node + 1}" if self.between else f"{text}, node {self.node}"
 
 
-TOUCHDOWN, STEP, GROUND = Place(StepPart.TOUCHDOWN), Place(StepPart.STEP), Place(StepPart.GROUND)
+TOUCHDOWN, STEP = Place(StepPart.TOUCHDOWN), Place(StepPart.STEP)
+GROUND, DESIGN = Place(StepPart.GROUND), Place(StepPart.DESIGN)

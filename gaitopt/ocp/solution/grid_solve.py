@@ -13,6 +13,7 @@ from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
+from gaitopt.ocp.initial.deviation_start import solve_deviations
 from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, has_same_grid, transfer_solution
 from gaitopt.ocp.nlp.active_set import Newton
@@ -266,6 +267,8 @@ class SingleStart:
         known = self.guess.solution_for(problem.sequence) is not None
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription, moved=known)
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
+        if problem.stability is not None:
+            x = solve_deviations(transcription, x, data)
         solver = self._choose_solver(method, warm_start)
         update = {"update_data": functools.partial(nlp_data, transcription, problem)} if located and known else {}
         outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier, **update)

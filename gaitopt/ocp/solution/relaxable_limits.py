@@ -110,6 +110,8 @@ def typical_sizes(transcription: Transcription, problem: GaitProblem) -> Array:
         (Kind.TRAVEL, units.length),
     ):
         sizes[layout.find(kind)] = size
+    for name, (lower, upper) in problem.free.items():
+        sizes[layout.find(Kind.DESIGN, name)] = max(abs(lower), abs(upper))
     return sizes
 
 
@@ -231,6 +233,25 @@ def _targets(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
         size=0.1,
         quantities=((False, variables.find(Kind.SLOPE), 1.0),),
     )
+    if problem.stability is not None:
+        yield RelaxableLimit(
+            name="spectral radius",
+            setting="StabilityBound.radius",
+            value=problem.stability.radius,
+            unit="1",
+            size=1.0,
+            quantities=((False, variables.find(Kind.RADIUS), 1.0),),
+            sides="upper",
+        )
+    for name, (lower, upper) in problem.free.items():
+        yield RelaxableLimit(
+            name=name,
+            setting="free",
+            value=(lower, upper),
+            unit=problem.robot.parameters[problem.robot.index(name)].unit,
+            size=max(abs(lower), abs(upper)),
+            quantities=((False, variables.find(Kind.DESIGN, name), 1.0),),
+        )
 
 
 def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:

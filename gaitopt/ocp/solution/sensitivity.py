@@ -110,12 +110,20 @@ def list_numbers(problem: GaitProblem) -> Iterator[Number]:
     ['torque_limit of ankle', 'torque_limit of hip']
     """
     for name, value in problem.parameters.items():
+        if name in problem.free:
+            continue
         yield Number(name, value, functools.partial(_change_parameter, problem, name))
     for name in ("friction", "slope", "speed", "step_length"):
         value = getattr(problem, name)
-        if isinstance(value, float) and math.isfinite(value):
+        if isinstance(value, float) and math.isfinite(value) and name not in problem.free:
             yield Number(name, value, functools.partial(_change_field, problem, name))
+    for name, ends in problem.free_ranges.items():
+        for side, value in zip(("lower", "upper"), ends, strict=True):
+            yield Number(f"{side} bound of {name}", value, functools.partial(_change_bound, problem, name, side))
     yield from _list_limits(problem)
+    if problem.stability is not None and math.isfinite(problem.stability.radius):
+        change = functools.partial(_change_option, problem, "stability", "radius")
+        yield Number("spectral radius", problem.stability.radius, change)
     for entry in attrs.fields(type(problem.margins)):
         change = functools.partial(_change_option, problem, "margins", entry.name)
         yield Number(f"{entry.name}_margin", getattr(problem.margins, entry.name), change)
@@ -146,6 +154,11 @@ def _list_limits(problem: GaitProblem) -> Iterator[Number]:
 
 def _change_field(problem: GaitProblem, name: str, value: float) -> GaitProblem:
     return problem.replace(**{name: value})
+
+
+def _change_bound(problem: GaitProblem, name: str, side: str, value: float) -> GaitProblem:
+    lower, upper = problem.free_ranges[name]
+    return problem.replace(free={**problem.free, name: (value, upper) if side == "lower" else (lower, value)})
 
 
 def _change_parameter(problem: GaitProblem, name: str, value: float) -> GaitProblem:

@@ -72,7 +72,29 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, start.guess), nlp_data(transcription, problem)
         )
-    details = start.describe(solution)
+    gait = make_gait(solution, start.describe(solution), remarks)
+    known = gait.solution and replace(gait.solution, cost_factor=cost_factor(start, solution))
+    report = gait.solver.replace_fields(
+        iterations=start.iterations,
+        build_seconds=start.build_seconds,
+        solve_seconds=time.perf_counter() - started - (start.build_seconds - built),
+        cost_error=cost_error(start, solution),
+    )
+    return gait.replace_fields(solver=report, solution=known)
+
+
+def make_gait(solution: GridSolution, details: dict[str, object], remarks: tuple[str, ...] = ()) -> Gait:
+    """Return the gait of a solution on one grid.
+
+    Parameters
+    ----------
+    solution : GridSolution
+    details : dict
+        Entries of the problem's description that the solve determines.
+    remarks : tuple of str
+        Warnings besides those of the solution.
+    """
+    transcription, outcome, problem = solution.transcription, solution.outcome, solution.problem
     unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
     # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.
     return Gait(
@@ -80,21 +102,20 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         sequence=problem.sequence,
         status=outcome.status,
         motion=Deferred(lambda: solution.motion),
-        problem=Deferred(lambda: solution.problem.describe() | details),
+        problem=Deferred(lambda: problem.describe() | details),
         solver=SolverReport(
-            iterations=start.iterations,
+            iterations=outcome.iterations,
             objective=solution.cost,
             constraint_violation=unmet[0].size if unmet else 0.0,
             error_between_nodes=Deferred(lambda: solution.drift),
-            build_seconds=start.build_seconds,
-            solve_seconds=time.perf_counter() - started - (start.build_seconds - built),
+            build_seconds=0.0,
+            solve_seconds=0.0,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
             warnings=Deferred(lambda: remarks + solution.warnings()),
-            cost_error=cost_error(start, solution),
         ),
         versions=versions(),
-        solution=replace(solution_of(transcription, outcome), cost_factor=cost_factor(start, solution)),
+        solution=solution_of(transcription, outcome),
         certificate=Deferred(lambda: certify(solution)),
     )
 

@@ -81,6 +81,7 @@ def _minimise_torques(problem: GaitProblem, sequence: ContactSequence) -> GaitPr
     return problem.replace(
         sequence=sequence,
         objective=TorqueSquared(),
+        stability=None,
         guess=None,
         transcription=evolve(coarsest, tolerance=math.inf),
         name=f"a gait of least squared torques, '{sequence}'",

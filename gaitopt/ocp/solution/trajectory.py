@@ -16,6 +16,7 @@ from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, m
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution import runge_kutta
+from gaitopt.ocp.statement.free_parameters import clip_values
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.reductions import worst
@@ -25,10 +26,17 @@ STEPS = 50
 
 
 def read_parameters(transcription: Transcription, problem: GaitProblem, x: Array) -> dict[str, float]:
-    """Return every parameter by name, with the optimised slope if it is free."""
-    if Unknown.SLOPE not in transcription.variables:
-        return problem.values
-    return problem.values | {"slope": float(x[transcription.variables[Unknown.SLOPE][0, 0]])}
+    """Return every parameter by name, the free ones with their optimised values.
+
+    A value outside its bounds, which a solver exceeds by its tolerance, is moved to the nearest.
+    """
+    layout, values = transcription.variables, problem.values
+    if Unknown.SLOPE in layout:
+        values = values | {"slope": float(x[layout[Unknown.SLOPE][0, 0]])}
+    if Unknown.DESIGN in layout:
+        optimum = zip(transcription.structure.free, x[layout[Unknown.DESIGN][:, 0]].tolist(), strict=True)
+        values = clip_values(values | dict(optimum), problem.free)
+    return values
 
 
 @np.errstate(invalid="ignore")  # a plan that is not finite between its nodes is reported by its status

@@ -1,9 +1,11 @@
 """Warm starts: initial guesses from a motion, or from a gait with its multipliers."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -13,6 +15,7 @@ from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting, typical_durations
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class FromMotion(Guess):
     """The first step of an earlier motion, scaled in time and divided into the phases of the contact sequence.
@@ -37,6 +40,11 @@ class FromMotion(Guess):
         if not isinstance(self.motion, Motion):
             hint = " Use WarmStart(gait) to start from a gait." if isinstance(self.motion, Gait) else ""
             raise InputError(f"FromMotion needs a Motion, got {type(self.motion).__name__}.{hint}")
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Parameters of the motion (SI units)."""
+        return self.motion.parameters
 
     def durations(self, setting: Setting) -> Array:
         """Return the durations of the motion if its contact sequence has the same phases, otherwise typical ones."""
@@ -73,6 +81,7 @@ class FromMotion(Guess):
         return [segment for segment in self.motion.segments if segment.step == first]
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class WarmStart(Guess):
     """A solved gait, whose unknowns and multipliers warm-start the solver.
@@ -100,6 +109,11 @@ class WarmStart(Guess):
         if not isinstance(self.gait, Gait):
             hint = " Use FromMotion(motion) to start from a motion." if isinstance(self.gait, Motion) else ""
             raise InputError(f"WarmStart needs a Gait, got {type(self.gait).__name__}.{hint}")
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Parameters of the gait (SI units)."""
+        return self.gait.motion.parameters
 
     def durations(self, setting: Setting) -> Array:
         """Return the durations of the gait if its contact sequence has the same phases, otherwise typical ones."""

@@ -247,10 +247,13 @@ class BlockVariables:
         return duration * self.add_intervals(phase, nodes)[1]
 
     def parameters(self) -> ca.SX:
-        """Return the parameters of the robot; a free slope is a local variable."""
-        p = self.builder.data[: len(self.builder.names())]
-        if Unknown.SLOPE in self.builder.variables:
-            p[self.builder.names().index("slope")] = self.add("slope", self.builder.variables[Unknown.SLOPE])
+        """Return the parameters of the robot; free ones are local variables."""
+        names, variables = self.builder.names(), self.builder.variables
+        p = self.builder.data[: len(names)]
+        if Unknown.SLOPE in variables:
+            p[names.index("slope")] = self.add("slope", variables[Unknown.SLOPE])
+        if Unknown.DESIGN in variables:
+            p[[names.index(key.of) for key in variables.rows[Unknown.DESIGN]]] = self.add_shared(Unknown.DESIGN)
         return p
 
     def block(

@@ -214,7 +214,7 @@ def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Blo
             local.add("power", builder.variables[Unknown.POWER][:, [node]]) if builder.objective.uses_power else None
         )
         factory = InstantFactory(builder, local, phase, dynamics, p, np.array([phase.count]))
-        rate = Deferred(lambda: _rate_before(builder, phase, local, last))
+        rate = Deferred(lambda: torque_rate_before(builder, phase, local, last))
         equations.add(*peak_rows(builder, local, factory.make(last, power, rate)))
     rows = builder.rows.add((Group.END, phase.number), equations.table, [phase.place(phase.count)])
     return local.block(f"end_{phase.number}", equations.values, rows)
@@ -262,7 +262,7 @@ def point_at(
     return builder.scheme.node(dynamics, state, torque, unknowns, p)
 
 
-def _rate_before(builder: NlpBuilder, phase: Phase, local: BlockVariables, last: Point) -> ca.SX:
+def torque_rate_before(builder: NlpBuilder, phase: Phase, local: BlockVariables, last: Point) -> ca.SX:
     """Return the torque rate in the interval before the last node of a phase."""
     before = local.add("torque before", builder.torque_columns(phase, [phase.nodes[-2]]))
     duration = local.add_shared(Unknown.DURATION)[phase.number]

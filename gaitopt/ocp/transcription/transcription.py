@@ -19,18 +19,21 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
-from gaitopt.ocp.nlp.keys import GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
+from gaitopt.ocp.nlp.keys import DESIGN, GROUND, STEP, TOUCHDOWN, Key, Kind, Place, TableKey, Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.statement.objective import Objective, is_curved, overrides
+from gaitopt.ocp.transcription.deviation_constraints import deviation_blocks
+from gaitopt.ocp.transcription.deviations import lay_out_deviations, lay_out_gains, section_names
 from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_places, place_nodes
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, guard_blocks
 from gaitopt.ocp.transcription.impact_complementarity import UNKNOWNS
-from gaitopt.ocp.transcription.impact_constraints import touchdown_block
+from gaitopt.ocp.transcription.impact_constraints import FollowingStep, touchdown_block
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import quotient_block
 from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
 from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_blocks
+from gaitopt.ocp.transcription.radius_condition import radius_block
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
 from gaitopt.ocp.transcription.sign_changes import SignChangeLayout, lay_out_sign_changes, locate_sign_changes
@@ -56,6 +59,8 @@ class Structure:
         Actuators that are not idle.
     free_slope : bool
         Whether the slope is an unknown.
+    free : tuple of str
+        The other parameters of robot and ground that are unknowns.
     rate_limited : bool
         Whether torque rates are constrained.
     cleared : bool
@@ -68,6 +73,10 @@ class Structure:
         Schedule of the touchdown guard during the step.
     relaxation : Relaxation or None
         Relaxation of the complementarity pairs of an open contact sequence.
+    stabilised, fed_back : bool
+        Whether the spectral radius of the return map is constrained, and whether feedback gains are unknowns.
+    radius_weight : float
+        Weight of the spectral radius in the objective.
     """
 
     robot: Robot
@@ -77,12 +86,16 @@ class Structure:
     counts: tuple[int, ...]
     powered: tuple[str, ...]
     free_slope: bool = False
+    free: tuple[str, ...] = ()
     rate_limited: bool = False
     cleared: bool = False
     inertia_limited: bool = False
     placed: bool = False
     schedule: GuardSchedule | None = None
     relaxation: Relaxation | None = None
+    stabilised: bool = False
+    fed_back: bool = False
+    radius_weight: float = 0.0
 
     def data(self) -> ca.SX:
         """Return symbols for the data of a solve; see :class:`gaitopt.ocp.transcription.nlp_builder.NlpBuilder`."""
@@ -164,21 +177,7 @@ def transcribe(structure: Structure) -> Transcription:
     first = data.numel() + (sum(phase.count + 1 for phase in phases) if structure.placed else 0)
     if objective.uses_power and powered and nodal and structure.relaxation is None:
         changes = lay_out_sign_changes(phases, first, len(powered), structure.scheme.power_fractions.size)
-    builder = NlpBuilder(
-        robot=robot,
-        objective=objective,
-        scheme=structure.scheme,
-        powered=powered,
-        rate_limited=structure.rate_limited,
-        variables=variables,
-        rows=rows,
-        data=data,
-        cleared=structure.cleared,
-        inertia_limited=structure.inertia_limited,
-        relaxation=structure.relaxation,
-        sign_changes=changes,
-        placed=structure.placed,
-    )
+    builder = _make_builder(structure, variables, rows, data, powered, changes)
     smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)
     blocks = _blocks(builder, structure, phases, dynamics_of_phases)
     return Transcription(
@@ -202,6 +201,77 @@ def transcribe(structure: Structure) -> Transcription:
     )
 
 
+def _make_builder(
+    structure: Structure,
+    variables: Layout,
+    rows: Rows,
+    data: ca.SX,
+    powered: tuple[int, ...],
+    changes: SignChangeLayout | None,
+) -> NlpBuilder:
+    """Return the builder of the NLP of a structure."""
+    return NlpBuilder(
+        robot=structure.robot,
+        objective=structure.objective,
+        scheme=structure.scheme,
+        powered=powered,
+        rate_limited=structure.rate_limited,
+        variables=variables,
+        rows=rows,
+        data=data,
+        cleared=structure.cleared,
+        inertia_limited=structure.inertia_limited,
+        relaxation=structure.relaxation,
+        sign_changes=changes,
+        placed=structure.placed,
+    )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StepParts:
+    """The parts of the NLP of one step before its touchdown is stated, for NLPs of several steps.
+
+    Attributes
+    ----------
+    structure : Structure
+    builder : NlpBuilder
+    phases : tuple of Phase
+    dynamics_of_phases : tuple of PhaseDynamics
+    """
+
+    structure: Structure
+    builder: NlpBuilder
+    phases: tuple[Phase, ...]
+    dynamics_of_phases: tuple[PhaseDynamics, ...]
+
+    def blocks(self, following: FollowingStep | None = None) -> list[Block]:
+        """Return the blocks of the step; its touchdown leads to its own first state or to that of the next step."""
+        return _blocks(self.builder, self.structure, self.phases, self.dynamics_of_phases, following)
+
+    def transcription(self, nlp: Nlp) -> Transcription:
+        """Return the step as a transcription, with its layouts, as part of an NLP of several steps."""
+        return Transcription(
+            structure=self.structure,
+            phases=self.phases,
+            dynamics_of_phases=self.dynamics_of_phases,
+            variables=self.builder.variables,
+            constraints=self.builder.rows.layout,
+            row_bounds=self.builder.rows.bounds(),
+            resting=frozenset(self.builder.resting),
+            nlp=nlp,
+        )
+
+
+def prepare_step(structure: Structure) -> StepParts:
+    """Return the parts of the NLP of one step; the absolute work is bounded from above."""
+    phases = divide_into_phases(structure.sequence, structure.counts)
+    dynamics = tuple(_reduce_dynamics(structure.robot, phase.mode) for phase in phases)
+    powered = tuple(structure.robot.actuators.index(name) for name in structure.powered)
+    variables = _variables(structure, phases, dynamics)
+    builder = _make_builder(structure, variables, Rows(), structure.data(), powered, None)
+    return StepParts(structure=structure, builder=builder, phases=phases, dynamics_of_phases=dynamics)
+
+
 @functools.lru_cache(maxsize=32)
 def _reduce_dynamics(robot: Robot, mode: Mode) -> PhaseDynamics:
     """Return the equations of motion of a mode; grids and sequences share them, and the Functions built from them."""
@@ -209,9 +279,13 @@ def _reduce_dynamics(robot: Robot, mode: Mode) -> PhaseDynamics:
 
 
 def _blocks(
-    builder: NlpBuilder, structure: Structure, phases: tuple[Phase, ...], dynamics_of_phases: tuple[PhaseDynamics, ...]
+    builder: NlpBuilder,
+    structure: Structure,
+    phases: tuple[Phase, ...],
+    dynamics_of_phases: tuple[PhaseDynamics, ...],
+    following: FollowingStep | None = None,
 ) -> list[Block]:
-    """Return the blocks of the NLP."""
+    """Return the blocks of the NLP of one step."""
     blocks: list[Block] = []
     for phase, dynamics in zip(phases, dynamics_of_phases, strict=True):
         blocks.append(interval_block(builder, phase, dynamics))
@@ -220,11 +294,15 @@ def _blocks(
             blocks += start_blocks(builder, phase, dynamics)
     if builder.scheme.nodal and builder.objective.uses_power:
         blocks.append(last_power_block(builder, phases[-1], dynamics_of_phases[-1]))
-    blocks.append(touchdown_block(builder, structure.sequence, phases, dynamics_of_phases[0]))
+    blocks.append(touchdown_block(builder, structure.sequence, phases, dynamics_of_phases[0], following))
     if structure.schedule is not None:
         blocks += guard_blocks(builder, phases, structure.schedule)
     if builder.objective.per_weight_and_travel:
         blocks.append(quotient_block(builder, dynamics_of_phases[0]))
+    if structure.stabilised:
+        section = section_names(structure.robot, structure.sequence)
+        blocks += deviation_blocks(builder, section, structure.sequence, phases, dynamics_of_phases)
+        blocks.append(radius_block(builder, section, structure.radius_weight))
     return blocks
 
 
@@ -252,11 +330,17 @@ def _variables(
     layout.add(Unknown.TRAVEL, [Key(Kind.TRAVEL)], [STEP])
     if structure.free_slope:
         layout.add(Unknown.SLOPE, [Key(Kind.SLOPE)], [GROUND])
+    if structure.free:
+        layout.add(Unknown.DESIGN, [Key(Kind.DESIGN, name) for name in structure.free], [DESIGN])
     if structure.objective.per_weight_and_travel:
         layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
     peaks = [term for _, term in structure.objective.terms() if overrides(term, "peak")]
     if peaks:
         layout.add(Unknown.PEAK, [Key(Kind.PEAK, f"{term.name} {i + 1}") for i, term in enumerate(peaks)], [STEP])
+    if structure.stabilised:
+        lay_out_deviations(layout, section_names(robot, structure.sequence), phases, dynamics_of_phases, scheme)
+    if structure.fed_back:
+        lay_out_gains(layout, robot)
     return layout
 
 

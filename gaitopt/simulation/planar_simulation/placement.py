@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.terrain import Terrain, separate_terrain
@@ -13,6 +14,7 @@ ITERATIONS, ACCURACY = 20, 1e-14
 """Largest number of Newton iterations, and the largest gap that remains [m]."""
 
 
+@check_arguments
 def place_planar(
     robot: PlanarRobot,
     coordinates: Mapping[str, float],

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
@@ -58,6 +59,7 @@ class PlanarRollout:
     arcs: tuple[PlanarArc, ...]
 
 
+@check_arguments
 def simulate_planar(
     robot: PlanarRobot,
     q: Array,

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.atomic import check_writable
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -24,8 +25,9 @@ from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.storage.study_key import study_key
+from gaitopt.study.storage.study_lock import lock_study
 from gaitopt.study.sweeps.planar_sweep import solve_planar_task
-from gaitopt.study.sweeps.sweep_file import SweepResults, read_partial_sweep, to_dataset, write_sweep
+from gaitopt.study.sweeps.sweep_file import SweepResults, count_pending, read_stored_sweep, to_dataset, write_sweep
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, plan_sweep
 from gaitopt.study.sweeps.sweep_task import solve_task
 
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@check_arguments
 def sweep(
     problem: GaitProblem | PlanarProblem,
     axes: Mapping[str, Sequence[float] | Array],
@@ -78,7 +81,7 @@ def sweep(
         If an axis, a number or a sequence is invalid, a sequence is open, no grid point is possible, the robot fails
         the check of :func:`gaitopt.solve`, or the file contains a different study.
     ArchiveError
-        If the file is not writable, such as on a full disk; finished gaits are kept.
+        If the file is not writable, such as on a full disk, or another process computes it; finished gaits are kept.
 
     Examples
     --------
@@ -146,15 +149,35 @@ def _solve_grid(
 def _resume_file(
     path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults]
 ) -> "xr.Dataset":
-    """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished."""
+    """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished.
+
+    One process computes a file at a time.  A file with more points than the new result stays.
+    """
     parts = GaitStore.beside(path)
-    table = read_partial_sweep(path, key)
-    if table is None:
-        check_writable(path)
-        folder = GaitStore(parts, key)
-        findings = find(folder)
-        room = sum(folder.file(name).stat().st_size for name in folder if name.startswith("point-"))
-        table = write_sweep(findings, path, room)
-    if table.attrs["complete"]:
-        shutil.rmtree(parts, ignore_errors=True)
-    return table
+    table = read_stored_sweep(path, key)
+    if table is not None and table.attrs["complete"] and not parts.exists():
+        return table
+    check_writable(path)
+    with lock_study(path):
+        table = read_stored_sweep(path, key)  # another process may have finished it
+        if table is None or not table.attrs["complete"]:
+            table = _compute_file(path, table, key, find, parts)
+        if table.attrs["complete"]:
+            shutil.rmtree(parts, ignore_errors=True)
+        return table
+
+
+def _compute_file(
+    path: Path,
+    stored: "xr.Dataset | None",
+    key: dict[str, Any],
+    find: Callable[[MutableMapping[str, Any]], SweepResults],
+    parts: Path,
+) -> "xr.Dataset":
+    """Return the table of the file that is written, or the stored one if that has more computed points."""
+    folder = GaitStore(parts, key)
+    findings = find(folder)
+    if stored is not None and count_pending(stored) < findings.pending:
+        return stored
+    files = [folder.file(name) for name in folder if name.startswith("point-")]
+    return write_sweep(findings, path, sum(file.stat().st_size for file in files))

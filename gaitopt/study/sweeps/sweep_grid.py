@@ -92,6 +92,8 @@ class SweepGrid:
         for name, values in self.axes.items():
             if name not in known:
                 raise InputError(f"A sweep has no axis {name!r}. {suggest(name, known)}")
+            if name in getattr(self.problem, "free", {}):
+                raise InputError(f"A sweep over {name!r} needs a problem in which it is not free.")
             if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
                 raise InputError(f"The axis {name!r} needs increasing finite values, at least one.")
         if len(self.impossible) == math.prod(self.shape):

@@ -1,0 +1,109 @@
+"""Family: several gait problems whose free parameters have the same values in all gaits."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.nlp_solver import NlpSolver
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.parameters import check_type
+from gaitopt.progress import SolveObserver, silent
+
+if TYPE_CHECKING:
+    from gaitopt.design.family_gaits import FamilyGaits
+
+
+@check_arguments
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Several gaits of one walker, whose free parameters have the same values in all of them.
+
+    The gaits may differ in speed, slope, friction, contact sequence, limits and objective.
+
+    Attributes
+    ----------
+    problems : tuple of GaitProblem
+        Problems with the same robot and the same bounds of their free parameters.
+    weights : tuple of float, optional
+        Positive weights of the objectives; equal ones by default.  They are divided by their sum.
+    worst_case : bool
+        Whether the largest weighted objective is minimised instead of their sum.
+    name : str
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two problems, they have no free parameters or different ones, or the weights are
+        invalid.
+
+    Examples
+    --------
+    >>> from gaitopt import Family, GaitProblem, Limits, compass_biped
+    >>> problem = GaitProblem(
+    ...     robot=compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
+    ...     limits=Limits(torque=6), objective="torque_squared", free={"hip_mass": (1, 3)},
+    ... )
+    >>> family = Family([problem.replace(speed=speed) for speed in (0.55, 0.6)])
+    >>> result = family.solve()
+    >>> result.status.ok, round(result.design["hip_mass"], 3)
+    (True, 3.0)
+    """
+
+    problems: Sequence[GaitProblem]
+    weights: Sequence[float] | None = None
+    worst_case: bool = False
+    name: str = "family"
+
+    def __post_init__(self) -> None:
+        problems = tuple(self.problems)
+        if len(problems) < 2:
+            raise InputError(f"A Family needs at least two problems, got {len(problems)}.")
+        for number, problem in enumerate(problems, start=1):
+            check_type(f"problem {number} of a Family", problem, GaitProblem, "a GaitProblem(...)")
+            problem.sequence.require_closed("A Family")
+            if problem.robot is not problems[0].robot:
+                raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
+            if problem.free != problems[0].free or not problem.free:
+                raise InputError(
+                    f"All problems of a Family must have the same free parameters, at least one: problem {number} has "
+                    f"free={problem.free}, the first one free={problems[0].free}."
+                )
+        object.__setattr__(self, "problems", problems)
+        object.__setattr__(self, "weights", self._normalise_weights(len(problems)))
+
+    def _normalise_weights(self, count: int) -> tuple[float, ...]:
+        try:
+            weights = np.ones(count) if self.weights is None else np.array(self.weights, dtype=float)
+        except (TypeError, ValueError):
+            weights = np.empty(0)
+        if weights.shape != (count,) or not np.all(np.isfinite(weights) & (weights > 0)):
+            raise InputError(f"weights of a Family must be {count} positive numbers, got {self.weights!r}.")
+        return tuple((weights / weights.sum()).tolist())
+
+    def solve(self, *, solver: NlpSolver | None = None, observer: SolveObserver = silent) -> "FamilyGaits":
+        """Find the parameters and the gaits of least weighted cost.
+
+        One NLP of all gaits is solved on the coarsest grids, from gaits with the parameters at their start values.
+        Then each gait is solved with the optimal parameters on a grid refined for it, and the NLP of all gaits again
+        on these grids, until the parameters no longer change.
+
+        Parameters
+        ----------
+        solver : Ipopt, optional
+            Solver of the NLP of all gaits.
+        observer : SolveObserver
+            Receives an :class:`gaitopt.progress.Iteration` per iteration.
+
+        Returns
+        -------
+        FamilyGaits
+            A numerical failure raises no exception: check its ``status``.
+        """
+        from gaitopt.design.family_solve import solve_family
+
+        return solve_family(self, Ipopt() if solver is None else solver, observer)

@@ -1,0 +1,75 @@
+"""Gaits of a solved family."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from gaitopt.arguments import check_arguments
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.summary import plain
+from gaitopt.status import Status
+
+
+@check_arguments
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FamilyGaits:
+    """Gaits that share parameters of their walker.
+
+    Attributes
+    ----------
+    gaits : tuple of Gait
+        In the order of the problems, with the shared parameters.
+    design : dict of str to float
+        The shared parameters (SI units).
+    weights : tuple of float
+        Weights of the objectives, of sum 1.
+    objective : float
+        Weighted sum of the objectives, or the largest weighted objective.
+    status : Status
+    message : str
+    iterations : int
+        Number of iterations of the NLP of all gaits.
+    solve_seconds : float
+    """
+
+    gaits: tuple[Gait, ...]
+    design: dict[str, float]
+    weights: tuple[float, ...]
+    objective: float
+    status: Status
+    message: str
+    iterations: int
+    solve_seconds: float
+
+    @property
+    def costs(self) -> tuple[float, ...]:
+        """Objective of each gait."""
+        return tuple(gait.solver.objective for gait in self.gaits)
+
+    def summarise(self) -> dict[str, Any]:
+        """Return the facts of the family as plain data for JSON."""
+        facts: dict[str, Any] = plain(
+            {
+                "status": self.status.key,
+                "hint": self.status.hint,
+                "message": self.message,
+                "design": self.design,
+                "objective": self.objective,
+                "iterations": self.iterations,
+                "solve_seconds": self.solve_seconds,
+                "gaits": [
+                    {
+                        "name": gait.problem["name"],
+                        "status": gait.status.key,
+                        "sequence": str(gait.sequence),
+                        "weight": weight,
+                        "objective": gait.solver.objective,
+                        "speed": gait.speed,
+                        "step_length": gait.step_length,
+                        "friction": gait.motion.parameters["friction"],
+                        "slope": gait.motion.parameters["slope"],
+                    }
+                    for gait, weight in zip(self.gaits, self.weights, strict=True)
+                ],
+            }
+        )
+        return facts

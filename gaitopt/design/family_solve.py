@@ -1,0 +1,239 @@
+"""Solution of a family: gaits with common parameters, one NLP of all gaits, and gaits with the optimal parameters."""
+
+import math
+import re
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from attrs import evolve
+
+from gaitopt.design.family import Family
+from gaitopt.design.family_gaits import FamilyGaits
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
+from gaitopt.ocp.initial.solution_transfer import transfer_solution
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.joint_nlp import SHARE_OF_SUM, JointLayout, join_nlps
+from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, NlpSolver
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.grid_solve import GridSolution
+from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
+from gaitopt.ocp.solution.single_start import make_gait
+from gaitopt.ocp.solver import solve
+from gaitopt.ocp.statement.initial_guess import Guess
+from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
+from gaitopt.ocp.transcription.collocation import Collocation
+from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
+from gaitopt.ocp.transcription.method import Method
+from gaitopt.ocp.transcription.transcription import Transcription
+from gaitopt.progress import SolveObserver
+from gaitopt.status import Status
+
+ROUNDS = 3
+"""Largest number of solves of the NLP of all gaits on the grids of the problems."""
+
+SAME_DESIGN = 1e-6
+"""Change of the parameters in a round, relative to their ranges, below which the gaits are not solved again."""
+
+NEAR_DESIGN = 0.05
+"""Change of the parameters in a round, relative to their ranges, after which no further round follows."""
+
+COARSE_TOLERANCE = 1e-4
+"""Tolerance of Ipopt on the coarsest grids."""
+
+COARSE_BARRIER, FINE_BARRIER = 1e-2, 1e-5
+"""Barrier parameters of the warm starts of the NLP of all gaits on the coarsest grids and on those of the problems."""
+
+
+def solve_family(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
+    """Find the parameters and the gaits of a family; see :meth:`gaitopt.Family.solve`."""
+    started = time.perf_counter()
+    coarse = _solve_on_coarsest_grids(family, solver, observer)
+    if not coarse.status.ok:
+        return replace(coarse, solve_seconds=time.perf_counter() - started)
+    guesses = [FromMotion(gait.motion) for gait in coarse.gaits]
+    best, iterations = _solve_each(family, guesses, coarse.design, observer), coarse.iterations
+    for number in range(ROUNDS if best.status.ok else 0):
+        joint = _solve_jointly(family, best.gaits, solver, observer, FINE_BARRIER)
+        iterations, change = iterations + joint.iterations, _compare_designs(family, joint.design, best.design)
+        if not joint.status.ok:
+            best = best if number else replace(best, status=joint.status, message=joint.message)
+            break
+        if change < SAME_DESIGN:
+            break
+        result = _solve_each(family, [WarmStart(gait) for gait in joint.gaits], joint.design, observer)
+        best = result if number == 0 or result.status.ok else best
+        if change < NEAR_DESIGN or not result.status.ok:
+            break
+    return replace(best, iterations=iterations, solve_seconds=time.perf_counter() - started)
+
+
+def _compare_designs(family: Family, one: Mapping[str, float], other: Mapping[str, float]) -> float:
+    """Return the largest difference of two sets of parameters, relative to their ranges."""
+    return max(abs(one[name] - other[name]) / (ends[1] - ends[0]) for name, ends in family.problems[0].free.items())
+
+
+def _solve_on_coarsest_grids(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
+    """Return the gaits on the coarsest grids, from the start values of the parameters."""
+    problems = [
+        problem.replace(transcription=evolve(find_coarsest_grid(problem), tolerance=math.inf))
+        for problem in family.problems
+    ]
+    coarse = replace(family, problems=problems)
+    design = {name: problems[0].values[name] for name in problems[0].free}
+    gaits = [_solve_first(problem, design, observer) for problem in problems]
+    first = _conclude(family, gaits, design)
+    if isinstance(solver, Ipopt):
+        solver = evolve(solver, tolerance=max(solver.tolerance, COARSE_TOLERANCE))
+    return _solve_jointly(coarse, gaits, solver, observer, COARSE_BARRIER) if first.status.ok else first
+
+
+def _solve_first(problem: GaitProblem, design: Mapping[str, float], observer: SolveObserver) -> Gait:
+    """Return the gait with the parameters at their start; if there is none, with its own optimal parameters."""
+    gait = solve(problem.fix_parameters(design), observer=observer)
+    return gait if gait.status.ok else solve(problem, observer=observer)
+
+
+def _solve_each(
+    family: Family, guesses: Sequence[Guess], design: Mapping[str, float], observer: SolveObserver
+) -> FamilyGaits:
+    """Return the gaits with some values of the parameters, each on a grid refined for it."""
+    gaits = [
+        solve(problem.fix_parameters(design).replace(guess=guess), observer=observer)
+        for problem, guess in zip(family.problems, guesses, strict=True)
+    ]
+    return _conclude(family, gaits, design)
+
+
+def _conclude(family: Family, gaits: Sequence[Gait], design: Mapping[str, float]) -> FamilyGaits:
+    """Return the gaits with their weighted cost, and the status of the first one that is not solved."""
+    weights = tuple(family.weights or ())
+    costs = [weight * gait.solver.objective for weight, gait in zip(weights, gaits, strict=True)]
+    failed = next(((i, gait) for i, gait in enumerate(gaits, start=1) if not gait.status.ok), None)
+    return FamilyGaits(
+        gaits=tuple(gaits),
+        design=dict(design),
+        weights=weights,
+        objective=max(costs) if family.worst_case else sum(costs),
+        status=Status.SOLVED if failed is None else failed[1].status,
+        message=CONVERGED if failed is None else f"gait {failed[0]}: {failed[1].solver.message}",
+        iterations=0,
+        solve_seconds=0.0,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Member:
+    """A gait in the NLP of all gaits: its problem, grid, bounds, data, initial point and multipliers."""
+
+    problem: GaitProblem
+    method: Method
+    transcription: Transcription
+    limits: Bounds
+    data: Array
+    x: Array
+    multipliers: tuple[Array, Array]
+
+    @classmethod
+    def of(cls, problem: GaitProblem, gait: Gait) -> "_Member":
+        """Return the member of a problem from a gait with about its parameters."""
+        solution = gait.solution
+        if solution is None:
+            raise ValueError("a solved gait has a solution")
+        method = evolve(problem.transcription, intervals=solution.intervals, fractions=solution.fractions)
+        points = re.search(r"(\d+) Lobatto", str(gait.problem["transcription"]))
+        if isinstance(method, Collocation) and points:
+            method = evolve(method, points=int(points[1]))
+        landing = gait.problem.get("landing")
+        schedule = GuardSchedule(**landing) if landing else None
+        transcription = transcribe_problem(problem, method, schedule)
+        x = np.zeros(transcription.variables.size)
+        x, multipliers = transfer_solution(solution, transcription, x)
+        x[transcription.variables[Unknown.DESIGN][:, 0]] = [gait.motion.parameters[name] for name in problem.free]
+        limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x)
+        return cls(problem, method, transcription, limits, data, x, multipliers)
+
+    @property
+    def shared(self) -> tuple[int, ...]:
+        """Indices of the shared unknowns."""
+        return tuple(self.transcription.variables[Unknown.DESIGN][:, 0].tolist())
+
+    def read(self, outcome: NlpResult) -> Gait:
+        """Return the gait of a result."""
+        solution = GridSolution(
+            self.problem.without_guess(), self.method, self.transcription, self.limits, self.data, outcome
+        )
+        structure = self.transcription.structure
+        return make_gait(solution, {"intervals": list(structure.counts), "transcription": self.method.name})
+
+
+def _solve_jointly(
+    family: Family, gaits: Sequence[Gait], solver: NlpSolver, observer: SolveObserver, barrier: float
+) -> FamilyGaits:
+    """Solve the NLP of all gaits from gaits with common parameters."""
+    members = [_Member.of(problem, gait) for problem, gait in zip(family.problems, gaits, strict=True)]
+    layout = JointLayout(
+        tuple(member.transcription.nlp for member in members),
+        tuple(member.shared for member in members),
+        family.worst_case,
+    )
+    weights = np.array(family.weights)
+    data = np.concatenate([*(member.data for member in members), weights])
+    x, multipliers = _initial_point(layout, members, weights)
+    outcome = solver.minimise(join_nlps(layout), x, data, _join_bounds(layout, members), observer, multipliers, barrier)
+    gaits = [member.read(_part(layout, outcome, i, weights[i])) for i, member in enumerate(members)]
+    names = list(family.problems[0].free)
+    design = {name: gaits[0].motion.parameters[name] for name in names}
+    joint = _conclude(family, gaits, design)
+    return replace(joint, status=outcome.status, message=outcome.message, iterations=outcome.iterations)
+
+
+def _initial_point(
+    layout: JointLayout, members: Sequence[_Member], weights: Array
+) -> tuple[Array, tuple[Array, Array]]:
+    """Return the initial point and the multipliers of the NLP of all gaits."""
+    x = layout.gather([member.x for member in members])
+    on_bounds, on_rows = np.zeros(layout.n_variables), np.zeros(layout.rows[-1][-1] + 1)
+    shares = np.full(weights.size, 1 / weights.size) if layout.worst_case else np.ones(weights.size)
+    for member, columns, rows, factor in zip(members, layout.columns, layout.rows, shares * weights, strict=True):
+        on_bounds[columns] = factor * member.multipliers[0]
+        on_rows[rows] = factor * member.multipliers[1]
+    if not layout.worst_case:
+        return x, (on_bounds, on_rows)
+    costs = [
+        weight * float(member.transcription.nlp.values(member.x, member.data)[0])
+        for weight, member in zip(weights, members, strict=True)
+    ]
+    x[layout.n_shared] = max(costs)
+    return x, (on_bounds, np.append(on_rows, -shares))
+
+
+def _join_bounds(layout: JointLayout, members: Sequence[_Member]) -> Bounds:
+    """Return the bounds of the NLP of all gaits."""
+    lower, upper = (layout.gather([getattr(m.limits, name) for m in members]) for name in ("x_lower", "x_upper"))
+    rows = [np.concatenate([getattr(m.limits, name) for m in members]) for name in ("g_lower", "g_upper")]
+    if layout.worst_case:
+        lower[layout.n_shared], upper[layout.n_shared] = -np.inf, np.inf
+        rows = [np.append(rows[0], np.zeros(len(members))), np.append(rows[1], np.full(len(members), np.inf))]
+    return Bounds(lower, upper, *rows)
+
+
+def _part(layout: JointLayout, outcome: NlpResult, number: int, weight: float) -> NlpResult:
+    """Return the result of one gait, its multipliers per unit of its own objective."""
+    columns, rows = layout.columns[number], layout.rows[number]
+    if layout.worst_case:
+        share = -outcome.multipliers[1][len(outcome.g) - len(layout.nlps) + number]
+        weight *= SHARE_OF_SUM + max(share, 0.0)
+    x = outcome.x[columns]
+    return replace(
+        outcome,
+        x=x,
+        g=outcome.g[rows],
+        objective=float("nan"),
+        multipliers=(outcome.multipliers[0][columns] / weight, outcome.multipliers[1][rows] / weight),
+    )

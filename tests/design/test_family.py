@@ -1,0 +1,121 @@
+"""Families: the NLP of all gaits and its derivatives, the common parameters, and invalid statements."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt import Collocation, Family, GaitProblem, InputError, Limits, compass_biped, rimless_wheel, solve, verify
+from gaitopt.design.family_solve import _Member, _solve_first
+from gaitopt.ocp.nlp.joint_nlp import JointLayout, join_nlps
+from gaitopt.progress import silent
+
+FREE = {"leg_com": (0.4, 1.2), "hip_mass": (1.0, 3.0)}
+PROBLEM = GaitProblem(
+    robot=compass_biped(),
+    sequence="slip+ stick | slip+",
+    friction=0.14,
+    speed=0.633,
+    step_length=0.4713,
+    limits=Limits(torque=6),
+    objective="torque_squared",
+    transcription=Collocation(intervals=20),
+    free=FREE,
+)
+PROBLEMS = [PROBLEM.replace(speed=0.6), PROBLEM.replace(speed=0.65, friction=0.16)]
+
+
+def differ(one, other):
+    """Return the largest difference of two matrices relative to the largest entry."""
+    one, other = one.full(), other.full()
+    return np.max(np.abs(one - other)) / max(1.0, np.max(np.abs(other)))
+
+
+@pytest.fixture(scope="module")
+def result():
+    return Family(PROBLEMS, weights=[1, 3]).solve()
+
+
+@pytest.mark.parametrize("worst_case", [False, True])
+def test_the_derivatives_of_the_joint_nlp_are_those_of_its_functions(worst_case, rng):
+    design = {name: PROBLEM.values[name] for name in FREE}
+    members = [_Member.of(problem, _solve_first(problem, design, silent)) for problem in PROBLEMS]
+    layout = JointLayout(tuple(m.transcription.nlp for m in members), tuple(m.shared for m in members), worst_case)
+    nlp = join_nlps(layout)
+    x, z = nlp.functions["x"], nlp.functions["p"]
+    f, g = nlp.functions["f"], nlp.functions["g"]
+    lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", nlp.n_constraints)
+    lagrangian = lam_f * f + ca.dot(lam_g, g)
+    expected = ca.Function("expected", [x, z, lam_f, lam_g], [ca.jacobian(g, x), ca.hessian(lagrangian, x)[0]])
+    point = layout.gather([member.x for member in members]) + 0.01 * rng.normal(size=layout.n_variables)
+    data, multipliers = np.concatenate([*(m.data for m in members), [0.25, 0.75]]), rng.normal(size=nlp.n_constraints)
+    jacobian, hessian = expected(point, data, 0.7, multipliers)
+    assert differ(nlp.derivatives["jac_g"](point, data)[1], jacobian) < 1e-9
+    assert differ(nlp.derivatives["hess_lag"](point, data, 0.7, multipliers), ca.triu(hessian)) < 1e-7
+    gradient = ca.Function("gradient", [x, z], [ca.gradient(f, x)])(point, data)
+    assert differ(nlp.derivatives["grad_f"](point, data)[1], gradient) < 1e-9
+
+
+def test_all_gaits_have_the_common_parameters_and_are_replayed(result):
+    assert result.status.ok, result.message
+    for gait, problem in zip(result.gaits, PROBLEMS, strict=True):
+        assert gait.speed == pytest.approx(problem.speed)
+        assert {name: gait.motion.parameters[name] for name in FREE} == result.design
+        assert verify(gait).verification.passed
+    assert result.objective == pytest.approx(0.25 * result.costs[0] + 0.75 * result.costs[1])
+
+
+def test_the_weighted_derivatives_of_the_costs_vanish_inside_the_bounds(result):
+    """First-order condition of the common parameters: those of each gait by the envelope theorem."""
+    com, mass = (
+        sum(w * gait.certificate.derivative_of(name) for w, gait in zip(result.weights, result.gaits, strict=True))
+        for name in FREE
+    )
+    assert 0.4 < result.design["leg_com"] < 1.2
+    assert com == pytest.approx(0, abs=1e-4)
+    assert result.design["hip_mass"] == pytest.approx(3.0, abs=1e-6)
+    assert mass < -0.1
+
+
+def test_nearby_parameters_cost_more(result):
+    for change in (-0.02, 0.02):
+        design = result.design | {"leg_com": result.design["leg_com"] + change}
+        costs = [solve(problem.fix_parameters(design)).solver.objective for problem in PROBLEMS]
+        assert 0.25 * costs[0] + 0.75 * costs[1] > result.objective
+
+
+def test_the_worst_case_has_the_least_largest_cost(result):
+    worst = Family(PROBLEMS, weights=[1, 3], worst_case=True).solve()
+    assert worst.status.ok
+    largest = max(w * cost for w, cost in zip(result.weights, result.costs, strict=True))
+    assert worst.objective < largest
+    assert worst.objective == max(w * cost for w, cost in zip(worst.weights, worst.costs, strict=True))
+
+
+def test_a_family_without_a_gait_reports_which_one_failed():
+    weak = PROBLEM.replace(limits=Limits(torque=0.1))
+    failed = Family([PROBLEM, weak]).solve()
+    assert not failed.status.ok
+    assert failed.message.startswith("gait 2: ")
+
+
+def test_the_summary_is_plain(result):
+    summary = result.summarise()
+    assert summary["design"] == result.design
+    assert [gait["speed"] for gait in summary["gaits"]] == pytest.approx([0.6, 0.65])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (([PROBLEM],), "at least two problems, got 1"),
+        (([PROBLEM, PROBLEM.replace(free={})],), "must have the same free parameters"),
+        (([PROBLEM.replace(free={})] * 2,), "at least one: problem 1"),
+        (([PROBLEM, PROBLEM], [1, -1]), "weights of a Family must be 2 positive numbers"),
+        (([PROBLEM, PROBLEM], [1]), "weights of a Family must be 2 positive numbers"),
+        (([PROBLEM, rimless_wheel()],), "problem 2 of a Family must be a GaitProblem"),
+        (([PROBLEM, PROBLEM.replace(sequence="any | any")],), "A Family"),
+    ],
+)
+def test_invalid_families(arguments, reason):
+    with pytest.raises(InputError, match=reason):
+        Family(*arguments)

@@ -1,0 +1,167 @@
+"""Bounds of the spectral radius: the derivative of the return map in the NLP, and its multipliers in the simulator."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from gaitopt import (
+    Collocation,
+    GaitProblem,
+    InputError,
+    Limits,
+    MultipleShooting,
+    StabilityBound,
+    WarmStart,
+    assess_stability,
+    compass_biped,
+    feedforward,
+    load,
+    save,
+    solve,
+    verify,
+)
+from gaitopt.design import planned_gains, planned_law
+from gaitopt.ocp.bounds import nlp_data, transcribe_problem
+from gaitopt.ocp.initial.deviation_start import solve_deviations, spectral_radius
+from gaitopt.ocp.initial.solution_transfer import transfer_solution
+from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.transcription.deviations import section_names
+from gaitopt.ocp.transcription.radius_condition import MARGIN, characteristic_coefficients, jury_conditions
+from gaitopt.simulation.hybrid_automaton import make_walker
+from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.section import Section
+
+PROBLEM = GaitProblem(
+    robot=compass_biped(),
+    sequence="stick | stick",
+    friction=0.14,
+    speed=0.633,
+    step_length=0.4713,
+    limits=Limits(torque=6),
+    objective="torque_squared",
+    transcription=Collocation(intervals=40),
+)
+SLIPPING = PROBLEM.replace(sequence="slip+ stick | slip+")
+
+
+@pytest.fixture(scope="module")
+def bounded():
+    return verify(solve(PROBLEM.replace(stability=StabilityBound(radius=0.5))))
+
+
+def replayed_multipliers(gait, law, step=1e-5):
+    """Return the moduli of the multipliers by extrapolated central differences of the simulated return map.
+
+    Its second derivative is not continuous, because the torque is constant after the planned touchdown: the error of a
+    central difference is linear in the step.
+    """
+    walker = make_walker(gait.robot, law, gait.motion.parameters, period=gait.period)
+    first = gait.motion.segments[0]
+    section = Section(gait.robot, walker.p, sliding=gait.sequence.impact.slips)
+    return_map, z = ReturnMap(walker, section), section.project(np.concatenate([first.q[:, 0], first.v[:, 0]]))
+
+    def difference(h):
+        ends = [(return_map(z + h * unit).end, return_map(z - h * unit).end) for unit in np.eye(z.size)]
+        return np.column_stack([(after - before) / (2 * h) for after, before in ends])
+
+    return np.abs(np.linalg.eigvals(2 * difference(step / 2) - difference(step)))
+
+
+@pytest.mark.parametrize(
+    ("sequence", "friction"),
+    [("stick | stick", 0.14), ("slip+ stick | slip+", 0.14), ("stick slip- | stick", 0.125)],
+)
+def test_the_derivative_in_the_nlp_is_that_of_the_simulator(sequence, friction):
+    """All events: an impact that sticks or slips, a foot that comes to rest, and a slip that begins."""
+    problem = PROBLEM.replace(sequence=sequence, friction=friction, objective="cost_of_transport")
+    gait = solve(problem)
+    assert gait.status.ok
+    problem = problem.replace(stability=StabilityBound(radius=0.9))
+    transcription = transcribe_problem(problem, problem.transcription)
+    x = transfer_solution(gait.solution, transcription, np.zeros(transcription.variables.size))[0]
+    x = solve_deviations(transcription, x, nlp_data(transcription, problem, x))
+    section, cycle = section_names(problem.robot, problem.sequence), assess_stability(gait)
+    after = x[transcription.variables[Unknown.RETURN][:, 0]].reshape(len(section.names), -1).T[section.kept]
+    assert after == pytest.approx(cycle.derivative, abs=1e-5 * np.max(np.abs(cycle.derivative)))
+    assert spectral_radius(transcription, x) == pytest.approx(cycle.radius, abs=1e-6)
+
+
+def test_the_radius_is_met_by_differences_of_the_replayed_map(bounded):
+    assert bounded.status.ok
+    assert bounded.verification.passed
+    law = feedforward(bounded.robot, bounded.motion)
+    assert replayed_multipliers(bounded, law).max() == pytest.approx(0.5, abs=1e-6)
+    assert assess_stability(bounded).radius == pytest.approx(0.5, abs=1e-8)
+
+
+def test_stability_has_a_cost(bounded):
+    free = solve(PROBLEM)
+    assert assess_stability(free).radius > 0.99
+    assert bounded.solver.objective == pytest.approx(6.226, abs=2e-3)  # own value; 2.816 without the bound
+    effect = bounded.certificate.derivative_of("spectral radius")
+    looser = solve(PROBLEM.replace(stability=StabilityBound(radius=0.501), guess=WarmStart(bounded)))
+    assert (looser.solver.objective - bounded.solver.objective) / 1e-3 == pytest.approx(effect, rel=0.02)
+
+
+def test_a_slipping_gait_is_made_more_stable():
+    gait = solve(SLIPPING.replace(stability=StabilityBound(radius=0.65)))
+    assert gait.status.ok
+    assert replayed_multipliers(gait, feedforward(gait.robot, gait.motion)).max() == pytest.approx(0.65, abs=1e-6)
+
+
+def test_a_bound_that_is_not_active_costs_nothing():
+    free, gait = (solve(SLIPPING.replace(stability=bound)) for bound in (None, StabilityBound(radius=0.95)))
+    assert gait.solver.objective == pytest.approx(free.solver.objective, rel=1e-7)
+
+
+def test_gains_are_optimised_with_the_gait(tmp_path):
+    gait = solve(PROBLEM.replace(stability=StabilityBound(radius=0.3, gain_limit=10)))
+    assert gait.status.ok
+    assert np.max(np.abs(planned_gains(gait))) <= 10 + 1e-6
+    again = load(save(gait, tmp_path / "gait.h5"))
+    assert planned_gains(again) == pytest.approx(planned_gains(gait))
+    assert replayed_multipliers(gait, planned_law(gait)).max() <= 0.3 + 1e-6
+    assert gait.solver.objective < 3  # less than 6.2 for a radius of 0.5 in open loop
+
+
+def test_the_radius_may_be_part_of_the_objective():
+    gait = solve(PROBLEM.replace(stability=StabilityBound(weight=4.0)))
+    radius = assess_stability(gait).radius
+    assert 0.5 < radius < 0.9
+    torque = solve(PROBLEM.replace(stability=StabilityBound(radius=radius))).solver.objective
+    assert gait.solver.objective == pytest.approx(torque + 4.0 * radius, rel=1e-6)
+
+
+def test_the_conditions_hold_if_and_only_if_all_zeros_are_in_the_circle(rng):
+    for size in (1, 2, 3):
+        matrix = ca.SX.sym("matrix", size, size)
+        conditions = ca.Function("conditions", [matrix], [jury_conditions(characteristic_coefficients(matrix, size))])
+        for _ in range(300):
+            sample = rng.normal(size=(size, size))
+            radius = np.max(np.abs(np.linalg.eigvals(sample)))
+            sample *= rng.uniform(0.8, 1.2) / radius
+            zeros = np.linalg.eigvals(sample)
+            allowed = size < 3 or abs(np.prod(zeros)) <= 1 - MARGIN
+            assert (np.min(conditions(sample).full()) >= 0) == (allowed and np.max(np.abs(zeros)) <= 1)
+        reciprocal = np.diag([2.0, 1.0, 0.5][:size])  # the conditions without a margin hold for these three
+        assert np.min(conditions(reciprocal).full()) < -1e-3
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"stability": 0.5}, "stability must be a StabilityBound"),
+        ({"stability": StabilityBound(radius=0.5), "transcription": MultipleShooting()}, r"Collocation\(\)"),
+        ({"stability": StabilityBound(radius=0.5), "sequence": "slip+ | slip+"}, "in which the foot sticks"),
+        ({"stability": StabilityBound(radius=0.5), "sequence": "any | any"}, "closed|any"),
+    ],
+)
+def test_problems_without_a_bound(changes, reason):
+    with pytest.raises(InputError, match=reason):
+        PROBLEM.replace(**changes)
+
+
+@pytest.mark.parametrize("options", [{}, {"radius": 0.0}, {"radius": -1}, {"radius": 0.5, "weight": -1}])
+def test_invalid_bounds_of_the_radius(options):
+    with pytest.raises(InputError, match="StabilityBound"):
+        StabilityBound(**options)
