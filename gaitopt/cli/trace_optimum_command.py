@@ -131,7 +131,7 @@ def report_optima(diagram: "OptimalDiagram", path: Path | None, *, json: bool, s
     if json:
         print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
     else:
-        _print(diagram)
+        print_optima(diagram)
         if path is not None:
             report_file(path)
     if not diagram.complete:
@@ -152,7 +152,7 @@ def _write(diagram: "OptimalDiagram", path: Path) -> None:
     save_figure(plot_optima(diagram), path)
 
 
-def _print(diagram: "OptimalDiagram") -> None:
+def print_optima(diagram: "OptimalDiagram") -> None:
     """Print branches, their special points in order, and the contact sequences of lowest cost."""
     unit = "" if diagram.unit in ("", "1") else f" [{diagram.unit}]"
     parameter = Text(f"{diagram.parameter}{unit}")

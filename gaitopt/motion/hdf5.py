@@ -22,7 +22,7 @@ READERS = {
 }
 """Functions that read each kind of file."""
 
-FIRST_WITH_CHECKSUM = {"gait": 5, "sweep": 2, "basin": 3, "branch diagram": 2}
+FIRST_WITH_CHECKSUM = {"gait": 5, "sweep": 2, "basin": 3, "branch diagram": 2, "diagram of optimal gaits": 1}
 """First version of each kind of file that has a checksum."""
 
 _CACHED_SIZE = 1_000_000

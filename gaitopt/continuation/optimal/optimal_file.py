@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitopt.continuation.optimal.optimal_branch import CostBorder, OptimalBranch, OptimalDiagram, OptimalSpecial
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.versions import versions
 
@@ -123,6 +124,7 @@ def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
         optimal_dataset(diagram).to_netcdf(temporary, mode="a", engine="h5netcdf")
+        append_checksum(temporary)
     return path
 
 
