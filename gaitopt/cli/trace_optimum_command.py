@@ -61,6 +61,8 @@ def trace_optima(
     if ranges[1] is not None or request.feedback is not None:
         option = "--second" if ranges[1] is not None else "--law"
         raise InputError(f"{option} is not accepted for branches of optimal gaits; the script states a GaitProblem.")
+    if output is not None and output.suffix.lower() == ".html":
+        raise InputError(f"Branches of optimal gaits are written as .nc, .png, .pdf or .svg, not as {output.name!r}.")
     further = tuple(sequence for text in sequences or [] for sequence in split_sequences(text))
     engine = None if request.engine == "auto" else engine_of(request)
     options = OptimumOptions(points=points, replay=replay, sequences=further, neighbours=neighbours, engine=engine)

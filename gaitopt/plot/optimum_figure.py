@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
@@ -22,6 +23,7 @@ LARGEST_SHOWN = 4.0
 """Largest spectral radius that is shown."""
 
 
+@check_arguments
 def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) -> "Figure":
     """Draw the cost of optimal gaits over a parameter, and their spectral radius with the torques in open loop.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.optimal_branch import CostBorder, OptimalBranch, OptimalDiagram, OptimalSpecial
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import append_checksum
@@ -38,6 +39,7 @@ SPECIAL = ("kind", "value", "width", "cost", "constraint", "before", "after", "t
 """Fields of a special point."""
 
 
+@check_arguments
 def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
     """Return a diagram of optimal gaits as a labelled dataset with the dimensions ``point`` and ``special``.
 
@@ -93,6 +95,7 @@ def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
     return xr.Dataset(points, {"coordinate": list(names)}, _attributes(diagram))
 
 
+@check_arguments
 def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
     """Write a diagram of optimal gaits to a NetCDF file atomically.
 
@@ -128,6 +131,7 @@ def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
     return path
 
 
+@check_arguments
 def load_optima(path: str | Path) -> OptimalDiagram:
     """Read a diagram of optimal gaits from a NetCDF file.
 

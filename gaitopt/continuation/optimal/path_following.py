@@ -15,9 +15,7 @@ from enum import Enum
 import attrs
 import numpy as np
 
-from gaitopt.continuation.optimal.kkt_point import (
-    KktLinearisation,
-    KktPoint,
+from gaitopt.continuation.optimal.kkt_correction import (
     Metric,
     at_distance,
     at_value,
@@ -25,6 +23,7 @@ from gaitopt.continuation.optimal.kkt_point import (
     correct,
     find_tangent,
 )
+from gaitopt.continuation.optimal.kkt_point import KktLinearisation, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
