@@ -1,7 +1,6 @@
 from typing import Any
 
 from gaitopt.continuation.diagram_file import load_diagram as load_diagram
-from gaitopt.continuation.optimal.optimum_tracing import trace_optimum as trace_optimum
 from gaitopt.continuation.tracing import trace as trace
 from gaitopt.control.computed_torque import computed_torque as computed_torque
 from gaitopt.control.joint_pd import joint_pd as joint_pd

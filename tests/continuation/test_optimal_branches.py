@@ -14,10 +14,9 @@ from gaitopt import (
     compass_biped,
     find_cycles,
     solve,
-    trace_optimum,
     verify,
 )
-from gaitopt.continuation import OptimumOptions, load_optima, save_optima
+from gaitopt.continuation import OptimumOptions, load_optima, save_optima, trace_optimum
 from gaitopt.continuation.optimal.branch_start import start_branch
 from gaitopt.continuation.optimal.kkt_correction import Metric, at_value, correct, find_tangent
 from gaitopt.continuation.optimal.optimum_replay import make_optimal_gait
