@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OptimalSpecial:
     """A special point of a branch of optimal gaits: strict complementarity or the second-order conditions fail there.
@@ -62,6 +64,7 @@ class OptimalSpecial:
         return self.kind.replace("_", " ")
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OptimalBranch:
     """A branch of optimal gaits of one contact sequence on one grid.
@@ -185,6 +188,7 @@ class OptimalBranch:
         return plain(facts | {"begin": self.begin, "end": self.end, "parent": self.parent})
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True)
 class CostBorder:
     """A value of the parameter at which another contact sequence has the lowest cost.
@@ -215,6 +219,7 @@ class CostBorder:
     crossing: bool = True
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OptimalDiagram:
     """Branches of the optimal gaits of a problem over one parameter.
