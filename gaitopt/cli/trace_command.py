@@ -340,6 +340,7 @@ def _write(diagram: "BranchDiagram", path: Path, problem_of: "Callable[[], AnyWa
         write_branch_page(diagram, problem_of(), path)
         return
     from gaitopt.plot.branch_figure import plot_branches
+    from gaitopt.plot.curve_figure import plot_curves
     from gaitopt.plot.saving import save_figure
 
-    save_figure(plot_branches(diagram), path)
+    save_figure(plot_curves(diagram) if diagram.curves else plot_branches(diagram), path)
