@@ -23,6 +23,7 @@ LAYERS = {
     "stability": "Periodic gaits and stability",
     "continuation": "Branches over a parameter",
     "tuning": "Tuning of feedback laws",
+    "design": "Robust gaits and families of gaits",
     "study": "Studies",
     "parallel": "Parallel execution",
     "plot": "Figures and animations",

@@ -1,6 +1,7 @@
 from typing import Any
 
 from gaitopt.continuation.diagram_file import load_diagram as load_diagram
+from gaitopt.continuation.optimal.optimum_tracing import trace_optimum as trace_optimum
 from gaitopt.continuation.tracing import trace as trace
 from gaitopt.control.computed_torque import computed_torque as computed_torque
 from gaitopt.control.joint_pd import joint_pd as joint_pd
@@ -12,6 +13,7 @@ from gaitopt.control.push_off import push_off as push_off
 from gaitopt.control.state_feedback import state_feedback as state_feedback
 from gaitopt.control.step_to_step import step_to_step as step_to_step
 from gaitopt.design.family import Family as Family
+from gaitopt.design.scenarios import Scenarios as Scenarios
 from gaitopt.errors import ArchiveError as ArchiveError
 from gaitopt.errors import GaitoptError as GaitoptError
 from gaitopt.errors import InputError as InputError
@@ -93,6 +95,7 @@ from gaitopt.study.sequence_search.search import search as search
 from gaitopt.study.sweeps.sweep import sweep as sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep as load_sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep_gait as load_sweep_gait
+from gaitopt.study.trade_offs.pareto import Pareto as Pareto
 from gaitopt.tuning.gain_search import GainSearchOptions as GainSearchOptions
 from gaitopt.tuning.lqr import LqrWeights as LqrWeights
 from gaitopt.tuning.lqr import lqr as lqr

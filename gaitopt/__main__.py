@@ -1,5 +1,15 @@
-"""``python -m gaitopt`` runs the command line."""
+"""``python -m gaitopt`` and ``gaitopt`` run the command line."""
 
-from gaitopt.cli.app import main
+from gaitopt.cli.collection import collect_rarely
 
-main()
+
+def main() -> None:
+    """Import the commands and run the one that the command line names."""
+    with collect_rarely():
+        from gaitopt.cli import app
+
+        app.main()
+
+
+if __name__ == "__main__":
+    main()

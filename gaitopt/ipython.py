@@ -8,6 +8,7 @@ DISPLAYED = {
     "gaitopt.motion.planar_gait": "PlanarGait",
     "gaitopt.simulation.simulator": "Rollout",
     "gaitopt.stability.cycle": "Cycle",
+    "gaitopt.stability.planar_gaits.planar_cycle": "PlanarCycle",
     "gaitopt.study.comparison": "Comparison",
 }
 """Classes with a custom display, by name, so that nothing is imported before it is displayed."""

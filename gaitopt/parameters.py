@@ -8,11 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 
 __all__ = ["Parameter"]
 
 
+_NO_NUMBERS = (str, bytes, bytearray, complex, bool, np.bool_, np.ma.MaskedArray)
+"""Types whose values Python converts to numbers although they are something else."""
+
+
+@check_arguments
 @dataclass(frozen=True)
 class Parameter:
     """A named real number with a unit and an interval of valid values.
@@ -60,9 +66,11 @@ class Parameter:
         5.0
         """
         try:
-            number = float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError, OverflowError):
-            raise InputError(f"{self.name} must be a number{self._unit()}, got {value!r}.") from None
+            number = math.nan if isinstance(value, _NO_NUMBERS) else float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError, RuntimeError):  # the last one by CasADi
+            number = math.nan
+        if math.isnan(number) and not isinstance(value, float):
+            raise InputError(f"{self.name} must be a number{self._unit()}, got {value!r}.")
         if math.isnan(number) or (math.isinf(number) and not self.infinite):
             raise InputError(f"{self.name} must be a finite number{self._unit()}, got {number}.")
         if self.whole and number != int(number):

@@ -13,6 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self, TextIO
 
+from gaitopt.arguments import check_arguments
+
 __all__ = ["HomotopyIteration", "Iteration", "ProgressLine", "TuningStep", "VerificationStep"]
 
 UPDATE_INTERVAL = 0.2
@@ -130,6 +132,7 @@ def silent(step: Iteration | HomotopyIteration | TuningStep | VerificationStep) 
     """Ignore all progress; the default observer."""
 
 
+@check_arguments
 class ProgressLine:
     r"""An observer that updates one line of text, in a notebook or terminal.
 

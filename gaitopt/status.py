@@ -88,6 +88,11 @@ class Stop(Enum):
         "force, and it cannot leave the ground. Use a finite coefficient of friction."
     )
     AMBIGUOUS = "Several motions satisfy the friction law here; the simulation ends there."
+    STUMBLED = (
+        "A foot hit the front of a step in the ground, or slid onto ground of infinite friction; the simulation ends "
+        "there."
+    )
+    UNEVEN = "A rigid foot would stand on two heights of the ground; the simulation ends there."
     JAM = "The sliding contacts jam: their forces are not determined together; the simulation ends there."
 
     @property

@@ -2,6 +2,8 @@
 
 import math
 import pickle
+from decimal import Decimal
+from fractions import Fraction
 
 import attrs
 import numpy as np
@@ -44,9 +46,17 @@ def test_values_inside_the_bounds_come_back_as_floats(value):
     assert type(SHARE.check(value)) is float
 
 
-@pytest.mark.parametrize("value", [3, np.float32(0.5), np.int64(1), "0.25", True])
+@pytest.mark.parametrize("value", [3, np.float32(0.5), np.int64(1), np.array(0.25), Fraction(1, 4), Decimal("0.25")])
 def test_anything_that_is_a_number_will_do(value):
     assert MASS.check(value) == float(value)
+
+
+@pytest.mark.parametrize(
+    "value", ["0.25", b"5", bytearray(b"5"), True, np.bool_(True), 1 + 0j, np.ma.masked_array([1.0])]
+)
+def test_what_python_converts_to_a_number_but_is_none_is_refused(value):
+    with pytest.raises(InputError, match=r"mass must be a number \[kg\], got "):
+        MASS.check(value)
 
 
 def test_bounds_are_closed_unless_said_otherwise():

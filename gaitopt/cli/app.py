@@ -1,9 +1,8 @@
 """The command line: one thin command per verb."""
 
-import gc
+import errno
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -17,19 +16,21 @@ from gaitopt.cli import (
     feedback,
     impact_command,
     listing,
+    pareto_command,
     setup,
     solving,
     studies,
     trace_command,
     walking,
 )
+from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
-from gaitopt.errors import GaitoptError, ScriptError
+from gaitopt.errors import GaitoptError, InputError, ScriptError
 from gaitopt.interrupts import record_interrupts
 
-ALLOCATIONS = 50_000
-"""Number of new objects after which Python searches for unreachable ones."""
+_REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
+"""Errors of the operating system that concern the path of a user, not gaitopt."""
 
 app = typer.Typer(
     name="gaitopt",
@@ -63,6 +64,7 @@ for command in (
     studies.run,
     studies.search,
     studies.sweep,
+    pareto_command.pareto,
     studies.compare,
     setup.doctor,
 ):
@@ -83,7 +85,7 @@ def _version(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    with record_interrupts() as interrupt, _collect_rarely():
+    with record_interrupts() as interrupt, collect_rarely():
         try:
             status = app(words, prog_name="gaitopt", standalone_mode=False) or 0
         except (KeyboardInterrupt, typer.Abort):
@@ -97,28 +99,28 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(status)
 
 
-@contextmanager
-def _collect_rarely() -> Iterator[None]:
-    """Search for unreachable objects seldom: a command leaves few, and the search takes a twentieth of a solve."""
-    thresholds = gc.get_threshold()
-    gc.set_threshold(ALLOCATIONS, *thresholds[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*thresholds)
-
-
 def _explain(error: Exception, words: Sequence[str]) -> int:
     """Print an error of the input in one sentence and return the exit status; raise any other error."""
     if isinstance(error, GaitoptError):
         _report(words, "error", str(error))
         err.print(Text.assemble(("Error:", "red"), f" {error}"), soft_wrap=True)
         return 2
+    if (fact := _describe_system_error(error)) is not None:
+        return _explain(InputError(fact), words)
     if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):
         raise error
     _report(words, "error", error.format_message())  # a usage error of the command-line parser
     error.show()
     return int(error.exit_code)
+
+
+def _describe_system_error(error: Exception) -> str | None:
+    """Return a sentence on a file that the operating system refuses, or on memory; None for any other error."""
+    if isinstance(error, MemoryError):
+        return "The memory is insufficient for this command."
+    if isinstance(error, OSError) and isinstance(error.filename, str) and error.errno in _REFUSALS:
+        return f"Cannot read or write {error.filename:.200}: {error.strerror}."
+    return None
 
 
 def run_script(path: str) -> None:

@@ -11,9 +11,10 @@ from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 from gaitopt.stability.walk_problem import WalkProblem
 
-Problem = GaitProblem | PlanarProblem | WalkProblem
+Problem = GaitProblem | PlanarProblem | WalkProblem | PlanarWalkProblem
 
 
 def grid(over: Sequence[str], most: int) -> dict[str, Array]:
@@ -51,7 +52,7 @@ def convert_axes(script: Script, problem: Problem, axes: dict[str, Array]) -> di
     Parameters
     ----------
     script : Script
-    problem : GaitProblem or WalkProblem
+    problem : GaitProblem, WalkProblem or one of a robot with several contacts
         What the script returns without these axes.
     axes : dict of str to (n,) array
 

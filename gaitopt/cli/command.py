@@ -1,14 +1,27 @@
-"""Commands whose help is printed literally: Rich must not read a unit such as ``[m/s]`` as markup and remove it."""
+"""Commands whose help is printed literally, and whose output replaces no input of theirs.
+
+Rich must not read a unit in the help, such as ``[m/s]``, as markup and remove it.
+"""
 
 import copy
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
+from gaitopt.errors import InputError
+
 
 class Command(TyperCommand):
     """A command with literal help."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; raise InputError if its output would replace one of its inputs."""
+        require_separate_output(ctx.params)
+        return super().invoke(ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page."""
@@ -23,6 +36,39 @@ class CommandGroup(TyperGroup):
         group = _escape_help(self)
         group.commands = {name: _escape_help(command) for name, command in self.commands.items()}
         super(CommandGroup, group).format_help(ctx, formatter)
+
+
+def require_separate_output(parameters: Mapping[str, Any]) -> None:
+    """Raise InputError if ``output`` is a file that another parameter of a command names.
+
+    Examples
+    --------
+    >>> require_separate_output({"file": "README.md", "output": "./README.md"})
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: The output ./README.md is an input of this command; choose another file with -o.
+    """
+    output = parameters.get("output")
+    inputs = {name: value for name, value in parameters.items() if name != "output"}
+    if output is not None and any(_is_same_file(path, output) for path in _texts(inputs)):
+        raise InputError(f"The output {output} is an input of this command; choose another file with -o.")
+
+
+def _is_same_file(one: str, other: str) -> bool:
+    """Return whether two paths are the same existing file."""
+    try:
+        return Path(one).samefile(other)
+    except (OSError, ValueError):
+        return False
+
+
+def _texts(parameters: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the texts and paths among the values of parameters, in lists also."""
+    for value in parameters.values():
+        for item in value if isinstance(value, list | tuple) else [value]:
+            if isinstance(item, str | os.PathLike):
+                text = os.fspath(item)
+                yield from {text, text.partition(":")[0]}  # --law SCRIPT.py:FUNCTION
 
 
 def _escape_help(command: Any) -> Any:

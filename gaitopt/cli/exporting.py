@@ -94,20 +94,21 @@ def report(
 ) -> None:
     """Write gaits as one HTML page: animated walker, charts, energy, multipliers, comparison, problem and versions.
 
+    A walking script without optimisation is accepted in place of a file: the page shows its first periodic gait.
+
     The page is self-contained and needs no network connection.
 
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
-    from gaitopt.cli.script import load_gaits
+    from gaitopt.cli.report_input import read_subjects
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
 
     named = label_files(files)
     path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
-    gaits = load_gaits(named, problem)
     with show_progress("writing the report", hidden=json):
-        written = write_report(gaits, path, title=title)
+        written = write_report(read_subjects(named, problem), path, title=title)
     report_file(written, json=json)
 
 

@@ -5,15 +5,17 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gaitopt.cli.settings import read_numbers
-from gaitopt.control.law import Law, feedforward
-from gaitopt.control.phase_variable import by_stance_angle
 from gaitopt.errors import InputError, suggest
-from gaitopt.model.robot import Robot
-from gaitopt.motion.gait import Gait
-from gaitopt.motion.motion import Motion
-from gaitopt.tuning.controller_family import ControllerFamily, controller_family_named, law_name
+
+if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
+    from gaitopt.control.law import Law
+    from gaitopt.model.robot import Robot
+    from gaitopt.motion.gait import Gait
+    from gaitopt.motion.motion import Motion
+    from gaitopt.tuning.controller_family import ControllerFamily
 
 OPEN_LOOP = "feedforward"
 HEADROOM = 1.2
@@ -22,7 +24,7 @@ HEADROOM = 1.2
 
 def find_feedback(
     name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
-) -> Callable[[Gait, Robot], Law] | None:
+) -> "Callable[[Gait, Robot], Law] | None":
     """Return a function that makes the law of a saved gait, or None if its torques are replayed."""
     if name == OPEN_LOOP and not gains and not stance_angle:
         return None
@@ -30,10 +32,13 @@ def find_feedback(
 
 
 def law_for(
-    gait: Gait, robot: Robot, name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
-) -> Law:
+    gait: "Gait", robot: "Robot", name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
+) -> "Law":
     """Return a law for a gait; gains that are not given as NAME=VALUE keep their defaults or tuned values."""
     if name == OPEN_LOOP:
+        from gaitopt.control.law import feedforward
+        from gaitopt.control.phase_variable import by_stance_angle
+
         if gains:
             raise InputError("The feedforward torques of a gait have no gains; name a feedback law with --law.")
         law = feedforward(robot, gait.motion)
@@ -64,6 +69,8 @@ def law_title(name: str, stance_angle: bool) -> str:
 
         tuned = load_tuning(name)
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
+    from gaitopt.tuning.controller_family import law_name
+
     title = "open loop" if name == OPEN_LOOP else name if _of_script(name) else law_name(name)
     return f"{title} by stance angle" if stance_angle else title
 
@@ -79,8 +86,12 @@ def _of_script(name: str) -> tuple[Path, str] | None:
     return (Path(script), function) if colon and script.endswith(".py") else None
 
 
-def design_for(gait: Gait, robot: Robot, name: str, torque_limit: float | None, stance_angle: bool) -> ControllerFamily:
+def design_for(
+    gait: "Gait", robot: "Robot", name: str, torque_limit: float | None, stance_angle: bool
+) -> "ControllerFamily":
     """Return the family of laws for a gait: by name, of a script as SCRIPT.py:FUNCTION, or of a file of tuned gains."""
+    from gaitopt.tuning.controller_family import controller_family_named
+
     limit: float | Mapping[str, float]
     if _is_file(name):
         from gaitopt.tuning.tuning_file import load_tuning
@@ -98,8 +109,8 @@ def design_for(gait: Gait, robot: Robot, name: str, torque_limit: float | None, 
 
 
 def custom_design(
-    script: Path, function: str, robot: Robot, motion: Motion, limit: float | Mapping[str, float]
-) -> ControllerFamily:
+    script: Path, function: str, robot: "Robot", motion: "Motion", limit: float | Mapping[str, float]
+) -> "ControllerFamily":
     """Return the family of laws that a function (robot, motion, torque_limit) of a script makes.
 
     The function may return a single law: its gains are tuned.
@@ -112,6 +123,8 @@ def custom_design(
         If the script raises anything else.
     """
     from gaitopt.cli.script import run_function
+    from gaitopt.control.law import Law
+    from gaitopt.tuning.controller_family import ControllerFamily
 
     made = run_function(script, function, robot, motion, limit)
     design = ControllerFamily.from_law(made) if isinstance(made, Law) else made
@@ -123,7 +136,7 @@ def custom_design(
     return replace(design, name=f"{script}:{function}", settings=replace(design.settings, torque_limit=limit))
 
 
-def limit_for(gait: Gait, torque_limit: float | None) -> float | dict[str, float]:
+def limit_for(gait: "Gait", torque_limit: float | None) -> float | dict[str, float]:
     """Return the torque limit of a law: `torque_limit`, or `HEADROOM` times the limit of each actuator in the plan.
 
     Raises

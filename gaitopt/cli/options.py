@@ -10,7 +10,9 @@ import typer
 from gaitopt.cli.output import err, out
 from gaitopt.errors import InputError
 from gaitopt.motion.versions import versions
-from gaitopt.tuning.controller_family import FAMILIES
+
+LAWS = ("joint_pd", "computed_torque", "lqr", "step_lqr", "push_off")
+"""Names of the controller families, without the import of their modules."""
 
 
 def _set_quiet(context: typer.Context, quiet: bool) -> bool:
@@ -74,6 +76,22 @@ State = Annotated[
         "--state", metavar="NAME=VALUE", help="Coordinate of the initial state, SI units and rad (repeatable)."
     ),
 ]
+Rise = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--rise",
+        metavar="PLACE:HEIGHT",
+        help="Step in the height of the ground at a place, in m; a negative height is a step down (repeatable).",
+    ),
+]
+Patch = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--patch",
+        metavar="BEGIN:END:FRICTION",
+        help="Patch of the ground with another friction between two places in m (repeatable).",
+    ),
+]
 
 # Outputs.
 Figure = Annotated[Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="File of the figure.")]
@@ -132,7 +150,7 @@ LawName = Annotated[
     typer.Option(
         "--law",
         metavar="NAME|FILE",
-        help=f"Feedback law: {', '.join(FAMILIES)}; SCRIPT.py:FUNCTION for a custom law; a file of tuned gains "
+        help=f"Feedback law: {', '.join(LAWS)}; SCRIPT.py:FUNCTION for a custom law; a file of tuned gains "
         "(tune -o); or feedforward.",
     ),
 ]

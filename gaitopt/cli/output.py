@@ -3,27 +3,40 @@
 import json
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
 from rich import box
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.printable import replace_controls
 from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyIteration
 
 INTERRUPTED = 128 + signal.SIGINT
 """Exit status after Ctrl-C."""
 
+
+class _Console(Console):
+    """A console on which no text of a file or script is an instruction to the terminal."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        """Yield the parts of an output, with question marks in place of control characters."""
+        for part in super().render(renderable, options):
+            yield part if part.control else Segment(replace_controls(part.text), part.style)
+
+
 # A file or a pipe has no width: numbers must not be cut there to fit a terminal.
 # Markup is off: Rich would remove units such as "[m/s]" from columns and messages.  Colour is given as a Text.
-out = Console(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else 140)
-err = Console(stderr=True, highlight=False, markup=False, emoji=False)
+out = _Console(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else 140)
+err = _Console(stderr=True, highlight=False, markup=False, emoji=False)
 
 
 def print_json(data: dict[str, Any]) -> None:

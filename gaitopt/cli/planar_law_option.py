@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from gaitopt.control.planar_laws.planar_law import PlanarLaw
     from gaitopt.motion.planar_gait import PlanarGait
 
-PLANAR_LAWS = ("feedforward", "joint_pd", "step_lqr")
+PLANAR_LAWS = ("feedforward", "joint_pd", "lqr", "step_lqr")
 """Laws of robots with several contacts."""
 
 
@@ -41,7 +41,7 @@ class PlanarLawOption:
             If there is no such law, or it does not have the gains or options.
         """
         from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_joint_pd
-        from gaitopt.tuning.planar_lqr import planar_step_lqr
+        from gaitopt.tuning.planar_lqr import planar_lqr, planar_step_lqr
 
         name = self.name.replace("-", "_").replace(" ", "_")
         if name not in PLANAR_LAWS:
@@ -51,11 +51,12 @@ class PlanarLawOption:
             )
         if self.stance_angle:
             raise InputError("--stance-angle is not accepted for a robot with several contacts.")
+        limit = float("inf") if self.torque_limit is None else self.torque_limit
         if name == "joint_pd":
-            limit = float("inf") if self.torque_limit is None else self.torque_limit
             return planar_joint_pd(gait, torque_limit=limit).with_gains(read_numbers(self.gains, "--gain"))
-        if self.gains or self.torque_limit is not None:
-            raise InputError(
-                f"The law {name!r} of a robot with several contacts has no gains and no torque limit to set."
-            )
+        if self.gains or (self.torque_limit is not None and name != "lqr"):
+            limits = "" if name == "lqr" else " and no torque limit"
+            raise InputError(f"The law {name!r} of a robot with several contacts has no gains{limits} to set.")
+        if name == "lqr":
+            return planar_lqr(gait, torque_limit=limit)
         return planar_feedforward(gait) if name == "feedforward" else planar_step_lqr(gait)

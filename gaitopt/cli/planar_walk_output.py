@@ -11,6 +11,7 @@ from gaitopt.cli.planar_walks import ENGINE
 from gaitopt.errors import InputError, suggest
 
 if TYPE_CHECKING:
+    from gaitopt.model.terrain import Terrain
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
@@ -22,7 +23,12 @@ SHORTER = 1e-6
 
 
 def simulate_planar_walk(
-    problem: "PlanarWalkProblem", changes: dict[str, float], *, steps: int, engine: str
+    problem: "PlanarWalkProblem",
+    changes: dict[str, float],
+    *,
+    steps: int,
+    engine: str,
+    terrain: "Terrain | None" = None,
 ) -> "PlanarRollout":
     """Return the simulation of some periods from the first periodic gait, with some coordinates or rates changed.
 
@@ -34,6 +40,8 @@ def simulate_planar_walk(
     steps : int
         Number of periods; the simulation ends just before the last event.
     engine : str
+    terrain : Terrain, optional
+        The ground on which the walk is simulated; the gait is that on a plane.
 
     Raises
     ------
@@ -50,6 +58,7 @@ def simulate_planar_walk(
     for name in changes:
         if name not in robot.state_names:
             raise InputError(f"--state names {name!r}. {suggest(name, robot.state_names)}")
+    ground = {**problem.parameters, "terrain": terrain}
     cycle = next(problem.search(STARTS), None)
     if cycle is None:
         raise InputError("No periodic gait was found to begin with; try another slope, friction or state.")
@@ -60,11 +69,11 @@ def simulate_planar_walk(
         coordinates = {name: known[name] for name in robot.coordinates if {name} & {*problem.coordinates, *changes}}
         rates = {name: known[f"{name}_rate"] for name in robot.coordinates if _is_stated(problem, changes, name)}
         feet = [name for name, mode in modes if mode not in (Mode.FREE, Mode.LATCHED)]
-        q, v = place_planar(robot, coordinates, rates, problem.parameters, on=feet)
+        q, v = place_planar(robot, coordinates, rates, ground, on=feet)
     latched = tuple(name for name, mode in modes if mode is Mode.LATCHED)
     duration = steps * cycle.period * (1 - SHORTER)
     options: dict[str, Any] = {"duration": duration, "torque": problem.torque, "latched": latched}
-    return simulate_planar(robot, q, v, problem.parameters, **options)
+    return simulate_planar(robot, q, v, ground, **options)
 
 
 def _is_stated(problem: "PlanarWalkProblem", changes: dict[str, float], name: str) -> bool:

@@ -65,6 +65,11 @@ def _check_options(steps: int, engine: str) -> None:
     """Raise InputError if the options of a command are not those of robots with several contacts."""
     if steps > 1:
         raise InputError(f"--steps must be 1 for a robot with several contacts, got {steps}.")
+    check_planar_engine(engine)
+
+
+def check_planar_engine(engine: str) -> None:
+    """Raise InputError unless an engine simulates robots with several contacts."""
     if engine not in ("auto", ENGINE):
         raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
 

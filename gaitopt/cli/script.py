@@ -11,17 +11,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_setting
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
-from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
-from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
-from gaitopt.stability.walk_problem import WalkProblem
+
+if TYPE_CHECKING:
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.stability.walk_problem import WalkProblem
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,9 +143,13 @@ def build_problem(path: Path, settings: Sequence[str] | None = None) -> GaitProb
     return gait_problem(read_script(path, settings))
 
 
-def optimal_problem(script: Script) -> GaitProblem | PlanarProblem:
+def optimal_problem(script: Script) -> "GaitProblem | PlanarProblem":
     """Return the problem of an optimal gait a script states, of a robot with any contacts."""
     problem = script()
+    if isinstance(problem, GaitProblem):
+        return require_gait_problem(problem, script)
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+
     return problem if isinstance(problem, PlanarProblem) else require_gait_problem(problem, script)
 
 
@@ -162,6 +168,12 @@ def gait_problem(script: Script) -> GaitProblem:
 
 def require_gait_problem(problem: object, script: Script) -> GaitProblem:
     """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
+    if isinstance(problem, GaitProblem):
+        return problem.replace(script=script.record())
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.stability.walk_problem import WalkProblem
+
     if isinstance(problem, PlanarProblem):
         raise InputError(
             f"{script.path} has a robot with several contacts; 'gaitopt solve', 'gaitopt stability' and 'gaitopt "
@@ -171,18 +183,18 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
-    if not isinstance(problem, GaitProblem):
-        raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
-    return problem.replace(script=script.record())
+    raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
 
 
-def walk_problem(script: Script) -> WalkProblem:
+def walk_problem(script: Script) -> "WalkProblem":
     """Return the walking problem of a robot with one foot on the ground; errors as :func:`gait_problem`."""
     return require_single_support(any_walk_problem(script), script.path)
 
 
-def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path) -> WalkProblem:
+def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Path) -> "WalkProblem":
     """Return a walking problem, or raise InputError if its robot has several contacts."""
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
     if isinstance(problem, PlanarWalkProblem):
         raise InputError(
             f"{path} has a robot with several contacts; 'gaitopt stability', 'gaitopt simulate' and 'gaitopt impact' "
@@ -191,23 +203,54 @@ def require_single_support(problem: WalkProblem | PlanarWalkProblem, path: Path)
     return problem
 
 
+def load_single_support_gait(file: Path, script: Path | None) -> Gait:
+    """Return the gait of a file for a command on feedback.
+
+    Raises
+    ------
+    InputError
+        If its robot has several contacts, or the file is a script.
+    """
+    if file.suffix == ".py" and file.is_file():
+        stated = read_script(file)()
+        if isinstance(stated, PlanarProblem):
+            raise InputError(
+                f"{file} has a robot with several contacts; 'gaitopt stability {file} --law lqr' designs and assesses "
+                "its feedback."
+            )
+        if isinstance(stated, WalkProblem | PlanarWalkProblem):
+            raise InputError(
+                f"{file} is a walking problem without optimisation; 'gaitopt stability {file}' assesses its gaits."
+            )
+    return require_single_support_gait(load_any_gait(file, script)).require()
+
+
 def require_single_support_gait(gait: object) -> Gait:
     """Return a gait, or raise InputError if its robot has several contacts."""
     if not isinstance(gait, Gait):
         raise InputError(
-            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law step-lqr' designs and "
-            "assesses its feedback."
+            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law lqr' (or step-lqr) designs "
+            "and assesses its feedback."
         )
     return gait
 
 
-def any_walk_problem(script: Script) -> WalkProblem | PlanarWalkProblem:
+def any_walk_problem(script: Script) -> "WalkProblem | PlanarWalkProblem":
     """Return the walking problem a script states, of a robot with any contacts; errors as :func:`gait_problem`."""
     return require_walk_problem(script(), script)
 
 
-def require_walk_problem(problem: object, script: Script) -> WalkProblem | PlanarWalkProblem:
+def require_walk_problem(problem: object, script: Script) -> "WalkProblem | PlanarWalkProblem":
     """Return the walking problem that a script has returned; errors as :func:`gait_problem`."""
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.stability.walk_problem import WalkProblem
+
+    if isinstance(problem, PlanarProblem):
+        raise InputError(
+            f"{script.path} optimises a robot with several contacts; 'gaitopt solve' finds its gait, and 'gaitopt "
+            f"stability {script.path}' assesses it, with --law lqr under feedback."
+        )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
         raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.terrain import Terrain
 
 TARGETS = ("speed", "step_length")
 """Parameters that may also be bounds ``LOWER:UPPER`` or ``free``."""
@@ -73,6 +74,38 @@ def read_numbers(settings: list[str] | None, option: str) -> dict[str, float]:
         except ValueError:
             raise InputError(f"{option} must have the form NAME=NUMBER, got {text!r}.") from None
     return values
+
+
+def read_terrain(rises: list[str] | None, patches: list[str] | None) -> Terrain | None:
+    """Return the terrain of ``PLACE:HEIGHT`` steps and ``BEGIN:END:FRICTION`` patches, or None if there are none.
+
+    Raises
+    ------
+    InputError
+        If one is not of this form, or the terrain is invalid.
+
+    Examples
+    --------
+    >>> read_terrain(["1.2:-0.02"], None)
+    Terrain(steps=((1.2, -0.02),), patches=())
+    """
+    if not rises and not patches:
+        return None
+    steps = [_read_colons(text, "--rise", "PLACE:HEIGHT") for text in rises or []]
+    bands = [_read_colons(text, "--patch", "BEGIN:END:FRICTION") for text in patches or []]
+    return Terrain(steps=steps, patches=bands)
+
+
+def _read_colons(text: str, option: str, form: str) -> Any:
+    """Return numbers separated by colons."""
+    parts = text.split(":")
+    try:
+        numbers = tuple(float(part) for part in parts)
+    except ValueError:
+        numbers = ()
+    if len(numbers) != len(form.split(":")):
+        raise InputError(f"{option} must have the form {form} in m, got {text!r}.")
+    return numbers
 
 
 def _literal(text: str) -> Any:

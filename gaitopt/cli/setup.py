@@ -104,13 +104,23 @@ class Check:
     text: str
 
 
-def doctor(json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
-    """Show what is installed and test the essential parts.
+def doctor(
+    file: Annotated[
+        Path | None,
+        typer.Argument(metavar="[FILE]", help="File of a gait, sweep, basin or diagram to check.", show_default=False),
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Show what is installed and test the essential parts, or check whether a file is intact and readable.
 
-    Exit status 0 if all essential parts work, 1 if not.  A missing extra is not an error.
+    Exit status 0 if all essential parts work or the file is intact, 1 if not.  A missing extra is not an error.
 
-    Example: gaitopt doctor --json
+    Example: gaitopt doctor compass_slip.h5
     """
+    if file is not None:
+        raise typer.Exit(0 if _check_file(file, json=json) else 1)
     versions = {name: _version(name) for name in PARTS}
     results = [_run_check(name, check) for name, check in CHECKS.items()]
     facts: dict[str, Any] = {
@@ -127,6 +137,21 @@ def doctor(json: Json = False, quiet: Quiet = False, verbose: Verbose = False) -
     else:
         print_installation(facts)
     raise typer.Exit(0 if facts["well"] else 1)
+
+
+def _check_file(file: Path, *, json: bool) -> bool:
+    """Print what is known of a file, and return whether it is intact."""
+    from gaitopt.cli.file_check import examine_file, tabulate_facts
+
+    facts = examine_file(file)
+    well = not facts["error"]
+    if json:
+        print_json(facts | {"well": well})
+        return well
+    for name, text in tabulate_facts(facts):
+        out.print(f"{name:9s} {text}", soft_wrap=True)
+    out.print(verdict_text("The file is intact." if well else facts["error"], well), soft_wrap=True)
+    return well
 
 
 def print_installation(facts: dict[str, Any]) -> None:

@@ -19,7 +19,7 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
 
-AFTER_THE_SOLVE = ("importlib.metadata", "scipy.integrate", "gaitopt.simulation.verification", "gaitopt.motion.archive")
+AFTER_THE_SOLVE = ("gaitopt.simulation.verification", "gaitopt.motion.archive", "h5py")
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
 
 

@@ -1,10 +1,11 @@
 """The command on branches of gaits over a parameter."""
 
+import functools
 import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 import typer
@@ -29,37 +30,61 @@ from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+
     from gaitopt.cli.inputs import Request
     from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+    from gaitopt.continuation.checkpoint import Checkpoint
+    from gaitopt.continuation.gait_source import AnyWalkProblem
     from gaitopt.continuation.special_curve import SpecialCurve
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.simulation.engine import Engine
     from gaitopt.stability.cycle import Cycle
-    from gaitopt.stability.walk_problem import WalkProblem
 
-TABLE = ".nc"
-"""Suffix of the file of a diagram; all others are figures."""
+SecondRange = Annotated[
+    str | None,
+    typer.Option(
+        "--second",
+        metavar="NAME=FROM:TO",
+        help="Second parameter, over which the special points of the first branch are followed as curves.",
+    ),
+]
+OptimalPoints = Annotated[
+    int, typer.Option("--points", min=2, help="Equally spaced values of the parameter, for optimal gaits.")
+]
+ReplayInterval = Annotated[
+    int, typer.Option("--replay", min=0, help="Every how many points an optimal gait is replayed; 0 for none.")
+]
+OptimalSequences = Annotated[
+    list[str] | None,
+    typer.Option("--sequences", metavar="SEQUENCE,...", help="Further contact sequences of optimal gaits to follow."),
+]
+Neighbours = Annotated[
+    bool,
+    typer.Option(
+        "--neighbours", help="Also follow optimal gaits of the sequences that begin where a contact mode is to change."
+    ),
+]
+TABLE, PAGE = ".nc", ".html"
+"""Suffix of the file of a diagram, and of a page on which its gaits are played; all others are figures."""
+
+
+Over = Annotated[
+    str,
+    typer.Option(
+        "--over",
+        metavar="NAME=FROM:TO",
+        help="Parameter of robot or ground, or gain of the law, and its range. Parameters of the script have the "
+        "same units as with --set; all others are in SI units and rad. The results are in SI units and rad.",
+    ),
+]
 
 
 def trace(
     source: Source,
-    over: Annotated[
-        str,
-        typer.Option(
-            "--over",
-            metavar="NAME=FROM:TO",
-            help="Parameter of robot or ground and its range. Parameters of the script have the same units as with "
-            "--set; all others are in SI units and rad. The results are in SI units and rad.",
-        ),
-    ],
-    second: Annotated[
-        str | None,
-        typer.Option(
-            "--second",
-            metavar="NAME=FROM:TO",
-            help="Second parameter, over which the special points of the first branch are followed as curves.",
-        ),
-    ] = None,
+    over: Over,
+    second: SecondRange = None,
     setting: Setting = None,
     doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of branches of doubled period to follow.")] = 0,
     deflate: Annotated[
@@ -67,8 +92,17 @@ def trace(
     ] = False,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="NC/PNG/PDF/SVG", help="File of the diagram, or of its figure."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="NC/HTML/PNG/PDF/SVG",
+            help="File of the diagram, a page on which a click on a point plays its gait, or the figure.",
+        ),
     ] = None,
+    points: OptimalPoints = 50,
+    replay: ReplayInterval = 1,
+    sequences: OptimalSequences = None,
+    neighbours: Neighbours = False,
     starts: CycleStarts = 32,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
@@ -83,23 +117,59 @@ def trace(
     """Follow a periodic gait over a parameter, through folds, period doublings and changes of the contact sequence.
 
     A script is traced from its first stable gait at FROM, a saved gait from its own parameter in both directions.
-    Ctrl-C ends the trace and keeps the branches that were followed.
+    Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
+    FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
+
+    A script with an optimal-control problem is solved at FROM, and the optimum is followed with its active constraints;
+    --sequences names further contact sequences to follow.
 
     Exit status 0 if the trace is complete, 130 if it was interrupted.
 
     Example: gaitopt trace problems/compass_passive.py --over slope=1:5 --doublings 3 -o branches.nc
     """
     from gaitopt.cli.inputs import Request
+    from gaitopt.cli.trace_optimum_command import states_optimum, trace_optima
     from gaitopt.continuation.tracing import TraceOptions
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if output is not None:
         _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
+    if request.is_script and states_optimum(request):
+        trace_optima(request, (over, second), (points, replay, sequences, neighbours), output, json=json, quiet=quiet)
+        return
     options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
-    with show_progress("tracing", hidden=json) as display:
-        diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
-    _report(diagram, output, json=json, seconds=time.perf_counter() - began)
+    with _open_checkpoint(request, (over, second), options, output, hidden=json or quiet) as checkpoint:
+        options = attrs.evolve(options, checkpoint=checkpoint)
+        with show_progress("tracing", hidden=json) as display:
+            diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
+        if checkpoint is not None and diagram.complete:
+            checkpoint.delete()
+    problem_of = functools.partial(_find_problem, request, over)
+    _report(diagram, output, problem_of, json=json, seconds=time.perf_counter() - began)
+
+
+def _open_checkpoint(
+    request: "Request", ranges: tuple[str, str | None], options: "TraceOptions", output: Path | None, *, hidden: bool
+) -> "AbstractContextManager[Checkpoint | None]":
+    """Return the checkpoint beside the output; none without a dataset."""
+    import hashlib
+    from contextlib import nullcontext
+
+    from gaitopt.continuation.checkpoint import SUFFIX, Checkpoint
+
+    if output is None or output.suffix.lower() != TABLE:
+        return nullcontext()
+    if not request.source.is_file():
+        return nullcontext()  # which is reported when it is read
+    digest = hashlib.sha256(request.source.read_bytes()).hexdigest()
+    facts: dict[str, Any] = {"source": digest, "settings": request.settings, "ranges": ranges, "engine": request.engine}
+    facts |= {name: getattr(options, name) for name in ("doublings", "deflate", "starts")}
+    facts["law"] = getattr(request.feedback, "keywords", None)
+    checkpoint = Checkpoint(output.with_name(output.name + SUFFIX), facts)
+    if checkpoint.stored and not hidden:
+        err.print(f"Continuing from {checkpoint.path.name}, with {checkpoint.stored} corrections.", soft_wrap=True)
+    return checkpoint
 
 
 def _trace_request(
@@ -109,7 +179,7 @@ def _trace_request(
     over, second = ranges
     walk, axis, start = _trace_inputs(request, over, hidden=hidden)
     other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second")[1]
-    options = attrs.evolve(options, engine=_engine(request.engine, walk))
+    options = attrs.evolve(options, engine=_find_engine(request.engine, walk))
     diagram = _trace(walk, axis, start, options, display)
     if other is None or not diagram.complete:
         return diagram
@@ -117,7 +187,7 @@ def _trace_request(
 
 
 def _trace(
-    problem: "WalkProblem",
+    problem: "AnyWalkProblem",
     axis: dict[str, tuple[float, float]],
     start: "Cycle | None",
     options: "TraceOptions",
@@ -146,7 +216,7 @@ def _trace(
 
 
 def _trace_curves(
-    problem: "WalkProblem",
+    problem: "AnyWalkProblem",
     diagram: "BranchDiagram",
     second: dict[str, tuple[float, float]],
     options: "TraceOptions",
@@ -170,24 +240,24 @@ def _trace_curves(
 
 def _trace_inputs(
     request: "Request", over: str, *, hidden: bool, option: str = "--over"
-) -> tuple["WalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
+) -> tuple["AnyWalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
     """Return the walking problem, the axis in SI units, and the start of a saved gait."""
     import numpy as np
 
     from gaitopt.cli.axis import convert_axes, unconverted_axes
     from gaitopt.cli.inputs import read_input
-    from gaitopt.cli.script import read_script, walk_problem
+    from gaitopt.cli.script import any_walk_problem, read_script
     from gaitopt.stability.walk_problem import WalkProblem
 
-    name, ends = _read_range(over, option)
+    name, ends = read_range(over, option)
     if not request.is_script:
         subject = read_input(request, 0)
-        problem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
+        problem: AnyWalkProblem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
         return problem, {name: ends}, subject.cycle
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
-    problem = walk_problem(script)
+    problem = any_walk_problem(script)
     axes = {name: np.array(ends)}
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:
@@ -196,7 +266,7 @@ def _trace_inputs(
     return problem, {name: (low, high)}, None
 
 
-def _read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
+def read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
     """Return name and ends of a range ``NAME=FROM:TO``."""
     name, _, ends = text.partition("=")
     try:
@@ -206,10 +276,16 @@ def _read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
     return name.strip(), (low, high)
 
 
-def _engine(name: str, problem: "WalkProblem") -> "Engine":
+def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | None":
+    """Return the engine of a walking problem; None for a robot with several contacts, which has only one."""
+    from gaitopt.cli.planar_walks import check_planar_engine
     from gaitopt.control.law import passive
     from gaitopt.simulation.engine_choice import engine_named
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
+    if isinstance(problem, PlanarWalkProblem):
+        check_planar_engine(name)
+        return None
     return engine_named(name, problem.law or passive(problem.robot), problem.robot)
 
 
@@ -217,16 +293,28 @@ def _check_output(path: Path) -> None:
     """Raise an error unless a path has the suffix of a diagram or a figure, and is writable."""
     from gaitopt.motion.atomic import check_suffix, check_writable
 
-    check_suffix(path, {TABLE: "dataset", ".png": "figure", ".pdf": "figure", ".svg": "figure"})
+    check_suffix(path, {TABLE: "dataset", PAGE: "page", ".png": "figure", ".pdf": "figure", ".svg": "figure"})
     check_writable(path)
 
 
-def _report(diagram: "BranchDiagram", path: Path | None, *, json: bool, seconds: float) -> None:
+def _find_problem(request: "Request", over: str) -> "AnyWalkProblem":
+    """Return the walking problem that is traced."""
+    return _trace_inputs(request, over, hidden=True)[0]
+
+
+def _report(
+    diagram: "BranchDiagram",
+    path: Path | None,
+    problem_of: "Callable[[], AnyWalkProblem]",
+    *,
+    json: bool,
+    seconds: float,
+) -> None:
     """Write a diagram to its file, print it as a table or as JSON, and end with 130 if it is not complete."""
     from gaitopt.cli.trace_output import print_diagram
 
     if path is not None:
-        _write(diagram, path)
+        _write(diagram, path, problem_of)
     if json:
         print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
     else:
@@ -238,12 +326,17 @@ def _report(diagram: "BranchDiagram", path: Path | None, *, json: bool, seconds:
         sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
 
 
-def _write(diagram: "BranchDiagram", path: Path) -> None:
-    """Write a diagram as a dataset or as a figure."""
+def _write(diagram: "BranchDiagram", path: Path, problem_of: "Callable[[], AnyWalkProblem]") -> None:
+    """Write a diagram as a dataset, a page or a figure."""
     from gaitopt.continuation.diagram_file import save_diagram
 
     if path.suffix.lower() == TABLE:
         save_diagram(diagram, path)
+        return
+    if path.suffix.lower() == PAGE:
+        from gaitopt.report.branch_page import write_branch_page
+
+        write_branch_page(diagram, problem_of(), path)
         return
     from gaitopt.plot.branch_figure import plot_branches
     from gaitopt.plot.saving import save_figure

@@ -5,7 +5,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.output import out
-from gaitopt.continuation.branch_diagram import BranchDiagram
+from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps
 
 LONGEST = 44
 """Characters of a contact sequence that are shown."""
@@ -62,7 +62,5 @@ def _shorten(text: str) -> str:
     >>> _shorten("stick | stick; stick | stick")
     '2 x (stick | stick)'
     """
-    steps = text.split("; ")
-    if len(steps) > 1 and len(set(steps)) == 1:
-        return f"{len(steps)} x ({steps[0]})"
+    text = count_steps(text)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 4]} ..."

@@ -1,7 +1,7 @@
 """Commands on walks: stability, simulate."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import numpy as np
 import typer
@@ -14,7 +14,9 @@ from gaitopt.cli.options import (
     GainValues,
     Json,
     LawName,
+    Patch,
     Quiet,
+    Rise,
     RobotScript,
     Setting,
     Source,
@@ -25,10 +27,12 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import print_json, report_file
 from gaitopt.cli.progress_display import show_progress
-from gaitopt.cli.settings import read_numbers
+from gaitopt.cli.settings import read_numbers, read_terrain
+from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
+    from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
 
 
@@ -95,6 +99,8 @@ def simulate(
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
+    rise: Rise = None,
+    patch: Patch = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -104,34 +110,40 @@ def simulate(
     A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law.
 
     A step of a robot with several contacts is a period of its gait.  The suffix of the output determines its format:
-    a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).
+    a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).  --rise and --patch change the ground
+    under such a robot; places are measured along the ground in the coordinates of the robot.
 
     Exit status 0 if all steps were completed, 1 if the walk ended earlier.
 
     Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20 -o walk.csv
     """
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.planar_walk_output import report_planar_walk, simulate_planar_walk
-    from gaitopt.cli.walk_file import write_walk
-    from gaitopt.cli.walk_output import print_walk, walk_facts
+    from gaitopt.cli.planar_walk_output import simulate_planar_walk
     from gaitopt.motion.atomic import check_writable
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
-    from gaitopt.status import Stop
 
     if output is not None:
         check_writable(output)
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     if request.is_script and isinstance(request.problem, PlanarWalkProblem):
-        changes = read_numbers(state, "--state")
+        options: dict[str, Any] = {"steps": steps, "engine": engine, "terrain": read_terrain(rise, patch)}
         with show_progress("simulating", hidden=json):
-            planar = simulate_planar_walk(request.problem, changes, steps=steps, engine=engine)
-        written = None if output is None else write_walk(planar.motion, output, request.problem.name)
-        report_planar_walk(planar, written, steps=steps, json=json)
-        raise typer.Exit(0 if planar.stop is Stop.DURATION_DONE else 1)
+            planar = simulate_planar_walk(request.problem, read_numbers(state, "--state"), **options)
+        _end_planar_walk(planar, request.problem.name, output, steps=steps, json=json)
+    if rise or patch:
+        raise InputError("--rise and --patch apply to scripts of passive robots with several contacts only.")
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps)
-    written = None if output is None else write_walk(walk.motion, output, source.stem)
+    _end_walk(walk, source.stem, output, json=json)
+
+
+def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) -> NoReturn:
+    """Write and print a walk, and end the command."""
+    from gaitopt.cli.walk_file import write_walk
+    from gaitopt.cli.walk_output import print_walk, walk_facts
+
+    written = None if output is None else write_walk(walk.motion, output, name)
     if json:
         print_json(walk_facts(walk) | {"file": None if written is None else str(written)})
     else:
@@ -139,6 +151,17 @@ def simulate(
         if written is not None:
             report_file(written)
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
+
+
+def _end_planar_walk(walk: "PlanarRollout", name: str, output: Path | None, *, steps: int, json: bool) -> NoReturn:
+    """Write and print a walk of a robot with several contacts, and end the command."""
+    from gaitopt.cli.planar_walk_output import report_planar_walk
+    from gaitopt.cli.walk_file import write_walk
+    from gaitopt.status import Stop
+
+    written = None if output is None else write_walk(walk.motion, output, name)
+    report_planar_walk(walk, written, steps=steps, json=json)
+    raise typer.Exit(0 if walk.stop is Stop.DURATION_DONE else 1)
 
 
 def _walk(request: "Request", state: list[str] | None, steps: int) -> "Rollout":

@@ -4,11 +4,14 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from gaitopt.errors import InputError
-from gaitopt.parallel.dask_executor import DaskExecutor
-from gaitopt.parallel.execution import Execution, TaskObserver
-from gaitopt.parallel.shared_payload import Prepare
+
+if TYPE_CHECKING:
+    from gaitopt.parallel.dask_executor import DaskExecutor
+    from gaitopt.parallel.execution import Execution, TaskObserver
+    from gaitopt.parallel.shared_payload import Prepare
 
 
 @dataclass(frozen=True)
@@ -16,10 +19,12 @@ class WorkerOptions:
     """Number of local processes, and the executor that is used instead, if any."""
 
     workers: int
-    executor: DaskExecutor | None = None
+    executor: "DaskExecutor | None" = None
 
-    def execution(self, observer: TaskObserver, prepare: Prepare | None = None) -> Execution:
+    def execution(self, observer: "TaskObserver", prepare: "Prepare | None" = None) -> "Execution":
         """Return the execution of a study by these workers."""
+        from gaitopt.parallel.execution import Execution
+
         return Execution(workers=self.workers, executor=self.executor, prepare=prepare, observer=observer)
 
 
@@ -40,5 +45,7 @@ def worker_options(workers: int | None, scheduler: str | None) -> Iterator[Worke
             "--workers and --scheduler exclude each other: --workers is the number of local processes; "
             "the scheduler determines the number of its workers."
         )
+    from gaitopt.parallel.dask_executor import DaskExecutor
+
     with DaskExecutor(scheduler) as executor:
         yield WorkerOptions(1, executor)

@@ -24,8 +24,8 @@ class GaitBranch:
         ``"periodic"``.
     steps : int
         Period of the gaits in steps.
-    names : tuple of str
-        Coordinates of the section.
+    names, units : tuple of str
+        Coordinates of the section and their units.
     values : (K,) array
         Parameter of each gait, in order along the branch.
     orbits : (K, steps, n) array
@@ -53,6 +53,7 @@ class GaitBranch:
     kind: str = "periodic"
     steps: int
     names: tuple[str, ...]
+    units: tuple[str, ...]
     values: Array
     orbits: Array
     multipliers: NDArray[np.complex128]
@@ -167,6 +168,7 @@ def _branch_record(branch: GaitBranch) -> dict[str, Any]:
     return {
         "kind": branch.kind,
         "period": branch.steps,
+        "units": dict(zip(branch.names, branch.units, strict=True)),
         "sequence": branch.sequences[0] if branch.sequences else "",
         "points": [
             {
@@ -202,3 +204,28 @@ def _special_record(point: SpecialPoint, names: tuple[str, ...]) -> dict[str, An
 def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
     """Return finite complex numbers as pairs."""
     return [[float(value.real), float(value.imag)] for value in values if np.isfinite(value)]
+
+
+def section_unit(name: str) -> str:
+    """Return the unit of a coordinate of the section of a walker with one foot on the ground at a time.
+
+    Examples
+    --------
+    >>> section_unit("theta_rate"), section_unit("foot_speed")
+    ('rad/s', 'm/s')
+    """
+    if name == "foot_speed":
+        return "m/s"
+    return "rad/s" if name.endswith("_rate") else "rad"
+
+
+def count_steps(sequence: str) -> str:
+    """Return the contact sequences of the steps of a gait, those that are all equal only once.
+
+    Examples
+    --------
+    >>> count_steps("stick | stick; stick | stick")
+    '2 x (stick | stick)'
+    """
+    steps = sequence.split("; ")
+    return f"{len(steps)} x ({steps[0]})" if len(steps) > 1 and len(set(steps)) == 1 else sequence

@@ -9,19 +9,22 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.arguments import check_arguments
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, section_unit
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.versions import versions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-KIND, VERSION = "branch diagram", 1
+KIND, VERSION = "branch diagram", 2
 
 
+@check_arguments
 def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     """Return a diagram as a labelled dataset with the dimensions ``point`` and ``special``.
 
@@ -46,37 +49,46 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     import xarray as xr
 
     branches = diagram.branches
-    names = branches[0].names if branches else ()
+    names = tuple(dict.fromkeys(name for branch in branches for name in branch.names))
     special = [(number, point) for number, branch in enumerate(branches) for point in branch.special]
+    most = max((branch.multipliers.shape[1] for branch in branches), default=0)
     unit = {"units": diagram.unit}
     points = {
         "value": ("point", _join([branch.values for branch in branches]), unit | {"long_name": diagram.parameter}),
         "branch": ("point", np.repeat(np.arange(len(branches)), [branch.values.size for branch in branches])),
-        "state": (("point", "step", "coordinate"), _stack_orbits(branches, len(names))),
+        "state": (("point", "step", "coordinate"), _stack_orbits(branches, names)),
         "sequence": ("point", _text([name for branch in branches for name in branch.sequences])),
     }
-    multipliers = _join([branch.multipliers for branch in branches], len(names))
+    multipliers = _join([_pad_columns(branch.multipliers, most) for branch in branches], most)
     points |= _complex("multiplier", ("point", "multiplier"), multipliers)
     points["stable"] = ("point", _join([branch.stable for branch in branches]).astype(np.int8))
+
+    def place(number: int, values: NDArray[Any]) -> NDArray[Any]:
+        return _place(values, branches[number].names, names)
+
+    states = _stack([place(number, point.z) for number, point in special], len(names))
     places = {
         "special_kind": ("special", _text([point.kind.key for _, point in special])),
         "special_branch": ("special", np.array([number for number, _ in special], dtype=int)),
         "special_value": ("special", np.array([point.value for _, point in special]), unit),
         "special_width": ("special", np.array([point.width for _, point in special]), unit),
         "special_test": ("special", np.array([point.test for _, point in special])),
-        "special_state": (("special", "coordinate"), _stack([point.z for _, point in special], len(names))),
+        "special_state": (("special", "coordinate"), states),
         "special_before": ("special", _text([point.before for _, point in special])),
         "special_after": ("special", _text([point.after for _, point in special])),
     }
     for side in ("before", "after"):
-        values = _stack([getattr(point, f"multipliers_{side}") for _, point in special], len(names))
+        values = _stack([getattr(point, f"multipliers_{side}") for _, point in special], most)
         places |= _complex(f"special_multiplier_{side}", ("special", "multiplier"), values)
-    directions = [np.array([]) if point.direction is None else point.direction for _, point in special]
+    directions = [
+        np.array([]) if point.direction is None else place(number, point.direction) for number, point in special
+    ]
     places["special_direction"] = (("special", "coordinate"), _stack(directions, len(names)).real)
     attributes = _attributes(diagram)
     return xr.Dataset(points | places, {"coordinate": list(names)}, attributes)
 
 
+@check_arguments
 def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
     """Write a diagram to a NetCDF file atomically.
 
@@ -105,9 +117,11 @@ def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
         diagram_dataset(diagram).to_netcdf(temporary, mode="a", engine="h5netcdf")
+        append_checksum(temporary)
     return path
 
 
+@check_arguments
 def load_diagram(path: str | Path) -> BranchDiagram:
     """Read a diagram from a NetCDF file.
 
@@ -136,7 +150,7 @@ def _attributes(diagram: BranchDiagram) -> dict[str, Any]:
     facts = {name: getattr(diagram, name) for name in ("robot", "parameter", "unit", "parameters", "complete")}
     facts |= {"ends": list(diagram.ends), "curves": [curve.record() for curve in diagram.curves]}
     facts["branches"] = [
-        {name: getattr(branch, name) for name in ("kind", "steps", "begin", "end", "parent")}
+        {name: getattr(branch, name) for name in ("kind", "steps", "names", "units", "begin", "end", "parent")}
         for branch in diagram.branches
     ]
     return {
@@ -150,29 +164,32 @@ def _attributes(diagram: BranchDiagram) -> dict[str, Any]:
 
 def _read_branch(table: "xr.Dataset", number: int, record: dict[str, Any]) -> GaitBranch:
     points, places = table.branch.values == number, np.flatnonzero(table.special_branch.values == number)
+    known = tuple(map(str, table.coordinate.values))
+    names = tuple(record.get("names", known))
+    columns = [known.index(name) for name in names]
+    multipliers = (table.multiplier_real.values + 1j * table.multiplier_imag.values)[points, : len(names)]
     return GaitBranch(
-        **record,
-        names=tuple(map(str, table.coordinate.values)),
+        **record | {"names": names, "units": tuple(record.get("units", map(section_unit, names)))},
         values=table.value.values[points],
-        orbits=table.state.values[points, : record["steps"]],
-        multipliers=(table.multiplier_real.values + 1j * table.multiplier_imag.values)[points],
+        orbits=table.state.values[points, : record["steps"]][:, :, columns],
+        multipliers=multipliers,
         sequences=tuple(map(str, table.sequence.values[points])),
-        special=tuple(_read_special(table.isel(special=place)) for place in places),
+        special=tuple(_read_special(table.isel(special=place), columns) for place in places),
     )
 
 
-def _read_special(row: "xr.Dataset") -> SpecialPoint:
+def _read_special(row: "xr.Dataset", columns: list[int]) -> SpecialPoint:
     sides = {}
     for side in ("before", "after"):
         real, imaginary = (row[f"special_multiplier_{side}_{part}"].values for part in ("real", "imag"))
         values = real + 1j * imaginary
         sides[f"multipliers_{side}"] = values[np.isfinite(values)]
-    direction = row.special_direction.values
+    direction = row.special_direction.values[columns]
     return SpecialPoint(
         kind=SpecialKind[str(row.special_kind.values).upper()],
         value=float(row.special_value),
         width=float(row.special_width),
-        z=row.special_state.values,
+        z=row.special_state.values[columns],
         before=str(row.special_before.values),
         after=str(row.special_after.values),
         test=float(row.special_test),
@@ -186,13 +203,32 @@ def _join(parts: Sequence[NDArray[Any]], columns: int | None = None) -> NDArray[
     return np.concatenate([empty, *parts])
 
 
-def _stack_orbits(branches: Sequence[GaitBranch], columns: int) -> NDArray[Any]:
+def _stack_orbits(branches: Sequence[GaitBranch], names: tuple[str, ...]) -> NDArray[Any]:
     """Return the states of all steps of all gaits, with nan beyond the period of a gait."""
     most = max((branch.steps for branch in branches), default=1)
     padded = [
-        np.pad(branch.orbits, ((0, 0), (0, most - branch.steps), (0, 0)), constant_values=np.nan) for branch in branches
+        np.pad(
+            _place(branch.orbits, branch.names, names),
+            ((0, 0), (0, most - branch.steps), (0, 0)),
+            constant_values=np.nan,
+        )
+        for branch in branches
     ]
-    return np.concatenate([np.zeros((0, most, columns)), *padded])
+    return np.concatenate([np.zeros((0, most, len(names))), *padded])
+
+
+def _place(values: NDArray[Any], names: tuple[str, ...], among: tuple[str, ...]) -> NDArray[Any]:
+    """Return values of some coordinates, the last axis, among those of all branches, with nan for the others."""
+    if names == among:
+        return values
+    placed = np.full((*values.shape[:-1], len(among)), np.nan)
+    placed[..., [among.index(name) for name in names]] = values
+    return placed
+
+
+def _pad_columns(multipliers: NDArray[np.complex128], columns: int) -> NDArray[np.complex128]:
+    """Return multipliers with nan up to a number of columns."""
+    return np.pad(multipliers, ((0, 0), (0, columns - multipliers.shape[1])), constant_values=np.nan)
 
 
 def _stack(rows: Sequence[NDArray[Any]], columns: int) -> NDArray[np.complex128]:

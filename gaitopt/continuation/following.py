@@ -1,7 +1,7 @@
 """Branches followed point by point, with every special point on the way."""
 
 import math
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from gaitopt.continuation.location import Describe, describe_change, smooth_special_points, structure_brackets
 from gaitopt.continuation.map_family import MapSample
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
-from gaitopt.continuation.special_point import STOP_KINDS, SpecialKind, SpecialPoint, classify_change
+from gaitopt.continuation.special_point import STOP_KINDS, SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
 
 LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
@@ -23,7 +23,7 @@ LOCATED = 1e-6
 """Scaled distance of the neighbours of a change of structure that counts as located."""
 SLOW = "no_touchdown"
 """Reason for which a step that takes too long stops."""
-Continues = Callable[[Hashable, Hashable], bool]
+Continues = Callable[[MapSample, MapSample], bool]
 """Whether a branch continues after a change from one structure to another."""
 
 
@@ -104,7 +104,9 @@ class BranchFollower:
         """Return the next point and the step after it; None if the corrector fails for the shortest step."""
         stepper, options = self.stepper, self.stepper.options
         while step >= options.shortest_step:
-            following = stepper.correct(stepper.predict(point, step, self._bend), point.tangent)
+            following = stepper.correct(
+                stepper.predict(point, step, self._bend), point.tangent, point.derivative[:, -1]
+            )
             if following is not None and self._is_neighbour(point, following, step):
                 return following, stepper.adapt(step, point, following)
             step /= 2
@@ -155,8 +157,8 @@ class BranchFollower:
         here = point
         for near, far in self._find_brackets(point, following):
             specials += smooth_special_points(stepper, here, near, self.name) if near is not here else []
-            change = describe_change(near, far, self.name)
-            if not self.continues(near.sample.structure, far.sample.structure):
+            change = describe_change(stepper, near, far, self.name)
+            if not self.continues(near.sample, far.sample):
                 self.beyond = far
                 return [*specials, *([near] if near is not point else []), change], following, change
             specials += [*([near] if near is not point else []), change, *([far] if far is not following else [])]
@@ -186,10 +188,10 @@ class BranchFollower:
                 z, value = family.after_change(x[:size], sample), float(x[size])
                 following = family.evaluate(z, value)
                 beyond = None if following.residual is None else self._depart(point, z, value, following)
-                if beyond is not None and self.continues(point.sample.structure, beyond.sample.structure):
-                    change = describe_change(point, beyond, self.name)
+                if beyond is not None and self.continues(point.sample, beyond.sample):
+                    change = describe_change(self.stepper, point, beyond, self.name)
                     return replace(change, value=point.value, z=point.z, width=self._width(point)), beyond
-                kind = classify_change(point.sample.structure, sample.structure)
+                kind = family.classify(point.sample, sample)
                 return self._end(point, kind, f"no gait '{self.name(sample.structure)}' beyond")
         return self._end(point, STOP_KINDS.get(reason, SpecialKind.END), reason)
 

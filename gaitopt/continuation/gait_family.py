@@ -4,13 +4,17 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.continuation.branch_diagram import section_unit
 from gaitopt.continuation.map_family import MapSample
+from gaitopt.continuation.parameter_values import gains_of, set_gains
+from gaitopt.continuation.special_point import SpecialKind, classify_change, read_structure
 from gaitopt.control.law import Law
-from gaitopt.errors import InputError, suggest
+from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -48,7 +52,7 @@ class GaitFamily:
     ----------
     robot : Robot
     parameters : dict of str to float
-        All other parameters.
+        All other parameters, the gains of the law included.
     parameter : str
     law : Law
     engine : Engine
@@ -98,7 +102,10 @@ class GaitFamily:
     def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
         """Return the derivative of the residual: exact by z, a central difference by the parameter."""
         walker, section, linearisation = self._walker(value)
-        by_z = ReturnMap(walker, section, self.steps, linearisation).derivative(z, sample.passage) - np.eye(self.size)
+        if self._latest.get("sample") is not sample:
+            return_map = ReturnMap(walker, section, self.steps, linearisation)
+            self._latest.update(sample=sample, by_z=return_map.derivative(z, sample.passage) - np.eye(self.size))
+        by_z = self._latest["by_z"].copy()
         by_value = self._value_slope(z, value, sample) if by_value is None else np.array(by_value)
         if section.sliding and slips_completely(sample.structure):
             by_z[-1], by_value[-1] = np.eye(self.size)[-1], 0.0
@@ -142,6 +149,26 @@ class GaitFamily:
             return z
         return np.append(z[:-1], z[-1] + sample.residual[-1])
 
+    def classify(self, before: MapSample, after: MapSample) -> SpecialKind:
+        """Return the kind of a change between two samples."""
+        return classify_change(before.structure, after.structure)
+
+    def classify_names(self, before: str, after: str) -> SpecialKind:
+        """Return the kind of a change between two contact sequences."""
+        return classify_change(read_structure(before), read_structure(after))
+
+    def keeps_coordinates(self, before: MapSample, after: MapSample) -> bool:
+        """Return whether gaits before and after a change are periodic in the same coordinates.
+
+        In complete slip the foot speed drifts: such gaits form a separate branch.
+        """
+        return slips_completely(before.structure) == slips_completely(after.structure)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the coordinates."""
+        return tuple(map(section_unit, self.names))
+
     def double_period(self) -> "GaitFamily":
         """Return the family of the maps of twice as many steps."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
@@ -176,6 +203,11 @@ class GaitFamily:
         return self._walker(value)[1]
 
     @functools.cached_property
+    def _latest(self) -> dict[str, Any]:
+        """The last sample whose derivative was computed, and its derivative by the state."""
+        return {}
+
+    @functools.cached_property
     def _walkers(self) -> dict[float, tuple[Walker, Section, Linearisation]]:
         """The last walkers, by the value of the parameter."""
         return {}
@@ -190,9 +222,11 @@ class GaitFamily:
     def _make_walker(self, value: float) -> tuple[Walker, Section, Linearisation]:
         line = self.line or {self.parameter: (0.0, 1.0)}
         moved = {name: origin + value * slope for name, (origin, slope) in line.items()}
-        p = self.robot.vector(self.robot.resolve({**self.parameters, **moved}))
+        known = {each.name for each in self.robot.parameters}
+        values = {name: number for name, number in {**self.parameters, **moved}.items() if name in known}
+        p, law = self.robot.vector(self.robot.resolve(values)), set_gains(self.robot, self.law, moved)
         limits = StepLimits(duration=MAX_STEP_TIME / natural_rate(self.robot, p)[0])
-        walker = Walker(self.robot, self.law, p, self.engine, step_limits=limits)
+        walker = Walker(self.robot, law, p, self.engine, step_limits=limits)
         return walker, search_section(walker), Linearisation(walker)
 
 
@@ -218,15 +252,10 @@ def make_gait_family(
         Passive by default.
     engine : Engine, optional
 
-    Raises
-    ------
-    InputError
-        If the robot has no such parameter, or the range is empty or not finite.
     """
     from gaitopt.control.law import passive
     from gaitopt.simulation.engine_choice import default_engine
 
-    check_range(robot, parameter, ends)
     law = law or passive(robot)
     engine = engine or default_engine(law, robot)
     values = robot.resolve(cycle.parameters)
@@ -236,7 +265,7 @@ def make_gait_family(
         section = Section(robot, walker.p, sliding=True)
     return GaitFamily(
         robot=robot,
-        parameters=dict(values),
+        parameters=gains_of(law) | dict(values),
         parameter=parameter,
         law=law,
         engine=engine,
@@ -245,15 +274,6 @@ def make_gait_family(
         scale=natural_scale(walker, section, section.project(cycle.section.embed(cycle.z))),
         value_scale=abs(ends[1] - ends[0]),
     )
-
-
-def check_range(robot: Robot, parameter: str, ends: tuple[float, float]) -> None:
-    """Raise InputError unless a robot has a parameter and its range is finite and not empty."""
-    known = [p.name for p in robot.parameters]
-    if parameter not in known:
-        raise InputError(f"Robot {robot.name!r} has no parameter {parameter!r}. {suggest(parameter, known)}")
-    if not np.all(np.isfinite(ends)) or ends[0] == ends[1]:
-        raise InputError(f"The range of {parameter} must have two different finite ends, got {ends[0]:g}:{ends[1]:g}.")
 
 
 def structure_of(passage: Passage) -> Structure:

@@ -1,29 +1,29 @@
 """Gaits of a branch at a given value of its parameter."""
 
-import numpy as np
-
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.arguments import check_arguments
+from gaitopt.continuation.branch_diagram import BranchDiagram
+from gaitopt.continuation.gait_source import AnyCycle, AnyWalkProblem, make_gait_source
 from gaitopt.continuation.tracing import points_at
-from gaitopt.control.law import passive
 from gaitopt.errors import InputError
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.cycle_iteration import find_cycle, same_gait
-from gaitopt.stability.walk_problem import WalkProblem
+from gaitopt.stability.cycle_iteration import same_gait
+
+SAME = 1e-6
+"""Largest difference of the states of one gait."""
 
 
+@check_arguments
 def gaits_at(
-    problem: WalkProblem, diagram: BranchDiagram, value: float, *, branch: int = 0, engine: Engine | None = None
-) -> tuple[Cycle, ...]:
+    problem: AnyWalkProblem, diagram: BranchDiagram, value: float, *, branch: int = 0, engine: Engine | None = None
+) -> tuple[AnyCycle, ...]:
     """Return the periodic gaits of a branch at a value of the parameter.
 
     Newton's method starts from the linear interpolation between the neighbouring points of the branch.
 
     Parameters
     ----------
-    problem : WalkProblem
+    problem : WalkProblem or PlanarWalkProblem
         The problem whose diagram it is.
     diagram : BranchDiagram
     value : float
@@ -34,7 +34,7 @@ def gaits_at(
 
     Returns
     -------
-    tuple of Cycle
+    tuple of Cycle or PlanarCycle
         In order along the branch: several where it is folded, none outside its range.
 
     Raises
@@ -55,17 +55,19 @@ def gaits_at(
     if not 0 <= branch < len(diagram.branches):
         raise InputError(f"The diagram has branches 0 to {len(diagram.branches) - 1}, got branch {branch}.")
     followed = diagram.branches[branch]
-    law, robot = problem.law or passive(problem.robot), problem.robot
-    p = robot.vector(robot.resolve({**problem.parameters, diagram.parameter: value}))
-    walker = Walker(robot, law, p, engine or default_engine(law, robot))
-    gaits = list[Cycle]()
+    source = make_gait_source(problem, {diagram.parameter: diagram.ends}, engine)
+    gaits = list[AnyCycle]()
     for z in points_at(followed, value):
-        cycle = find_cycle(walker, _with_foot_speed(followed, z), followed.steps)
-        if cycle is not None and not any(same_gait(cycle, other) for other in gaits):
+        cycle = source.gait_near(value, dict(zip(followed.names, z, strict=True)), followed.steps)
+        if cycle is not None and not any(_are_same(cycle, other) for other in gaits):
             gaits.append(cycle)
     return tuple(gaits)
 
 
-def _with_foot_speed(branch: GaitBranch, z: np.ndarray) -> np.ndarray:
-    """Return a point of a section without foot speed, of a foot that cannot slip, with foot speed 0."""
-    return z if "foot_speed" in branch.names else np.append(z, 0.0)
+def _are_same(one: AnyCycle, other: AnyCycle) -> bool:
+    """Return whether two gaits of a problem are the same."""
+    if isinstance(one, Cycle) and isinstance(other, Cycle):
+        return same_gait(one, other)
+    return one.state.keys() == other.state.keys() and all(
+        abs(value - other.state[name]) <= SAME for name, value in one.state.items()
+    )

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
-from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, classify_change
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
 
 WIDTH = 1e-10
@@ -19,6 +19,8 @@ SHORTEST_CHORD = 1e-13
 """Scaled distance of two points below which the interval between them is not divided further."""
 SHORTEST_PIECE = 1e-7
 """Scaled distance of two points below which no bifurcation is sought between them."""
+LARGEST_WIDTH = 1e-6
+"""Width, relative to the range of the parameter, above which the zero of a test function is no bifurcation."""
 STEEPEST = 0.05
 """Smallest cosine between a chord and a tangent along which a point between is predicted."""
 Describe = Callable[[object], str]
@@ -86,10 +88,10 @@ def _brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[
     yield from _brackets(stepper, middle, other)
 
 
-def describe_change(one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:
+def describe_change(stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:
     """Return the special point between two neighbours of different structure."""
     return SpecialPoint(
-        kind=classify_change(one.sample.structure, other.sample.structure),
+        kind=stepper.family.classify(one.sample, other.sample),
         value=(one.value + other.value) / 2,
         width=abs(other.value - one.value),
         z=(one.z + other.z) / 2,
@@ -144,6 +146,8 @@ def smooth_special_points(
         if located is None:
             continue
         point, width = located
+        if width > LARGEST_WIDTH * stepper.family.value_scale:
+            continue  # the test function jumps, as it does where a derivative is singular
         distance = float(np.linalg.norm(stepper.position(point) - stepper.position(one)))
         special = SpecialPoint(
             kind=kind,

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.continuation.special_point import SpecialKind
 from gaitopt.motion.motion import Array
 
 
@@ -78,4 +79,16 @@ class MapFamily(Protocol):
 
     def after_change(self, z: Array, sample: MapSample) -> Array:
         """Return a point beside one at which the map changes, on the side of the new structure."""
+        ...
+
+    def classify(self, before: MapSample, after: MapSample) -> SpecialKind:
+        """Return the kind of the change between two samples of different structure."""
+        ...
+
+    def classify_names(self, before: str, after: str) -> SpecialKind:
+        """Return the kind of the change between two structures by their names."""
+        ...
+
+    def keeps_coordinates(self, before: MapSample, after: MapSample) -> bool:
+        """Return whether a branch continues in the same coordinates after a change between two samples."""
         ...

@@ -11,6 +11,8 @@ import numpy as np
 from attrs import field, frozen
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
+from gaitopt.continuation.checkpoint import Checkpoint, Correction
 from gaitopt.continuation.map_family import MapFamily, MapSample
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
@@ -18,10 +20,13 @@ from gaitopt.reductions import worst
 
 FLOOR = 1e-13
 """Scaled residual below which Newton's method ends."""
+NEARBY_ITERATIONS = 3
+"""Iterations with the derivative by the parameter of a point nearby, before it is computed."""
 LONGEST_NEWTON_STEP = 1.0
 """Scaled Newton step above which the correction is abandoned."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class ArclengthOptions:
     """Options of pseudo-arclength continuation.  Lengths are relative to the natural size of the coordinates.
@@ -71,7 +76,8 @@ class CurvePoint:
     orbit : (steps, n) array
         Points at the start of each step of the period, `z` first.
     iterations : int
-        Newton iterations of the correction.
+        Newton iterations of the correction until the tolerance is reached; those that follow reduce the residual to
+        its rounding errors, which grow with the multipliers.
     """
 
     z: Array
@@ -96,10 +102,12 @@ class Stepper:
     ----------
     family : MapFamily
     options : ArclengthOptions
+    checkpoint : Checkpoint, optional
+        File of the corrections.
     """
 
-    def __init__(self, family: MapFamily, options: ArclengthOptions) -> None:
-        self.family, self.options = family, options
+    def __init__(self, family: MapFamily, options: ArclengthOptions, checkpoint: Checkpoint | None = None) -> None:
+        self.family, self.options, self.checkpoint = family, options, checkpoint
         self.scales = np.append(family.scale, family.value_scale)
 
     def initialise(self, z: Array, value: float, direction: float) -> CurvePoint | None:
@@ -139,7 +147,7 @@ class Stepper:
         """Return the scaled coordinates of a point, shape (n + 1,)."""
         return np.append(point.z, point.value) / self.scales
 
-    def correct(self, guess: Array, normal: Array) -> CurvePoint | None:
+    def correct(self, guess: Array, normal: Array, by_value: Array | None = None) -> CurvePoint | None:
         """Return the branch point in the plane through a guess with the given normal, or None without convergence.
 
         The tangent of the result makes an acute angle with the normal.
@@ -148,10 +156,33 @@ class Stepper:
         ----------
         guess, normal : (n + 1,) arrays
             In scaled coordinates.
+        by_value : (n,) array, optional
+            Derivative of the residual by the parameter at a point nearby, for the first iterations.
         """
+        if self.checkpoint is None:
+            return self._iterate(guess, normal, by_value)
+        stored, correction = self.checkpoint.recall(guess, normal)
+        if stored and correction is None:
+            return None
+        if correction is not None:
+            return self._restore_point(correction)
+        point = self._iterate(guess, normal, by_value)
+        self.checkpoint.record(guess, normal, None if point is None else _correction_of(point))
+        return point
+
+    def _restore_point(self, correction: Correction) -> CurvePoint:
+        """Return the point of a stored correction."""
+        sample = self.family.evaluate(correction.z, correction.value)
+        orbit = self.family.orbit(correction.z, correction.value, sample)
+        return CurvePoint(sample=sample, orbit=orbit, **correction._asdict())
+
+    def _iterate(self, guess: Array, normal: Array, by_value: Array | None) -> CurvePoint | None:
+        """Return the point to which Newton's method converges, or None."""
         x, size = np.array(guess), self.family.size
-        by_value, best = None, math.inf
+        best, nearby, reached = math.inf, by_value is not None, None
         for iteration in range(self.options.most_iterations + 1):
+            if nearby and iteration == NEARBY_ITERATIONS:
+                by_value = None
             z, value = x[:size] * self.scales[:size], float(x[size] * self.scales[size])
             sample = self.family.evaluate(z, value)
             if sample.residual is None:
@@ -162,8 +193,10 @@ class Stepper:
             error, length = worst(np.abs(right)), math.inf if step is None else worst(np.abs(step))
             if step is None or not length <= LONGEST_NEWTON_STEP:
                 return None
-            if min(error, length) <= self.options.tolerance and (error >= best / 4 or error <= FLOOR):
-                return self._make_point(z, value, sample, normal, iteration)
+            if min(error, length) <= self.options.tolerance:
+                reached = iteration if reached is None else reached
+                if error >= best / 4 or error <= FLOOR:
+                    return self._make_point(z, value, sample, normal, reached)
             best, by_value, x = min(best, error), derivative[:, -1], x + step
         return None
 
@@ -199,6 +232,10 @@ class Stepper:
     def angle(self, point: CurvePoint, other: CurvePoint) -> float:
         """Return the angle between the tangents of two points [rad]."""
         return float(np.arccos(np.clip(point.tangent @ other.tangent, -1, 1)))
+
+
+def _correction_of(point: CurvePoint) -> Correction:
+    return Correction(point.z, point.value, point.derivative, point.multipliers, point.tangent, point.iterations)
 
 
 def _solve(matrix: Array, right: Array) -> Array | None:

@@ -1,6 +1,6 @@
 """Special points of branches: bifurcations, changes of contact sequence, and ends."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -29,9 +29,10 @@ class SpecialKind(Enum):
     LOSS_OF_STICK = "the force at the end of a slip leaves the friction cone: the stick phase there appears or vanishes"
     EVENT_COINCIDENCE = "two events coincide: a phase at the end of a step appears or vanishes"
     SEQUENCE_CHANGE = "the contact sequence changes in several places"
+    JOINT_STOP = "a joint stop is touched: its impact appears or vanishes"
     LIFT_OFF = "the normal force at the foot touches zero"
     ROLL_OVER = "the walker falls before the next touchdown"
-    SCUFFING = "the swing foot no longer touches down"
+    SCUFFING = "the swing foot touches the ground in the middle of a step, or no longer touches down"
     DOUBLE_SUPPORT = "the trailing foot no longer separates at the touchdown"
     PAINLEVE = "slip is no longer well posed"
     STANDING = "the steps become infinitely small"
@@ -54,6 +55,7 @@ STOP_KINDS = {
     "no_touchdown": SpecialKind.SCUFFING,
     "double_support": SpecialKind.DOUBLE_SUPPORT,
     "painleve": SpecialKind.PAINLEVE,
+    "jam": SpecialKind.PAINLEVE,
 }
 """Kind of the end of a branch, by the reason for which a step beyond it stops."""
 
@@ -144,7 +146,9 @@ def _slips(mode: Hashable) -> bool:
     return str(getattr(mode, "value", mode)).startswith("slip")
 
 
-def merge_changes(points: Sequence[SpecialPoint], width: float) -> list[SpecialPoint]:
+def merge_changes(
+    points: Sequence[SpecialPoint], width: float, classify: Callable[[str, str], SpecialKind]
+) -> list[SpecialPoint]:
     """Return special points in which successive changes of the contact sequence closer than a width are one change.
 
     Between them the gait has a sequence that exists only within rounding errors.
@@ -155,6 +159,8 @@ def merge_changes(points: Sequence[SpecialPoint], width: float) -> list[SpecialP
         In order along a branch.
     width : float
         In the unit of the parameter.
+    classify : callable
+        Kind of a change between two contact sequences.
     """
     merged = list[SpecialPoint]()
     for point in points:
@@ -162,7 +168,7 @@ def merge_changes(points: Sequence[SpecialPoint], width: float) -> list[SpecialP
         if last is None or not _are_one_change(last, point, width):
             merged.append(point)
             continue
-        kind = classify_change(_read_structure(last.before), _read_structure(point.after))
+        kind = classify(last.before, point.after)
         merged[-1] = replace(
             last,
             kind=kind,
@@ -178,7 +184,7 @@ def _are_one_change(one: SpecialPoint, other: SpecialPoint, width: float) -> boo
     return near and one.before != one.after and bool(other.multipliers_after.size) and other.before != other.after
 
 
-def _read_structure(name: str) -> tuple[tuple[tuple[str, ...], str], ...]:
+def read_structure(name: str) -> tuple[tuple[tuple[str, ...], str], ...]:
     """Return phases and outcome of the touchdown of each step of a sequence as text."""
     steps = (step.partition(" | ") for step in name.split("; "))
     return tuple((tuple(phases.split()), impact) for phases, _, impact in steps)

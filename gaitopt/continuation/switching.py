@@ -7,6 +7,7 @@ original branch has no point.
 
 import numpy as np
 
+from gaitopt.continuation.checkpoint import Checkpoint
 from gaitopt.continuation.map_family import MapFamily
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialPoint
@@ -16,7 +17,12 @@ AMPLITUDES = (1e-3, 3e-4, 3e-3, 1e-2, 1e-4)
 
 
 def switch_branch(
-    family: MapFamily, special: SpecialPoint, options: ArclengthOptions, sign: float = 1.0
+    family: MapFamily,
+    special: SpecialPoint,
+    options: ArclengthOptions,
+    sign: float = 1.0,
+    *,
+    checkpoint: Checkpoint | None = None,
 ) -> tuple[Stepper, CurvePoint] | None:
     """Return a stepper and the first point of the branch that leaves a special point, or None if there is none.
 
@@ -29,10 +35,11 @@ def switch_branch(
     options : ArclengthOptions
     sign : float
         Side of the special point: both sides of a doubled branch are the same gait.
+    checkpoint : Checkpoint, optional
     """
     if special.direction is None:
         return None
-    stepper = Stepper(family, options)
+    stepper = Stepper(family, options, checkpoint)
     start = np.append(special.z, special.value) / stepper.scales
     normal = np.append(sign * special.direction, 0.0)
     for amplitude in AMPLITUDES:

@@ -6,14 +6,18 @@ from dataclasses import dataclass, field, replace
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.continuation.checkpoint import Checkpoint
 from gaitopt.continuation.following import BranchFollower
-from gaitopt.continuation.gait_family import (
-    GaitFamily,
-    check_range,
-    make_gait_family,
-    name_structure,
-    slips_completely,
+from gaitopt.continuation.gait_family import name_structure
+from gaitopt.continuation.gait_source import (
+    AnyCycle,
+    AnyFamily,
+    AnyWalkProblem,
+    GaitSource,
+    GaitStart,
+    make_gait_source,
 )
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
@@ -21,9 +25,7 @@ from gaitopt.continuation.switching import switch_branch
 from gaitopt.errors import InputError
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
-from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.cycle_search import STARTS, search_cycles, sort_cycles
-from gaitopt.stability.walk_problem import WalkProblem
+from gaitopt.stability.cycle_search import STARTS
 
 SAME_GAIT = 1e-5
 """Largest scaled distance of a gait from a branch to which it belongs."""
@@ -36,6 +38,7 @@ BranchObserver = Callable[[GaitBranch], None]
 """Called with a branch whenever a point of it has been added."""
 
 
+@check_arguments
 @attrs.frozen(kw_only=True)
 class TraceOptions:
     """Options of :func:`trace`.
@@ -52,6 +55,8 @@ class TraceOptions:
     arclength : ArclengthOptions
     engine : Engine, optional
         By default the fastest installed engine that supports the law.
+    checkpoint : Checkpoint, optional
+        File from which an interrupted trace continues.
 
     Examples
     --------
@@ -64,17 +69,19 @@ class TraceOptions:
     starts: int = STARTS
     arclength: ArclengthOptions = attrs.field(factory=ArclengthOptions)
     engine: Engine | None = None
+    checkpoint: Checkpoint | None = None
 
     def __attrs_post_init__(self) -> None:
         Parameter("doublings", 0, "1", "", lower=0, whole=True).check(self.doublings)
         Parameter("starts", 1, "1", "", lower=1, whole=True).check(self.starts)
 
 
+@check_arguments
 def trace(
-    problem: WalkProblem,
+    problem: AnyWalkProblem,
     over: Mapping[str, tuple[float, float]],
     *,
-    start: Cycle | None = None,
+    start: AnyCycle | None = None,
     options: TraceOptions | None = None,
     observer: BranchObserver | None = None,
 ) -> BranchDiagram:
@@ -85,12 +92,13 @@ def trace(
 
     Parameters
     ----------
-    problem : WalkProblem
-        Walker, law and parameters.
+    problem : WalkProblem or PlanarWalkProblem
+        Robot, law and parameters.
     over : mapping of str to (float, float)
-        One parameter of robot or ground and its range in SI units.
-    start : Cycle, optional
-        Gait to start from; by default the first stable gait at the first end of the range.
+        One parameter of robot or ground, or gain of the law, and its range in SI units.
+    start : Cycle or PlanarCycle, optional
+        Gait to start from; by default the first stable gait at the first end of the range, or at the value of the
+        problem if none is found there.
     options : TraceOptions, optional
     observer : callable, optional
         Called with the branch that is being followed after each of its points.
@@ -118,124 +126,105 @@ def trace(
 
 
 def make_diagram(
-    problem: WalkProblem,
+    problem: AnyWalkProblem,
     over: Mapping[str, tuple[float, float]],
     branches: Sequence[GaitBranch],
     *,
     complete: bool = True,
 ) -> BranchDiagram:
     """Return the diagram of branches."""
-    parameter, ends = _read_axis(over)
-    units = {each.name: each.unit for each in problem.robot.parameters}
+    source = make_gait_source(problem, over)
     return BranchDiagram(
         robot=problem.robot.name,
-        parameter=parameter,
-        unit=units[parameter],
-        parameters={name: value for name, value in problem.parameters.items() if name != parameter},
-        ends=ends,
+        parameter=source.parameter,
+        unit=source.unit,
+        parameters={name: value for name, value in source.values.items() if name != source.parameter},
+        ends=source.ends,
         branches=tuple(branches),
         complete=complete,
     )
 
 
 def trace_branches(
-    problem: WalkProblem,
+    problem: AnyWalkProblem,
     over: Mapping[str, tuple[float, float]],
     *,
-    start: Cycle | None = None,
+    start: AnyCycle | None = None,
     options: TraceOptions | None = None,
     observer: BranchObserver | None = None,
 ) -> Iterator[GaitBranch]:
     """Yield each branch when it has been followed; see :func:`trace`."""
     options = options or TraceOptions()
-    parameter, ends = _read_axis(over)
-    check_range(problem.robot, parameter, ends)
-    tracer = _Tracer(problem, parameter, ends, options, observer or (lambda branch: None))
-    first = start or tracer.find_start()
-    value = float(first.parameters[parameter])
-    if not min(ends) <= value <= max(ends):
+    source = make_gait_source(problem, over, options.engine)
+    tracer = _Tracer(source, options, observer or (lambda branch: None))
+    first = tracer.find_start() if start is None else source.start(start)
+    low, high = min(source.ends), max(source.ends)
+    if not low <= first.value <= high:
         raise InputError(
-            f"The range of {parameter} must contain the start, at {value:.6g}; it is {ends[0]:g} to {ends[1]:g}."
+            f"The range of {source.parameter} must contain the start, at {first.value:.6g}; it is "
+            f"{source.ends[0]:g} to {source.ends[1]:g}."
         )
     yield from tracer.follow_gait(first)
     if options.deflate:
         yield from tracer.follow_further_gaits()
 
 
-def _read_axis(over: Mapping[str, tuple[float, float]]) -> tuple[str, tuple[float, float]]:
-    if not isinstance(over, Mapping) or len(over) != 1:
-        raise InputError(
-            f"over must be one parameter with its range, such as {{'friction': (0.3, 0.1)}}, got {over!r}."
-        )
-    ((parameter, ends),) = over.items()
-    try:
-        low, high = (float(end) for end in ends)
-    except (TypeError, ValueError):
-        raise InputError(f"The range of {parameter} must be two numbers, got {ends!r}.") from None
-    return parameter, (low, high)
-
-
 @dataclass(eq=False)
 class _Tracer:
     """Branches of the gaits of a walking problem."""
 
-    problem: WalkProblem
-    parameter: str
-    ends: tuple[float, float]
+    source: GaitSource
     options: TraceOptions
     observer: BranchObserver
     branches: list[GaitBranch] = field(default_factory=list)
     _continuations: list[CurvePoint] = field(default_factory=list)
 
-    def find_start(self) -> Cycle:
-        """Return the first gait, stable if there is one, at the first end of the range."""
-        gaits = self._search(self.ends[0])
-        if not gaits:
-            raise InputError(
-                f"No periodic gait of {self.problem.name!r} was found at {self.parameter} = {self.ends[0]:g}; begin "
-                "the range where there is a gait."
-            )
-        return gaits[0]
-
-    def _search(self, value: float) -> tuple[Cycle, ...]:
-        problem, sequence = self.problem, self.problem.sequence
-        cycles = search_cycles(
-            problem.robot,
-            {**problem.parameters, self.parameter: value},
-            law=problem.law,
-            starts=self.options.starts,
-            engine=self.options.engine,
+    def find_start(self) -> GaitStart:
+        """Return the first gait, stable if there is one, at the first end of the range or the value of the problem."""
+        source = self.source
+        value, ends = source.values[source.parameter], source.ends
+        inside = [value] if min(ends) <= value <= max(ends) else []
+        for place in dict.fromkeys([ends[0], *inside]):
+            for gait in source.search(place, self.options.starts):
+                return source.start(gait, place)
+        raise InputError(
+            f"No periodic gait of {source.problem.name!r} was found at {source.parameter} = {ends[0]:g}; begin the "
+            "range where there is a gait."
         )
-        return sort_cycles(cycle for cycle in cycles if sequence is None or set(cycle.sequences) == {sequence})
 
     def follow_further_gaits(self) -> Iterator[GaitBranch]:
         """Yield the branches of the gaits at the ends and in the middle of the range that are on no branch yet."""
-        for value in (self.ends[0], (self.ends[0] + self.ends[1]) / 2, self.ends[1]):
-            for cycle in self._search(value):
-                if not self._is_known(cycle):
-                    yield from self.follow_gait(cycle)
+        first, last = self.source.ends
+        for value in (first, (first + last) / 2, last):
+            for cycle in self.source.search(value, self.options.starts):
+                start = self.source.start(cycle, value)
+                if not self._is_known(start):
+                    yield from self.follow_gait(start)
 
-    def follow_gait(self, cycle: Cycle) -> Iterator[GaitBranch]:
+    def follow_gait(self, start: GaitStart) -> Iterator[GaitBranch]:
         """Yield the branch of a gait, in both directions, and the branches that begin at its period doublings."""
-        family = self._family(cycle)
-        stepper, z, value = Stepper(family, self.options.arclength), family.start(cycle), self._value(cycle)
-        towards = np.sign(self.ends[1] - self.ends[0])
+        family, z, value = start
+        stepper, ends = Stepper(family, self.options.arclength, self.options.checkpoint), self.source.ends
+        towards = np.sign(ends[1] - ends[0])
         sides = list[GaitBranch]()
         for direction in (towards, -towards):
-            if value == self.ends[1 if direction == towards else 0]:
+            if value == ends[1 if direction == towards else 0]:
                 continue
             point = stepper.initialise(z, value, direction)
             if point is not None:
                 sides.append(self._follow(family, stepper, point))
         if not sides:
-            raise InputError(f"The start is not a periodic gait at {self.parameter} = {value:.6g}.")
+            raise InputError(f"The start is not a periodic gait at {self.source.parameter} = {value:.6g}.")
         branch = sides[0] if len(sides) == 1 else _join_sides(sides[1], sides[0])
         number = len(self.branches)
         yield self._add(branch)
         yield from self._follow_doublings(family, branch, number, self.options.doublings - 1)
         for beyond in self._take_continuations():
-            continuation = family.cycle(beyond.z, beyond.value)
-            if continuation is not None and not self._is_known(continuation):
+            cycle = family.cycle(beyond.z, beyond.value)
+            if cycle is None:
+                continue
+            continuation = self.source.start(cycle, beyond.value)
+            if not self._is_known(continuation):
                 yield from self.follow_gait(continuation)
 
     def _take_continuations(self) -> list[CurvePoint]:
@@ -243,7 +232,7 @@ class _Tracer:
         taken, self._continuations = self._continuations, []
         return taken
 
-    def _follow_doublings(self, family: GaitFamily, branch: GaitBranch, number: int, left: int) -> Iterator[GaitBranch]:
+    def _follow_doublings(self, family: AnyFamily, branch: GaitBranch, number: int, left: int) -> Iterator[GaitBranch]:
         """Yield the branch of doubled period at the first period doubling of a branch, and those that follow it."""
         doublings = branch.special_of(SpecialKind.PERIOD_DOUBLING)
         if left < 0 or not doublings:
@@ -255,7 +244,7 @@ class _Tracer:
             arclength, first_step=factor * arclength.first_step, longest_step=factor * arclength.longest_step
         )
         doubled = family.double_period()
-        switched = switch_branch(doubled, doublings[0], arclength)
+        switched = switch_branch(doubled, doublings[0], arclength, checkpoint=self.options.checkpoint)
         if switched is None:
             return
         following = replace(self._follow(doubled, *switched, to_doubling=True), parent=number)
@@ -268,10 +257,10 @@ class _Tracer:
         return branch
 
     def _follow(
-        self, family: GaitFamily, stepper: Stepper, start: CurvePoint, *, to_doubling: bool = False
+        self, family: AnyFamily, stepper: Stepper, start: CurvePoint, *, to_doubling: bool = False
     ) -> GaitBranch:
         """Return the branch from a point on; or up to its first period doubling."""
-        follower = BranchFollower(stepper, self.ends, name_structure, continues=_stays_periodic)
+        follower = BranchFollower(stepper, self.source.ends, name_structure, continues=family.keeps_coordinates)
         points, special = list[CurvePoint](), list[SpecialPoint]()
         for item in follower.follow(start):
             if isinstance(item, CurvePoint):
@@ -286,19 +275,12 @@ class _Tracer:
             self._continuations.append(follower.beyond)
         return _make_branch(family, points, special, follower.end)
 
-    def _family(self, cycle: Cycle) -> GaitFamily:
-        problem, engine = self.problem, self.options.engine
-        return make_gait_family(problem.robot, cycle, self.parameter, self.ends, law=problem.law, engine=engine)
-
-    def _value(self, cycle: Cycle) -> float:
-        return float(cycle.parameters[self.parameter])
-
-    def _is_known(self, cycle: Cycle) -> bool:
+    def _is_known(self, start: GaitStart) -> bool:
         """Return whether a gait lies on a branch that has been followed."""
-        family, value = self._family(cycle), self._value(cycle)
-        stepper, z = Stepper(family, self.options.arclength), family.start(cycle)
+        family, z, value = start
+        stepper = Stepper(family, self.options.arclength, self.options.checkpoint)
         for branch in self.branches:
-            if branch.steps != family.steps:
+            if (branch.steps, branch.names) != (family.steps, family.names):
                 continue
             for near in points_at(branch, value):
                 point = stepper.initialise(near, value, 1.0)
@@ -317,16 +299,8 @@ def points_at(branch: GaitBranch, value: float) -> Iterator[np.ndarray]:
             yield branch.states[k] + share * (branch.states[k + 1] - branch.states[k])
 
 
-def _stays_periodic(before: object, after: object) -> bool:
-    """Return whether gaits before and after a change are periodic in the same coordinates.
-
-    In complete slip the foot speed drifts: such gaits form a separate branch.
-    """
-    return slips_completely(before) == slips_completely(after)
-
-
 def _make_branch(
-    family: GaitFamily, points: Sequence[CurvePoint], special: Sequence[SpecialPoint], end: str
+    family: AnyFamily, points: Sequence[CurvePoint], special: Sequence[SpecialPoint], end: str
 ) -> GaitBranch:
     multipliers = np.full((len(points), family.size), np.nan, dtype=complex)
     for row, point in zip(multipliers, points, strict=True):
@@ -334,11 +308,12 @@ def _make_branch(
     return GaitBranch(
         steps=family.steps,
         names=family.names,
+        units=family.units,
         values=np.array([point.value for point in points]),
         orbits=np.array([point.orbit for point in points]),
         multipliers=multipliers,
         sequences=tuple(name_structure(point.sample.structure) for point in points),
-        special=tuple(merge_changes(special, ONE_CHANGE * family.value_scale)),
+        special=tuple(merge_changes(special, ONE_CHANGE * family.value_scale, family.classify_names)),
         end=end,
     )
 

@@ -10,17 +10,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.following import BranchFollower
-from gaitopt.continuation.gait_family import GaitFamily, check_range, make_gait_family, name_structure
+from gaitopt.continuation.gait_family import name_structure
 from gaitopt.continuation.gait_lookup import gaits_at
+from gaitopt.continuation.gait_source import AnyFamily, AnyWalkProblem, make_gait_source
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.continuation.tracing import TraceOptions
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
-from gaitopt.stability.walk_problem import WalkProblem
 
 REACHES = (0.2, 0.05, 0.8, 3.0)
 """Distances from the predicted point at which a search along the line begins, relative to the step, in order."""
@@ -33,8 +34,9 @@ CurveObserver = Callable[[SpecialCurve], None]
 """Called with a curve whenever a point of it has been added."""
 
 
+@check_arguments
 def trace_curve(
-    problem: WalkProblem,
+    problem: AnyWalkProblem,
     diagram: BranchDiagram,
     second: Mapping[str, tuple[float, float]],
     *,
@@ -47,7 +49,7 @@ def trace_curve(
 
     Parameters
     ----------
-    problem : WalkProblem
+    problem : WalkProblem or PlanarWalkProblem
         The problem whose diagram it is; its value of the second parameter is that of the diagram.
     diagram : BranchDiagram
     second : mapping of str to (float, float)
@@ -80,13 +82,13 @@ def trace_curve(
     if len(second) != 1:
         raise InputError(f"second must be one parameter with its range, got {second!r}.")
     ((name, ends),) = second.items()
-    check_range(problem.robot, name, ends)
+    source = make_gait_source(problem, second)
     if name == diagram.parameter:
         raise InputError(f"The second parameter must differ from the first, {name!r}.")
     points = diagram.branches[branch].special if 0 <= branch < len(diagram.branches) else ()
     if not 0 <= special < len(points):
         raise InputError(f"Branch {branch} of the diagram has no special point {special}; it has {len(points)}.")
-    value = float(problem.robot.resolve(problem.parameters)[name])
+    value = float(source.values[name])
     if not min(ends) <= value <= max(ends):
         raise InputError(f"The range of {name} must contain the value of the problem, {value:g}.")
     plane = _Plane(problem, diagram, name, ends, options or TraceOptions(), branch)
@@ -106,7 +108,7 @@ class _Located:
 class _Plane:
     """The plane of two parameters in which a curve is followed, scaled by their ranges."""
 
-    problem: WalkProblem
+    problem: AnyWalkProblem
     diagram: BranchDiagram
     second: str
     ends: tuple[float, float]
@@ -123,7 +125,7 @@ class _Plane:
 
     def follow(self, special: SpecialPoint, observer: CurveObserver) -> SpecialCurve:
         """Return the curve through a special point."""
-        value = float(self.problem.robot.resolve(self.problem.parameters)[self.second])
+        value = float(make_gait_source(self.problem, {self.second: self.ends}).values[self.second])
         start = _Located(np.array([special.value, value]) / self.scale, special, special.z)
         family = self._family(special)
         located, ends = [start], []
@@ -136,7 +138,7 @@ class _Plane:
         return self._curve(located, (ends[1], ends[0]))
 
     def _follow_side(
-        self, family: GaitFamily, start: _Located, sign: float, observe: Callable[[list[_Located]], None]
+        self, family: AnyFamily, start: _Located, sign: float, observe: Callable[[list[_Located]], None]
     ) -> tuple[list[_Located], str]:
         """Return the points of the curve on one side of its start, and the reason for which it ends there."""
         tangent, step = np.array([0.0, sign]), FIRST_STEP
@@ -164,7 +166,7 @@ class _Plane:
         values = place * self.scale
         return bool(np.all((values >= bounds.min(axis=1)) & (values <= bounds.max(axis=1))))
 
-    def _locate(self, family: GaitFamily, last: _Located, place: Array, tangent: Array, step: float) -> _Located | str:
+    def _locate(self, family: AnyFamily, last: _Located, place: Array, tangent: Array, step: float) -> _Located | str:
         """Return the special point of the same kind on the line across the tangent, or why there is none."""
         normal = np.array([tangent[1], -tangent[0]])
         normal *= np.sign(normal @ self._towards(last)) or 1.0
@@ -188,10 +190,10 @@ class _Plane:
         return np.array([float(branch.values[-1] - branch.values[0]), 0.0])
 
     def _search(
-        self, family: GaitFamily, last: _Located, reach: float, length: float
+        self, family: AnyFamily, last: _Located, reach: float, length: float
     ) -> tuple[float, SpecialPoint, Array] | str:
         """Return the place of the special point on a line, the point, and a gait before it; or why there is none."""
-        stepper = Stepper(family, self.options.arclength)
+        stepper = Stepper(family, self.options.arclength, self.options.checkpoint)
         start = stepper.initialise(last.near, -reach, 1.0)
         if start is None:
             return NOT_FOUND
@@ -208,7 +210,7 @@ class _Plane:
                 return f"meets {item.kind.label}"
         return NOT_FOUND
 
-    def _family(self, special: SpecialPoint) -> GaitFamily:
+    def _family(self, special: SpecialPoint) -> AnyFamily:
         gaits = [
             gait
             for shift in (1e-4, -1e-4)
@@ -218,16 +220,9 @@ class _Plane:
         ]
         if not gaits:
             raise InputError(f"No gait was found beside the special point at {special.value:.6g}.")
-        problem = self.problem
-        family = make_gait_family(
-            problem.robot,
-            gaits[0],
-            self.diagram.parameter,
-            self.diagram.ends,
-            law=problem.law,
-            engine=self.options.engine,
-        )
-        return replace(family, parameters={**family.parameters, **problem.robot.resolve(problem.parameters)})
+        source = make_gait_source(self.problem, {self.diagram.parameter: self.diagram.ends}, self.options.engine)
+        family = source.start(gaits[0], special.value).family
+        return replace(family, parameters={**family.parameters, **source.values})
 
     def _curve(self, located: list[_Located], ends: tuple[str, str]) -> SpecialCurve:
         first = located[0].special

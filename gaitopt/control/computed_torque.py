@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.inverse_dynamics import inverse_dynamics, nominal_parameters
 from gaitopt.control.law import Law
 from gaitopt.control.reference import reference
@@ -18,6 +19,7 @@ NEAR_REST = 0.01
 """Foot speed [m/s] above which the law assumes that the foot slides."""
 
 
+@check_arguments
 def computed_torque(
     robot: Robot,
     motion: Motion,

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.reference import reference
 from gaitopt.control.signature import torque_function
@@ -14,6 +15,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 
 
+@check_arguments
 def joint_pd(
     robot: Robot,
     motion: Motion,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturate_control, torque_function
 from gaitopt.errors import InputError, suggest
@@ -163,6 +164,7 @@ class Law:
         return replace(self, table=table)
 
 
+@check_arguments
 def passive(robot: Robot | PlanarRobot) -> Law:
     """Return the law with zero torque.
 
@@ -177,6 +179,7 @@ def passive(robot: Robot | PlanarRobot) -> Law:
     return Law("passive", function, np.zeros(1), np.zeros((0, 1)))
 
 
+@check_arguments
 def feedforward(robot: Robot, motion: Motion) -> Law:
     """Return the law that replays the torques of a motion's first step, with a clock reset at touchdown.
 
@@ -204,15 +207,40 @@ def feedforward(robot: Robot, motion: Motion) -> Law:
     time = np.concatenate([segment.time for segment in first]) - first[0].time[0]
     torque = np.concatenate([segment.torque for segment in first], axis=1)
     corner = _corners(time, torque)
-    time, torque = time[corner], torque[:, corner]
+    return feedforward_samples(robot, time[corner], torque[:, corner])
+
+
+def feedforward_samples(robot: Robot, time: Array, torque: Array) -> Law:
+    """Return the law of torques that are linear between samples, with a clock reset at touchdown.
+
+    Parameters
+    ----------
+    robot : Robot
+    time : (n,) array [s]
+        From 0 on; of two equal times the second begins a piece.
+    torque : (n_u, n) array [N m]
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> law = feedforward_samples(compass_biped(), np.array([0.0, 0.5]), np.array([[0.0, 1.0], [2.0, 2.0]]))
+    >>> law.torque_at(0.25, np.zeros(4), np.zeros(4)).tolist()
+    [0.5, 2.0]
+    """
     begins = np.diff(time) > 0  # of equal times the last begins a piece, so torques may jump
     slope = np.hstack([np.diff(torque, axis=1)[:, begins] / np.diff(time)[begins], np.zeros((robot.n_u, 1))])
     keep = np.append(begins, True)
     time, torque = time[keep], torque[:, keep]
+    table = np.vstack([time, torque, slope])
+    return Law("feedforward", _linear_torque(robot), time, table)
+
+
+@functools.lru_cache(maxsize=8)
+def _linear_torque(robot: Robot) -> ca.Function:
+    """Return the torque that is linear in the clock from the start of its piece."""
     data = ca.SX.sym("data", 1 + 2 * robot.n_u)
     value, rate = data[1 : 1 + robot.n_u], data[1 + robot.n_u :]
-    function = torque_function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))
-    return Law("feedforward", function, time, np.vstack([time, torque, slope]))
+    return torque_function(robot, data, lambda clock, q, v: value + rate * (clock - data[0]))
 
 
 def check_names(robot: Robot, motion: Motion) -> None:

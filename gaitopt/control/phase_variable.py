@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.reference import Reference, quintic, reference
 from gaitopt.control.signature import Memory, control_function, inputs_of, rewrite_memory
@@ -25,6 +26,7 @@ LEADING_ROWS = 9
 """Number of rows before those of the law: bounds of the piece, its start, and six coefficients of the time."""
 
 
+@check_arguments
 def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None = None) -> Law:
     """Return a law with an angle of the robot as phase variable instead of the time since touchdown.
 

@@ -7,6 +7,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, passive
 from gaitopt.control.signature import LawInputs, Memory, control_function, inputs_of, make_memory
 from gaitopt.control.torque_saturation import limit_torque, remove_limits, torque_limits
@@ -24,6 +25,7 @@ EVENTS = ("swing leg goes forward", "push-off begins", "push-off ends")
 GAINS = ("push_off_torque", "push_off_duration")
 
 
+@check_arguments
 def push_off(
     robot: Robot,
     law: Law | None = None,

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
@@ -44,6 +45,7 @@ class LawInputs(NamedTuple):
     data: ca.SX
 
 
+@check_arguments
 def law_inputs(robot: Robot | PlanarRobot, *, data: int = 0, latched: int = 0) -> LawInputs:
     """Return new symbols for a law of a robot with `data` rows in its table and `latched` values.
 
@@ -66,6 +68,7 @@ def _symbols(n_q: int, latched: int, data: int) -> LawInputs:
     return LawInputs(*(ca.SX.sym(name, size) for name, size in zip(INPUTS, sizes, strict=True)))
 
 
+@check_arguments
 def control_function(
     inputs: LawInputs, torque: ca.SX, *, bounds: ca.SX | None = None, guards: ca.SX | None = None
 ) -> ca.Function:
@@ -140,6 +143,7 @@ class Memory:
     events: tuple[str, ...] = ()
 
 
+@check_arguments
 def make_memory(
     inputs: LawInputs,
     latch: ca.SX,

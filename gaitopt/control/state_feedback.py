@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
 from gaitopt.control.reference import reference
@@ -16,6 +17,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 
 
+@check_arguments
 def state_feedback(
     robot: Robot,
     motion: Motion,

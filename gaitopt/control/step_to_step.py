@@ -6,6 +6,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
 from gaitopt.control.signature import control_function, inputs_of, make_memory
@@ -17,6 +18,7 @@ from gaitopt.model.section_coordinate import dependent_coordinate
 from gaitopt.motion.motion import Array
 
 
+@check_arguments
 def step_to_step(
     robot: Robot,
     law: Law,

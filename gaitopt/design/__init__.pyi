@@ -2,3 +2,12 @@ from gaitopt.design.family import Family as Family
 from gaitopt.design.family_gaits import FamilyGaits as FamilyGaits
 from gaitopt.design.planned_law import planned_gains as planned_gains
 from gaitopt.design.planned_law import planned_law as planned_law
+from gaitopt.design.robust_plan import RobustPlan as RobustPlan
+from gaitopt.design.robust_plan import solve_scenarios as solve_scenarios
+from gaitopt.design.scenario_test import ScenarioTest as ScenarioTest
+from gaitopt.design.scenario_test import ScenarioWalker as ScenarioWalker
+from gaitopt.design.scenario_test import Walk as Walk
+from gaitopt.design.scenario_test import check_scenarios as check_scenarios
+from gaitopt.design.scenario_test import walk_scenarios as walk_scenarios
+from gaitopt.design.scenarios import Scenario as Scenario
+from gaitopt.design.scenarios import Scenarios as Scenarios

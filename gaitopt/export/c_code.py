@@ -6,15 +6,18 @@ from pathlib import Path
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import controller_header, controller_source, initialiser, law_functions
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import comment_line
 from gaitopt.version import __version__
 
 
+@check_arguments
 def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str | Path) -> Path:
     """Write dynamics, contact, impact and controller as a C file, and its header beside it.
 
@@ -98,14 +101,14 @@ def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Arr
 def _header(prefix: str, functions: Sequence[ca.Function], robot: Robot, law: Law, values: Array) -> str:
     guard = f"{prefix.upper()}_H"
     order = "\n".join(
-        f" *   p[{i}]  {parameter.name} [{parameter.unit}]: {parameter.description}"
+        comment_line(f" *   p[{i}]  {parameter.name} [{parameter.unit}]: {parameter.description}")
         for i, parameter in enumerate(robot.parameters)
     )
     lines = [
-        f"/* Robot {robot.name}, law {law.name}.  Written by gaitopt {__version__}.",
+        "/*" + comment_line(f" Robot {robot.name}, law {law.name}.  Written by gaitopt {__version__}."),
         " *",
-        f" * q   stance foot x, y [m], then {', '.join(robot.angles)} [rad]; v their rates",
-        f" * u   torque of {', '.join(robot.actuators) or 'no actuator'} [N m]",
+        comment_line(f" * q   stance foot x, y [m], then {', '.join(robot.angles)} [rad]; v their rates"),
+        comment_line(f" * u   torque of {', '.join(robot.actuators) or 'no actuator'} [N m]"),
         order,
         " *",
         " * Matrices are stored column by column.  An output may be NULL.",

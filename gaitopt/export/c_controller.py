@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import comment_line
 
 MOST_EVENTS = 20
 """Maximum number of events of the law that are processed in one sample."""
@@ -29,7 +30,7 @@ def controller_header(prefix: str, law: Law) -> str:
     return "\n".join(
         [
             "/* State of the controller between samples: the latched values of the law.",
-            *(f" *   latched[{i}]  {name}" for i, name in enumerate(values)),
+            *(comment_line(f" *   latched[{i}]  {name}") for i, name in enumerate(values)),
             *([f" * Events of the law: {', '.join(events)}."] if events else []),
             " */",
             f"typedef struct {{ double latched[{max(len(values), 1)}]; }} {prefix}_state;",

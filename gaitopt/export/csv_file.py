@@ -5,13 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.motion.printable import column_name
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 
 
+@check_arguments
 def write_csv(motion: AnyMotion, path: str | Path) -> Path:
     """Write the trajectories of a motion as a table: a line for each sample, a column for each quantity.
 
@@ -54,7 +57,7 @@ def write_csv(motion: AnyMotion, path: str | Path) -> Path:
         raise InputError("The motion has no samples: the simulation stopped at its start.")
     path = Path(path)
     modes = [f"{view.contacts[i].column}mode" for i in view.closing]
-    header = ["step", *modes, *(name for name, _ in _columns(view, view.segments[0]))]
+    header = [column_name(name) for name in ("step", *modes, *(name for name, _ in _columns(view, view.segments[0])))]
     with write_atomically(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(header) + "\n")
         for segment in view.segments:
@@ -74,14 +77,14 @@ def _columns(view: MotionView, segment: PhaseView) -> Iterator[tuple[str, Array]
     """Yield the name and the samples of each quantity."""
     yield "time_s", segment.time
     for channel, row in zip(view.coordinates, segment.q, strict=True):
-        yield f"{_spell(channel.name)}_{channel.unit}", row
+        yield f"{channel.name}_{channel.unit}", row
     for channel, row in zip(view.coordinates, segment.v, strict=True):
-        yield f"{_spell(channel.name)}_rate_{channel.unit}_per_s", row
+        yield f"{channel.name}_rate_{channel.unit}_per_s", row
     for channel, row in zip(view.actuators, segment.torque, strict=True):
-        yield f"{_spell(channel.name)}_{'torque_Nm' if channel.unit == 'N m' else 'force_N'}", row
+        yield f"{channel.name}_{'torque_Nm' if channel.unit == 'N m' else 'force_N'}", row
     for kind, unit, rows in (("power", "W", segment.power), ("work", "J", segment.work)):
         for channel, row in zip(view.actuators, () if rows is None else rows, strict=rows is not None):
-            yield f"{_spell(channel.name)}_{kind}_{unit}", row
+            yield f"{channel.name}_{kind}_{unit}", row
     for contact in view.closing:
         yield from _contact_columns(view, segment, contact)
     yield from _present(view, segment, "damping_work")
@@ -89,8 +92,8 @@ def _columns(view: MotionView, segment: PhaseView) -> Iterator[tuple[str, Array]
     yield "potential_J", segment.potential
     yield from _present(view, segment, "elastic")
     for number, name in enumerate(view.points):
-        yield f"{_spell(name)}_x_m", segment.points[0, number]
-        yield f"{_spell(name)}_y_m", segment.points[1, number]
+        yield f"{name}_x_m", segment.points[0, number]
+        yield f"{name}_y_m", segment.points[1, number]
 
 
 def _contact_columns(view: MotionView, segment: PhaseView, number: int) -> Iterator[tuple[str, Array]]:
@@ -107,7 +110,3 @@ def _contact_columns(view: MotionView, segment: PhaseView, number: int) -> Itera
     if column:
         yield f"{column}gap_m", segment.gaps[number]
         yield f"{column}slip_speed_m_per_s", segment.slip_speeds[number]
-
-
-def _spell(name: str) -> str:
-    return name.replace(" ", "_")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.signature import control_slope
 from gaitopt.errors import InputError
@@ -22,6 +23,7 @@ from gaitopt.version import __version__
 FORMAT, VERSION = "gaitopt torques", 1
 
 
+@check_arguments
 def write_torques(motion: AnyMotion, path: str | Path, *, law: Law | None = None) -> Path:
     """Write the first step of a motion as a table of torques and reference states over the time since touchdown.
 

@@ -52,3 +52,4 @@ from gaitopt.model.robots.round_foot_walker import round_foot_walker as round_fo
 from gaitopt.model.robots.spoked_wheel import spoked_wheel as spoked_wheel
 from gaitopt.model.robots.telescoping_biped import telescoping_biped as telescoping_biped
 from gaitopt.model.robots.vertical_hopper import vertical_hopper as vertical_hopper
+from gaitopt.model.terrain import Terrain as Terrain

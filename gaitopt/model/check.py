@@ -5,11 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.impact import Impact, solve_impact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.robot import Robot
 from gaitopt.model.step_check import StepCheck, check_step
+from gaitopt.parameters import Parameter
 
 _STEP = 1e-6
 
@@ -82,6 +84,7 @@ class RobotCheck:
         return bool(self.least_eigenvalue > 0 and exact < 1e-9 and differenced < 1e-6)
 
 
+@check_arguments
 def check_robot(
     robot: Robot, parameters: Mapping[str, float] | None = None, *, states: int = 20, seed: int = 0
 ) -> RobotCheck:
@@ -111,6 +114,7 @@ def check_robot(
     >>> check_robot(compass_biped()).passed
     True
     """
+    Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
     rng = np.random.default_rng(seed)
     values = robot.resolve({"friction": 0.3, "slope": 0.1, **(parameters or {})})
     if np.isinf(values["friction"]):

@@ -4,7 +4,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 
+
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class Spring:
     """A linear spring along a coordinate, with the energy k (s - s0)^2 / 2.
@@ -34,6 +37,7 @@ class Spring:
         return self.stiffness * (self.coordinate - self.rest) ** 2 / 2
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class Damper:
     """A linear damper along a coordinate, with the force -d s'.
@@ -55,6 +59,7 @@ class Damper:
     damping: ca.SX
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class Potential:
     """A general potential, whose energy is stored and returned.
@@ -74,6 +79,7 @@ class Potential:
     energy: ca.SX
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class RotorInertia:
     """Inertia of a rotor reflected through a gear: it adds (ratio^2 I) s'^2 / 2 to the kinetic energy.

@@ -3,8 +3,11 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.model.terrain import TERRAIN, Terrain
 from gaitopt.parameters import Parameter
 
 GROUND = (
@@ -15,8 +18,9 @@ GROUND = (
 """Parameters of the ground, the last entries of the parameter vector of every robot."""
 
 
+@check_arguments
 @dataclass(frozen=True)
-class Ground(Mapping[str, float]):
+class Ground(Mapping[str, Any]):
     """A plane with Coulomb friction, as a mapping from the names of the ground's parameters to their values.
 
     A contact at rest sticks while abs(f_t) <= static_friction f_n; for a sliding contact and a slipping impact
@@ -30,6 +34,8 @@ class Ground(Mapping[str, float]):
         Coefficient of kinetic friction; ``inf`` for a foot that does not slip.
     static_friction : float, optional
         Coefficient of static friction, at least `friction`; by default equal to it.
+    terrain : Terrain, optional
+        Steps in height and patches of other friction, for simulations of robots with several contacts.
 
     Raises
     ------
@@ -47,6 +53,7 @@ class Ground(Mapping[str, float]):
     slope: float = 0.0
     friction: float = math.inf
     static_friction: float | None = None
+    terrain: Terrain | None = None
 
     def __post_init__(self) -> None:
         for parameter in GROUND[:2]:
@@ -67,13 +74,14 @@ class Ground(Mapping[str, float]):
             )
         return self.static_friction / self.friction
 
-    def __getitem__(self, name: str) -> float:
-        if name not in {parameter.name for parameter in GROUND}:
+    def __getitem__(self, name: str) -> Any:
+        if name not in list(self):
             raise KeyError(name)
-        return float(getattr(self, name))
+        return self.terrain if name == TERRAIN else float(getattr(self, name))
 
     def __iter__(self) -> Iterator[str]:
-        return iter([parameter.name for parameter in GROUND])
+        names = [parameter.name for parameter in GROUND]
+        return iter(names if self.terrain is None else [*names, TERRAIN])
 
     def __len__(self) -> int:
-        return len(GROUND)
+        return len(list(iter(self)))

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class PointMass:
     """A mass at a point.
@@ -36,6 +38,7 @@ class PointMass:
     position: ca.SX
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class RigidLink:
     """A rigid body with rotary inertia.

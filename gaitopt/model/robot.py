@@ -10,15 +10,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry, count_coordinates
 from gaitopt.model.ground import GROUND
-from gaitopt.model.robot_formulation import formulate_robot
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.robot_serialisation import read_fields, write_record
+from gaitopt.model.terrain import refuse_terrain
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -45,6 +46,7 @@ def add_ground(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     return every
 
 
+@check_arguments
 class Coordinates:
     """The symbols of a robot's expressions: q = (x, y, angles), rates, and parameters by name.
 
@@ -219,9 +221,13 @@ class Robot(LazyRecord):
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"
 
     def __str__(self) -> str:
+        from gaitopt.model.robot_formulation import formulate_robot
+
         return str(formulate_robot(self))
 
     def _repr_latex_(self) -> str:
+        from gaitopt.model.robot_formulation import formulate_robot
+
         return formulate_robot(self).latex
 
     @functools.cached_property
@@ -309,6 +315,7 @@ class Robot(LazyRecord):
         >>> compass_biped().resolve({"leg_mass": 5})["leg_mass"]
         5.0
         """
+        refuse_terrain(values)
         return resolve(self.parameters, values, f"Robot {self.name!r}")
 
     def vector(self, values: Mapping[str, float]) -> np.ndarray:

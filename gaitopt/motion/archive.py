@@ -13,13 +13,15 @@ from typing import Any
 import h5py
 import numpy as np
 
-from gaitopt.errors import ArchiveError
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import ArchiveError, InputError
 from gaitopt.interrupts import hold_interrupt
 from gaitopt.motion.atomic import check_gait_suffix
 from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
+from gaitopt.motion.gait_schema import check_gait_content
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.motion_archive import read_motion, write_motion
 from gaitopt.motion.nlp_solution import Solution, Table
@@ -33,11 +35,12 @@ from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status
 
 KIND = "gait"
-VERSION, FIRST_VERSION = 4, 3
-"""Versions of the files of robots with several contacts, and of other gaits, which older releases read as well.
+VERSION = 5
+"""Version of the format.
 
 Version 1 had a bare vector of unknowns instead of ``solution``; its files are read without it.  Versions 1 and 2 wrote
-``word`` where version 3 writes ``sequence``.
+``word`` where version 3 writes ``sequence``.  Version 4 was that of robots with several contacts.  Since version 5,
+files have a checksum.
 """
 
 PLANAR = "several contacts"
@@ -48,6 +51,7 @@ _FORMER_KEYS = {"word": "sequence", "words": "sequences"}
 _SOLUTION_PARTS = ("unknowns", "constraints")
 
 
+@check_arguments
 def save(gait: AnyGait, path: str | Path) -> Path:
     """Write a gait to a file atomically; a Ctrl-C takes effect when the file is written.
 
@@ -64,7 +68,8 @@ def save(gait: AnyGait, path: str | Path) -> Path:
     Raises
     ------
     InputError
-        If the suffix is another one; CSV, JSON and C are written by ``gaitopt export``.
+        If the suffix is another one (CSV, JSON and C are written by ``gaitopt export``), or a solved gait has numbers
+        that are not finite.
     ArchiveError
         If the file is not writable; an older file of that name is then unchanged.
 
@@ -81,6 +86,7 @@ def save(gait: AnyGait, path: str | Path) -> Path:
     check_any_gait(gait)
     path = Path(path)
     check_gait_suffix(path)
+    check_gait_content(gait)
     with hold_interrupt() as interrupt:
         with write_hdf5(path) as file:
             write_gait(file, gait)
@@ -100,7 +106,7 @@ def write_gait(group: h5py.Group, gait: AnyGait, shared: SharedGroups | None = N
     """
     group.attrs.update(
         format=f"gaitopt {KIND}",
-        format_version=VERSION if isinstance(gait, PlanarGait) else FIRST_VERSION,
+        format_version=VERSION,
         robot=gait.robot_name,
         sequence=str(gait.sequence),
         status=gait.status.key,
@@ -122,6 +128,7 @@ def write_gait(group: h5py.Group, gait: AnyGait, shared: SharedGroups | None = N
     write_robot(group, gait, shared)
 
 
+@check_arguments
 def load(path: str | Path) -> AnyGait:
     """Read a gait from a file.
 
@@ -169,13 +176,19 @@ def _rename_keys(record: dict[str, Any]) -> dict[str, Any]:
 
 
 def read_gait(file: h5py.Group) -> AnyGait:
-    """Read what :func:`write_gait` wrote into a group."""
+    """Read what :func:`write_gait` wrote into a group, and check its content."""
+    gait = _read_content(file)
+    check_gait_content(gait)
+    return gait
+
+
+def _read_content(file: h5py.Group) -> AnyGait:
     kind = str(file.attrs.get("robot_kind", ""))
     if kind not in ("", PLANAR):
         raise ValueError(f"robot_kind must be {PLANAR!r}, got {kind!r}")
     fields: dict[str, Any] = {
         "status": Status[str(file.attrs["status"]).upper()],
-        "problem": _rename_keys(_numbers(json.loads(file.attrs["problem"]))),
+        "problem": _rename_keys(_read_problem(file)),
         "solver": _read_solver(file["solver"]),
         "versions": {name: str(value) for name, value in file["versions"].attrs.items()},
         "solution": _read_solution(file["solution"]) if "solution" in file else None,
@@ -199,6 +212,13 @@ def read_gait(file: h5py.Group) -> AnyGait:
         proposal=_read_proposal(file["proposal"]) if "proposal" in file else None,
         certificate=_read_certificate(file["certificate"]) if "certificate" in file else None,
     )
+
+
+def _read_problem(file: h5py.Group) -> dict[str, Any]:
+    problem = _numbers(json.loads(file.attrs["problem"]))
+    if not isinstance(problem, dict):
+        raise InputError(f"problem is {problem!s:.200}, accepted: a JSON object")
+    return problem
 
 
 def _read_solver(group: h5py.Group) -> SolverReport:

@@ -1,6 +1,8 @@
-"""Atomic writing of files in the format of their suffix."""
+"""Atomic writing of files in the format of their suffix, only to places where a result may be written."""
 
+import contextlib
 import os
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -17,12 +19,14 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` that replaces it if the block succeeds, and is removed if it fails.
 
     The file reaches the disk before it is renamed, and the folder after: also if the machine loses its power, `path`
-    holds the old content or the new one.
+    holds the old content or the new one.  A symbolic link is followed, and a file that exists keeps its permissions.
 
     Raises
     ------
+    InputError
+        If `path` has the suffix of a Python script.
     ArchiveError
-        If the folder is missing or not writable.
+        If the folder is missing or not writable, or `path` is a device, a pipe, a folder or a read-only file.
 
     Examples
     --------
@@ -32,21 +36,60 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
     'whole'
     >>> Path("note.txt").unlink()
     """
-    path = Path(path)
-    temporary = _temporary(path)
+    target = _resolve_target(Path(path))
+    temporary = _temporary(target, Path(path))
     try:
         yield temporary
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
+        _set_permissions(temporary, target)
         _sync(temporary, os.O_RDWR)
-        temporary.replace(path)
+        temporary.replace(target)
         if os.name == "posix":  # Windows cannot open a folder
-            _sync(path.parent, os.O_RDONLY)
+            _sync(target.parent, os.O_RDONLY)
     except OSError as error:
         raise ArchiveError(f"Cannot write {path}: {error.strerror or error}.") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _resolve_target(path: Path) -> Path:
+    """Return the file that is written for a path, behind symbolic links; raise an error if it must not be replaced."""
+    if path.suffix.lower() == ".py":
+        raise InputError(f"Cannot write {path}: the suffix '.py' is that of a script, which is not overwritten.")
+    try:
+        target = Path(os.path.realpath(path))
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        return target
+    except NotADirectoryError:
+        raise ArchiveError(
+            f"Cannot write {path}: the folder {path.parent} does not exist. Create it, or choose another folder."
+        ) from None
+    except (OSError, ValueError) as error:
+        raise ArchiveError(f"Cannot write {path!r}: {getattr(error, 'strerror', None) or error}.") from None
+    if stat.S_ISDIR(mode):
+        raise ArchiveError(f"Cannot write {path}: it is a folder. Specify a file name.")
+    if not stat.S_ISREG(mode):
+        raise ArchiveError(f"Cannot write {path}: it is a device, a pipe or a socket. Specify a file name.")
+    if not mode & 0o222 or not os.access(target, os.W_OK):
+        raise ArchiveError(
+            f"Cannot write {path}: the file is read-only. Change its permissions or choose another name."
+        )
+    return target
+
+
+def _set_permissions(temporary: Path, target: Path) -> None:
+    """Give a new file the permissions and the owner of the file that it replaces, or those of any new file."""
+    try:
+        former = target.stat()
+    except FileNotFoundError:
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        return
+    if hasattr(os, "chown"):
+        with contextlib.suppress(OSError):  # only the superuser may give a file to another owner
+            os.chown(temporary, former.st_uid, former.st_gid)
+    temporary.chmod(stat.S_IMODE(former.st_mode))
 
 
 def _sync(path: Path, flags: int) -> None:
@@ -66,8 +109,8 @@ def reserve(path: Path, size: int) -> None:
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise ArchiveError if `path` is not writable, before the computation of its content."""
-    _temporary(Path(path)).unlink()
+    """Raise an error if `path` may not be written, before the computation of its content."""
+    _temporary(_resolve_target(Path(path)), Path(path)).unlink()
 
 
 def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:
@@ -108,17 +151,15 @@ def check_gait_suffix(path: Path) -> None:
         ) from None
 
 
-def _temporary(path: Path) -> Path:
-    """Create an empty temporary file beside `path`."""
-    folder = path.parent
+def _temporary(target: Path, path: Path) -> Path:
+    """Create an empty temporary file beside the file that is written for `path`."""
+    folder = target.parent
     if not folder.is_dir():
         raise ArchiveError(
             f"Cannot write {path}: the folder {folder} does not exist. Create it, or choose another folder."
         )
-    if path.is_dir():
-        raise ArchiveError(f"Cannot write {path}: it is a folder. Specify a file name.")
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=folder)
+        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=folder)
     except OSError as error:
         raise ArchiveError(
             f"Cannot write {path}: the folder {folder} is not writable ({error.strerror}). Choose another folder with "

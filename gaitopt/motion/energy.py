@@ -6,6 +6,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.reductions import worst
 
@@ -78,6 +79,7 @@ class Ledger:
         return worst(abs(self.residual) / largest) if largest > 0 else 0.0
 
 
+@check_arguments
 def ledger(motion: Motion) -> Ledger:
     """Return the energy ledger of a motion.
 
@@ -115,6 +117,7 @@ def ledger(motion: Motion) -> Ledger:
     )
 
 
+@check_arguments
 def absolute_work(motion: Motion) -> float:
     """Return the integral of the sum of absolute joint powers [J].
 
@@ -140,6 +143,7 @@ def absolute_work(motion: Motion) -> float:
     return total
 
 
+@check_arguments
 def positive_work(motion: Motion) -> float:
     """Return the integral of the positive parts of the joint powers [J].
 
@@ -153,6 +157,7 @@ def positive_work(motion: Motion) -> float:
     return (absolute_work(motion) + ledger(motion).actuator) / 2
 
 
+@check_arguments
 def cost_of_transport(motion: Motion) -> float:
     """Return absolute joint work over weight times travel (dimensionless), of the steps that reached their touchdown.
 

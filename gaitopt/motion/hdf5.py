@@ -1,21 +1,38 @@
-"""HDF5 files: written atomically, and read only if they are of the expected kind."""
+"""HDF5 files: written atomically with a checksum, and read only if they are intact and of the expected kind."""
 
-from collections.abc import Iterator
+import hashlib
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
-from gaitopt.errors import ArchiveError, SequenceError
+from gaitopt.errors import ArchiveError, GaitoptError
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import make_block, verify_checksum
+from gaitopt.motion.file_probe import probe_file
+from gaitopt.motion.file_structure import check_structure
 
 READERS = {
     "gait": "load reads it",
     "sweep": "load_sweep reads it, and load_sweep_gait its gaits",
     "basin": "load_basin reads it",
+    "branch diagram": "load_diagram reads it",
+    "diagram of optimal gaits": "load_optima reads it",
+    "front": "load_front reads it, and load_front_gait its gaits",
 }
 """Functions that read each kind of file."""
+
+FIRST_WITH_CHECKSUM = {"gait": 5, "sweep": 2, "basin": 3, "branch diagram": 2}
+"""First version of a kind of file that has a checksum; kinds that are not listed have had one from the beginning."""
+
+_CACHED_SIZE = 1_000_000
+"""Size from which a file is checked once, as long as it does not change [bytes]."""
+
+_CHECKED: dict[Path, tuple[int, ...]] = {}
+"""Size and times of large files that were checked."""
 
 
 @contextmanager
@@ -40,11 +57,11 @@ def write_hdf5(path: str | Path) -> Iterator[h5py.File]:
             yield file
             file.flush()
             image = file.id.get_file_image()
-        temporary.write_bytes(image)
+        temporary.write_bytes(image + make_block(hashlib.sha256(image).hexdigest()))
 
 
 @contextmanager
-def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+def read_hdf5(path: str | Path, kind: str, version: int, *, omit: Container[str] = ()) -> Iterator[h5py.File]:
     """Yield an HDF5 file to read.
 
     Parameters
@@ -54,11 +71,13 @@ def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
         Kind of content: its attribute ``format`` without the prefix ``gaitopt``.
     version : int
         Newest readable version of the format.
+    omit : container of str
+        Groups whose structure is not checked; their reader checks it by :func:`check_structure`.
 
     Raises
     ------
     ArchiveError
-        If the file is missing, damaged, newer or of another kind.
+        If the file is missing, damaged, newer or of another kind, or refers to other files.
 
     Examples
     --------
@@ -69,30 +88,86 @@ def read_hdf5(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     gaitopt.errors.ArchiveError: There is no file nowhere.h5.
     """
     path = Path(path)
+    with _open_and_check(path, omit) as (file, intact):
+        _check_format(file, path, kind, version, intact=intact)
+        yield file
+
+
+def identify_file(path: Path) -> dict[str, Any]:
+    """Return the kind and the format version of a file, and whether it has a checksum.
+
+    Raises
+    ------
+    ArchiveError
+        If the file is missing or damaged, or was not written by gaitopt.
+
+    Examples
+    --------
+    >>> identify_file(Path("docs/examples/compass_slip.h5"))
+    {'kind': 'gait', 'format_version': 5, 'checksum': True}
+    """
+    with _open_and_check(path, ()) as (file, intact):
+        content = str(file.attrs.get("format", ""))
+        if not content.startswith("gaitopt "):
+            raise ArchiveError(f"{path} is an HDF5 file, but was not written by gaitopt.")
+        return {"kind": content.removeprefix("gaitopt "), "format_version": _version_of(file), "checksum": intact}
+
+
+@contextmanager
+def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.File, bool]]:
+    """Yield a file whose checksum and structure are checked, and whether it has a checksum."""
     if path.is_dir():
         inside = next(iter(sorted(path.glob("*.h5"))), None)
         raise ArchiveError(f"{path} is a folder; specify a file{f' in it, such as {inside}' if inside else ''}.")
     if not path.is_file():
-        raise ArchiveError(f"There is no file {path}.")
+        missing = not path.exists()
+        raise ArchiveError(f"There is no file {path}." if missing else f"{path} is a device, a pipe or a socket.")
     try:
+        intact = _verify_once(path)
         with h5py.File(path, "r") as file:
-            _check_format(file, path, kind, version)
-            yield file
+            check_structure(file, omit=omit)
+            yield file, intact
+    except ArchiveError:
+        raise
+    except GaitoptError as error:
+        raise ArchiveError(f"{path} is damaged: {error}") from None
     except OSError as error:
         raise ArchiveError(f"{path} is not a readable HDF5 file: it is damaged or of another kind ({error}).") from None
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError, SequenceError) as error:
+    except MemoryError:
+        raise ArchiveError(f"{path} does not fit into the memory.") from None
+    except Exception as error:  # whatever the content leads to
         raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
 
 
-def _check_format(file: h5py.File, path: Path, kind: str, version: int) -> None:
+def _verify_once(path: Path) -> bool:
+    """Return whether a file has a checksum, which is checked; a file without one is tried in another process."""
+    facts = path.stat()
+    state = (facts.st_size, facts.st_mtime_ns, facts.st_ctime_ns, facts.st_ino)
+    if _CHECKED.get(path.absolute()) == state:
+        return True
+    if not verify_checksum(path):
+        probe_file(path)
+        return False
+    if facts.st_size >= _CACHED_SIZE:
+        _CHECKED[path.absolute()] = state
+    return True
+
+
+def _check_format(file: h5py.File, path: Path, kind: str, version: int, *, intact: bool) -> None:
     content = str(file.attrs.get("format", ""))
     if content != f"gaitopt {kind}":
         other = content.removeprefix("gaitopt ")
         if other in READERS:
             raise ArchiveError(f"{path} contains a {other}, not a {kind}; in Python, {READERS[other]}.")
         raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
-    file_version = int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array
+    file_version = _version_of(file)
     if file_version > version:
         raise ArchiveError(
             f"{path} has format version {file_version}; this gaitopt reads up to {version}. Upgrade gaitopt to read it."
         )
+    if not intact and file_version >= FIRST_WITH_CHECKSUM.get(kind, 1):
+        raise ArchiveError(f"{path} has no checksum: it is damaged, or another program has changed it.")
+
+
+def _version_of(file: h5py.File) -> int:
+    return int(np.asarray(file.attrs.get("format_version", 0)).item())  # NetCDF has it as an array

@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 
@@ -196,6 +197,8 @@ class MotionView(LazyRecord):
     energy : Ledger
     limits : mapping of str to float
         Limits of the actuators, if they are known.
+    terrain : Terrain or None
+        None on a plane.
 
     Examples
     --------
@@ -224,6 +227,7 @@ class MotionView(LazyRecord):
     distance_row: int | None
     energy: LazyField[Ledger] = LazyField()
     limits: Mapping[str, float] = field(default_factory=dict)
+    terrain: Terrain | None = None
 
     @property
     def period(self) -> float:

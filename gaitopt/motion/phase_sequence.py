@@ -12,6 +12,9 @@ exchange of the legs.  Everything that changes between two phases changes at the
 ``"foot stick > flight |"`` is a hop; ``"foot A slip+, foot B stick > foot B stick |"`` a walk in which the trailing
 foot is dragged forward after touchdown.  The sequences of walkers with one foot on the ground, such as
 ``"slip+ stick | slip+"``, are read as well.
+
+The mode ``any`` leaves open whether a contact sticks or slips; ``any`` alone leaves the whole sequence open.  Such a
+sequence stands for several closed ones, which ``solve_planar`` and ``search`` solve one by one.
 """
 
 import re
@@ -19,6 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
@@ -33,6 +37,7 @@ Modes = tuple[tuple[str, Mode], ...]
 
 FLIGHT = "flight"
 _FEET = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)}
+_OPEN = {Mode.ANY.value: Mode.ANY}
 _STOPS = {mode.value: mode for mode in (Mode.CLOSED, Mode.LATCHED)}
 _EXAMPLE = 'Write phases and events, for example "foot stick > flight |".'
 
@@ -55,6 +60,7 @@ class PhaseEvent:
         return ("|" if self.impact else ">") + (f" [{_text_of(self.outcome)}]" if self.outcome is not None else "")
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PhaseSequence:
     """The phases of one period of a robot with any contacts, and the events between them.
@@ -102,6 +108,8 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         """
         if isinstance(text, PhaseSequence):
             sequence = text
+        elif isinstance(text, str) and text.strip() == Mode.ANY.value:
+            sequence = PhaseSequence((), ())
         elif not isinstance(text, str):
             raise SequenceError(f"A contact sequence must be text, got {text!r}. {_EXAMPLE}")
         elif robot is not None and _is_single_support(text):
@@ -115,8 +123,32 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         for modes in (*self.phases, *(event.outcome for event in self.events if event.outcome is not None)):
             for name, mode in modes:
                 _check_contact(str(self), robot, name, mode)
-        for number in range(len(self.phases)):
+        for number in range(0 if self.is_open else len(self.phases)):
             _check_event(self, robot, number)
+        return self
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a mode or the whole sequence is left open."""
+        outcomes = [event.outcome for event in self.events if event.outcome is not None]
+        return not self.phases or any(mode is Mode.ANY for modes in (*self.phases, *outcomes) for _, mode in modes)
+
+    def require_closed(self, purpose: str) -> "PhaseSequence":
+        """Return the sequence itself; raise SequenceError if it leaves modes open.
+
+        Examples
+        --------
+        >>> PhaseSequence.parse("foot any > flight |").require_closed("A sweep")
+        Traceback (most recent call last):
+        ...
+        gaitopt.errors.SequenceError: A sweep needs a sequence without 'any', got 'foot any > flight |'; \
+search(problem, sequences=[...]) finds the best of those it stands for.
+        """
+        if self.is_open:
+            raise SequenceError(
+                f"{purpose} needs a sequence without 'any', got '{self}'; search(problem, sequences=[...]) finds the "
+                "best of those it stands for."
+            )
         return self
 
     def states(self, robot: "PlanarRobot") -> tuple[ContactState, ...]:
@@ -180,6 +212,8 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         return tuple(_text_of(modes) for modes in self.phases)
 
     def __str__(self) -> str:
+        if not self.phases:
+            return Mode.ANY.value
         return " ".join(f"{_text_of(modes)} {event}" for modes, event in zip(self.phases, self.events, strict=True))
 
 
@@ -212,7 +246,7 @@ def _read_modes(part: str, text: str) -> Modes:
     modes: dict[str, Mode] = {}
     for entry in part.split(","):
         name, _, spelling = entry.strip().rpartition(" ")
-        known = {**_FEET, **_STOPS}
+        known = {**_FEET, **_STOPS, **_OPEN}
         if spelling not in known or not name:
             raise SequenceError(
                 f"The sequence {text!r} contains {entry.strip()!r}, which is not a contact and its mode. "
@@ -239,10 +273,9 @@ def _from_single_support(sequence: ContactSequence, robot: "PlanarRobot") -> Pha
             f"The sequence {str(sequence)!r} does not name contacts, but robot {robot.name!r} has no single pair of "
             f"feet that the mirror exchanges. {_EXAMPLE}"
         )
-    sequence.require_closed("A robot with any contacts")
     stance, landing = (robot.contact_names[place] for place in feet[0])
     phases = tuple(((stance, mode),) for mode in sequence.phases)
-    continues = sequence.impact is sequence.phases[0]
+    continues = sequence.impact is sequence.phases[0] and not sequence.is_open
     last = PhaseEvent(True, None if continues else ((landing, sequence.impact),))
     return PhaseSequence(phases, (*[PhaseEvent(False)] * (len(phases) - 1), last))
 
@@ -262,7 +295,7 @@ def _check_contact(text: str, robot: "PlanarRobot", name: str, mode: Mode) -> No
 def _accepted_modes(contact: ContactEntry) -> Sequence[str]:
     if contact.kind == "stop":
         return tuple(_STOPS) if contact.latched else (Mode.CLOSED.value,)
-    return tuple(_FEET) if contact.slides else (Mode.CLOSED.value, Mode.STICK.value)
+    return (*_FEET, *_OPEN) if contact.slides else (Mode.CLOSED.value, Mode.STICK.value)
 
 
 def _check_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> None:

@@ -10,6 +10,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.contact_entry import ContactEntry
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
@@ -143,6 +144,8 @@ class PlanarMotion:
     segments : tuple of PlanarSegment
     events : tuple of PlanarEvent
         Event k ends segment k; one fewer than the segments if the last segment ends without an event.
+    terrain : Terrain or None
+        None on a plane.
 
     Examples
     --------
@@ -166,6 +169,7 @@ class PlanarMotion:
     total_mass: float
     segments: tuple[PlanarSegment, ...]
     events: tuple[PlanarEvent, ...]
+    terrain: Terrain | None = None
 
     def __repr__(self) -> str:
         return f"PlanarMotion({len(self.segments)} segments, {self.period:.6g} s, '{self.sequence}')"
@@ -176,6 +180,7 @@ class PlanarMotion:
         values: dict[str, float],
         segments: Iterable[PlanarSegment],
         events: Iterable[PlanarEvent],
+        terrain: Terrain | None = None,
     ) -> "PlanarMotion":
         """Return a motion of a robot with these parameter values."""
         return PlanarMotion(
@@ -192,6 +197,7 @@ class PlanarMotion:
             total_mass=float(robot.mass(robot.vector(values))),
             segments=tuple(segments),
             events=tuple(events),
+            terrain=terrain,
         )
 
     @property

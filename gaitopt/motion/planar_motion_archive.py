@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.contact_entry import FORCE_UNITS, read_contact_entry
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
@@ -31,6 +32,8 @@ def write_planar_motion(group: h5py.Group, motion: PlanarMotion) -> None:
     group.attrs["exchange"] = json.dumps(motion.exchange)
     group.attrs["links"] = json.dumps(motion.links)
     group.attrs.update(total_mass=motion.total_mass, total_mass_unit="kg")
+    if motion.terrain is not None:
+        group.attrs["terrain"] = json.dumps(motion.terrain.describe())
     group.create_group("parameters").attrs.update(motion.parameters)
     group.create_group("segments")
     group.create_group("events")  # created even if empty
@@ -64,6 +67,7 @@ def read_planar_motion(group: h5py.Group) -> PlanarMotion:
         parameters={name: float(value) for name, value in group["parameters"].attrs.items()},
         segments=tuple(_read_segment(part) for _, part in sorted(group["segments"].items())),
         events=tuple(_read_event(part) for _, part in sorted(group["events"].items())),
+        terrain=Terrain(**json.loads(group.attrs["terrain"])) if "terrain" in group.attrs else None,
     )
 
 

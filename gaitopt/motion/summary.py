@@ -4,11 +4,13 @@ import dataclasses
 import math
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
 
 
+@check_arguments
 def summarise(gait: Gait | PlanarGait) -> dict[str, Any]:
     """Return the facts of a gait as plain data for JSON (nan becomes null, inf the text "inf").
 

@@ -2,6 +2,11 @@
 
 import functools
 import platform
+import sys
+from pathlib import Path
+
+UNKNOWN = "0+unknown"
+"""Version of a package that is not installed."""
 
 
 def versions() -> dict[str, str]:
@@ -12,9 +17,13 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def _version_of(name: str) -> str:
-    from importlib import metadata  # whose import takes as long as that of all commands
+    """Return the version in the name of the folder with a package's metadata; their reader takes long to import."""
+    for entry in sys.path:
+        for folder in Path(entry).glob(f"{name}-*.dist-info"):
+            return folder.stem.partition("-")[2]
+    from importlib import metadata
 
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
-        return "0+unknown"
+        return UNKNOWN

@@ -137,6 +137,7 @@ def _view_several(motion: PlanarMotion, limits: Mapping[str, float]) -> MotionVi
         distance_row=None if motion.travel is None else motion.coordinates.index(motion.travel),
         energy=Deferred(motion.ledger),
         limits=limits,
+        terrain=motion.terrain,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -19,7 +20,6 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
-from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
@@ -29,6 +29,7 @@ from gaitopt.ocp.transcription.method import Method
 _DEFAULT_MARGINS = Margins()
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GaitProblem:
     """An optimal-control problem for one periodic step.
@@ -147,9 +148,13 @@ class GaitProblem:
         return clip_values(values, self.free)
 
     def __str__(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return str(formulate_gait_problem(self))
 
     def _repr_latex_(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return formulate_gait_problem(self).latex
 
     def replace(self, **changes: Any) -> "GaitProblem":

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import GaitoptError, InputError
 
 ANSWER, WORKER_TIMEOUT = 5.0, 60.0
@@ -21,6 +22,7 @@ _RESUME = "Completed results are saved in the output file if one was given; run 
 _one_call = threading.Lock()
 
 
+@check_arguments
 class DaskExecutor(Executor):
     """The workers of a Dask scheduler, for ``Execution(executor=...)``.
 

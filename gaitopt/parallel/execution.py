@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.parallel.shared_payload import Prepare
 from gaitopt.parameters import callable_with, instance_of, optional, whole_number
 
@@ -12,6 +13,7 @@ TaskObserver = Callable[[int, int], None]
 """Called with (tasks done, tasks in all)."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Execution:
     """How the tasks of a study are executed; its results do not depend on it.

@@ -7,6 +7,7 @@ from tempfile import TemporaryFile
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.motion.atomic import check_suffix, write_atomically
@@ -27,6 +28,7 @@ _KINDS = {".gif": "image", ".mp4": "film"}
 _COLOURS = 128
 
 
+@check_arguments
 def animate(
     gait: AnyGait | AnyMotion | HasMotion,
     path: str | Path,

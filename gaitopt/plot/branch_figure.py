@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
@@ -25,6 +26,8 @@ MARKERS = {
     "impact_cone": "v",
     "loss_of_stick": "<",
     "event_coincidence": ">",
+    "joint_stop": "h",
+    "scuffing": "*",
 }
 """Marker of each kind of special point; ends of branches are crosses."""
 
@@ -32,6 +35,7 @@ LARGEST_RADIUS = 4.0
 """Largest spectral radius that is shown."""
 
 
+@check_arguments
 def plot_branches(
     diagram: BranchDiagram, *, coordinate: str | None = None, style: FigureStyle | None = None
 ) -> "Figure":
@@ -65,23 +69,27 @@ def plot_branches(
     """
     if not diagram.branches:
         raise InputError("The diagram has no branches to draw.")
-    names = diagram.branches[0].names
-    coordinate = coordinate or names[0]
-    if coordinate not in names:
-        raise InputError(f"The gaits have no coordinate {coordinate!r}. {suggest(coordinate, names)}")
-    style, place = style or FigureStyle(), names.index(coordinate)
+    units = {name: unit for branch in diagram.branches for name, unit in zip(branch.names, branch.units, strict=True)}
+    coordinate = coordinate or next(iter(units))
+    if coordinate not in units:
+        raise InputError(f"The gaits have no coordinate {coordinate!r}. {suggest(coordinate, units)}")
+    style, factor = style or FigureStyle(), math.degrees(1) if units[coordinate] == "rad" else 1.0
     angular = diagram.unit == "rad"
     colors = _sequence_colors(diagram)
     with style.figure(5.2) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
         for branch in diagram.branches:
             values = np.degrees(branch.values) if angular else branch.values
-            heights, unit = _in_unit(branch.orbits[:, :, place], coordinate)
+            if coordinate not in branch.names:
+                continue
+            place = branch.names.index(coordinate)
+            heights = factor * branch.orbits[:, :, place]
             for axes, rows in ((upper, heights), (lower, np.minimum(branch.radii, 2 * LARGEST_RADIUS))):
                 _draw_branch(axes, branch, values, rows, colors)
-            _mark(upper, diagram, branch, coordinate, place)
+            _mark(upper, diagram, branch, place, factor)
         lower.axhline(1, **style.limit_line)
         lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, LARGEST_RADIUS))
+        unit = "deg" if units[coordinate] == "rad" else units[coordinate]
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
         handles, labels = _legend(upper, colors)
         add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
@@ -101,13 +109,6 @@ def angle_symbol_of(coordinate: str) -> str:
     if name != coordinate and symbol.startswith("$"):
         return f"$\\dot{{{symbol[1:-1]}}}$"
     return symbol if symbol.startswith("$") else coordinate.replace("_", " ")
-
-
-def _in_unit(values: Array, coordinate: str) -> tuple[Array, str]:
-    """Return values of a coordinate in the unit of the figure."""
-    if coordinate == "foot_speed":
-        return values, "m/s"
-    return (values, "rad/s") if coordinate.endswith("_rate") else (np.degrees(values), "deg")
 
 
 def _parameter_label(diagram: BranchDiagram) -> str:
@@ -147,16 +148,15 @@ def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, c
         begin = k
 
 
-def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, coordinate: str, place: int) -> None:
+def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, factor: float) -> None:
     """Mark the special points of a branch."""
     for point in branch.special:
         value = math.degrees(point.value) if diagram.unit == "rad" else point.value
-        height, _ = _in_unit(np.array([point.z[place]]), coordinate)
         key = point.kind.key
         fill: dict[str, Any] = {"markerfacecolor": "white"} if key in MARKERS else {}
         axes.plot(
             [value],
-            height,
+            [factor * point.z[place]],
             linestyle="none",
             marker=MARKERS.get(key, "x"),
             markersize=5,

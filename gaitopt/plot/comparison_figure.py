@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.coordinate_entries import SLIDE, angle_entry
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
@@ -41,6 +42,7 @@ Row = tuple[str, Callable[[Gait], list[Array]]]
 """Label of a row, and its values in each segment of a gait."""
 
 
+@check_arguments
 def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None) -> "Figure":
     """Draw gaits over each other, over the percentage of the step, and the terms of their costs of transport as bars.
 

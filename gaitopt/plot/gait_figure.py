@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion_view import MotionView
@@ -13,6 +14,7 @@ from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.literal_text import show_invalid_math
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, MODE_HATCH, NARROW, WARNING, FigureStyle
@@ -64,6 +66,7 @@ def choose_rows(view: MotionView) -> Rows:
     return {name: draw for name, draw, present in candidates if present}
 
 
+@check_arguments
 def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | None = None) -> "Figure":
     """Draw a gait: its step as stick figures; angles, torques, force ratio in the friction cone, and foot speed.
 
@@ -101,6 +104,7 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     return _draw_figure(view, _describe(gait, title), style or FigureStyle(), None if gait.status.ok else gait)
 
 
+@check_arguments
 def plot_motion(motion: AnyMotion, *, title: str = "", style: FigureStyle | None = None) -> "Figure":
     """Draw a simulated motion with the panels of :func:`plot_gait`.
 
@@ -156,6 +160,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
             figure.text(0.5, 0.5, "The last iterate is not finite and is not drawn.", ha="center")
+        show_invalid_math(figure)
         figure.draw_without_rendering()  # the layout of axes of equal aspect needs a second draw
     return figure
 
@@ -243,7 +248,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
         if name not in ENLARGED:
             _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, view if row == 0 else None)
             continue
-        if name == "force ratio":
+        if name == "force ratio" and axes.get_legend_handles_labels()[0]:
             axes.legend(loc="lower center", ncols=2, borderaxespad=0.2, borderpad=0.1, frameon=True, edgecolor="none")
         for column, phase in enumerate(phases, start=1):
             beside = figure.add_subplot(grid[row, column], label=f"{name} enlarged")

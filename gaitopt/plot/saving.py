@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.atomic import check_suffix, write_atomically
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ DOTS_PER_INCH = 200
 _KINDS = {".png": "image", ".pdf": "vector, for papers", ".svg": "vector, for web pages"}
 
 
+@check_arguments
 def save_figure(figure: "Figure", path: str | Path) -> Path:
     """Write a figure to a file in the format of its suffix, atomically.
 

@@ -10,7 +10,8 @@ from gaitopt.motion.foot_arc import MARKS, FootArc, figure_points, find_foot_arc
 from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
-from gaitopt.plot.style import BODY, CONE, FORCE, GROUND, MODE_FILL, MODE_INK, contact_color
+from gaitopt.plot.ground_line import draw_ground
+from gaitopt.plot.style import BODY, CONE, FORCE, MODE_FILL, MODE_INK, contact_color
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -105,8 +106,8 @@ class Scene:
         low, high = float(x.min()) - margin, float(x.max()) + walked + margin
         first, last = low + self._wide / 2, high - self._wide / 2
         self._centres = (first, last) if last > first else ((low + high) / 2,) * 2
-        ground = tilt(np.array([[low - self._wide, high + self._wide], [0.0, 0.0]]), self._slope)
-        self._axes.plot(*ground, color=GROUND, linewidth=1.2, zorder=1)
+        ends = low - self._wide, high + self._wide
+        draw_ground(self._axes, self._view.terrain, ends, self._slope, width=1.2)
         self._axes.axis("off")
 
     def _add_artists(self) -> None:

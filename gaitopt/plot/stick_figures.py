@@ -12,7 +12,8 @@ from gaitopt.motion.link_roles import Links, tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.plot.style import BODY, FIRST_LEG, GROUND, MODE_FILL, MODE_INK, contact_color
+from gaitopt.plot.ground_line import draw_ground
+from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_INK, contact_color
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,7 +87,7 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     shifts = spacing * np.arange(len(instants), dtype=float)
     for instant, shift in zip(instants, shifts, strict=True):
         _draw_walker(axes, motion, instant, shift, slope)
-    _draw_ground(axes, figures, shifts, slope)
+    _draw_grounds(axes, motion, figures, shifts)
     _draw_labels(axes, motion, instants, shifts, slope)
     _draw_key(axes, motion, columns=2 if count == INSTANTS else 1)
     axes.set_aspect("equal")
@@ -175,11 +176,17 @@ def _draw_walker(axes: "Axes", motion: MotionView, instant: MotionSample, shift:
         axes.plot(*place, "o", color=color, markerfacecolor=fill, markersize=size, zorder=6, clip_on=False)
 
 
-def _draw_ground(axes: "Axes", figures: Sequence[Array], shifts: Array, slope: float) -> None:
+def _draw_grounds(axes: "Axes", motion: MotionView, figures: Sequence[Array], shifts: Array) -> None:
+    """Draw the plane below all figures, or the terrain below each of them, as they are moved apart."""
+    slope = motion.parameters["slope"]
     low, high = figures[0][0].min() + shifts[0], figures[-1][0].max() + shifts[-1]
     margin = 0.03 * (high - low)
-    ends = tilt(np.array([[low - margin, high + margin], [0.0, 0.0]]), slope)
-    axes.plot(*ends, color=GROUND, linewidth=1.0, zorder=1)
+    if motion.terrain is None:
+        draw_ground(axes, None, (low - margin, high + margin), slope)
+        return
+    for figure, shift in zip(figures, shifts, strict=True):
+        ends = float(figure[0].min() - margin), float(figure[0].max() + margin)
+        draw_ground(axes, motion.terrain, ends, slope, shift=shift)
 
 
 def _draw_labels(

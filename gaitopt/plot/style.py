@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.parameters import positive
+from gaitopt.plot.literal_text import show_invalid_math
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,6 +60,7 @@ MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK
 MODE_HATCH |= {Mode.CLOSED: "", Mode.LATCHED: ""}
 
 
+@check_arguments
 @frozen
 class FigureStyle:
     """Size and fonts of a figure, and the colours with the same meaning in all figures.
@@ -130,6 +133,7 @@ class FigureStyle:
         with rc_context(self.settings):
             figure = Figure(figsize=(self.width, height), layout="constrained")
             yield figure
+            show_invalid_math(figure)
             figure.draw_without_rendering()  # ticks are made only when drawn, and must be made with these settings
 
 
@@ -197,7 +201,7 @@ def angle_symbol(name: str) -> str:
     >>> angle_symbol("th2"), angle_symbol("knee")
     ('$\\theta_{2}$', 'knee')
     """
-    match = re.fullmatch(r"th(?:eta)?_?(\w*)", name)
+    match = re.fullmatch(r"th(?:eta)?_?([A-Za-z0-9]*)", name)
     if not match:
         return name
     return rf"$\theta_{{{match[1]}}}$" if match[1] else r"$\theta$"

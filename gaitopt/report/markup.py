@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from typing import Any
 from xml.etree import ElementTree
 
+from gaitopt.motion.printable import replace_controls
+
 Element = ElementTree.Element
 Content = Element | str | None
 
@@ -40,8 +42,8 @@ def element(tag: str, *content: Content, **attributes: object) -> Element:
 
 
 def to_html(made: Element) -> str:
-    """Return an element as HTML text."""
-    return ElementTree.tostring(made, encoding="unicode", method="html")
+    """Return an element as HTML text, without control characters."""
+    return replace_controls(ElementTree.tostring(made, encoding="unicode", method="html"))
 
 
 def data_element(data: Any, **attributes: object) -> Element:
@@ -50,9 +52,9 @@ def data_element(data: Any, **attributes: object) -> Element:
     Examples
     --------
     >>> to_html(data_element(["</script>"]))
-    '<script type="application/json">["<\\/script>"]</script>'
+    '<script type="application/json">["\\u003c/script>"]</script>'
     """
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return element("script", text, type="application/json", **attributes)
 
 

@@ -6,13 +6,15 @@ IPython is given the function for each class by name, so that nothing is importe
 from collections.abc import Callable
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.report.markup import Element, element, to_html
 from gaitopt.report.page import read_asset
-from gaitopt.report.sections import comparison_card, cycle_card, gait_card, walk_card
+from gaitopt.report.sections import AnyCycle, comparison_card, cycle_card, gait_card, walk_card
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.study.comparison import Comparison
 
 CARDS: dict[type, Callable[[Any], Element]] = {
@@ -20,16 +22,18 @@ CARDS: dict[type, Callable[[Any], Element]] = {
     PlanarGait: gait_card,
     Rollout: walk_card,
     Cycle: cycle_card,
+    PlanarCycle: cycle_card,
     Comparison: comparison_card,
 }
 
 
-def show_in_notebook(result: Gait | PlanarGait | Rollout | Cycle | Comparison) -> str:
+@check_arguments
+def show_in_notebook(result: Gait | PlanarGait | Rollout | AnyCycle | Comparison) -> str:
     """Return a result as HTML for a notebook, in the light or dark colour scheme of the reader.
 
     Parameters
     ----------
-    result : Gait, PlanarGait, Rollout, Cycle or Comparison
+    result : Gait, PlanarGait, Rollout, Cycle, PlanarCycle or Comparison
 
     Returns
     -------

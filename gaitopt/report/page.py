@@ -1,18 +1,22 @@
 """write_report: gaits as one self-contained HTML page for any browser."""
 
-from collections.abc import Mapping
+import base64
+import hashlib
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.report.markup import Element, element, to_html
-from gaitopt.report.sections import comparison_section, gait_section
+from gaitopt.report.sections import AnyCycle, comparison_section, cycle_section, gait_section
 from gaitopt.version import __version__
 
 
-def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str = "Gait report") -> Path:
+@check_arguments
+def write_report(gaits: Mapping[str, AnyGait | AnyCycle], path: str | Path, *, title: str = "Gait report") -> Path:
     """Write gaits as one self-contained HTML page.
 
     A player shows the walker of each gait with its contact force in the friction cone and the marks of its slides, and
@@ -21,8 +25,8 @@ def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str =
 
     Parameters
     ----------
-    gaits : mapping of str to Gait or PlanarGait
-        Gaits by title.
+    gaits : mapping of str to Gait, PlanarGait, Cycle or PlanarCycle
+        Optimal gaits, or periodic gaits of simulations, by title.
     path : str or Path
         Usually ends in ``.html``.
     title : str
@@ -54,7 +58,8 @@ def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str =
     if not gaits:
         raise InputError("A report needs at least one gait.")
     for gait in gaits.values():
-        check_any_gait(gait)
+        if not isinstance(gait, AnyCycle):
+            check_any_gait(gait)
     path = Path(path)
     text = "<!doctype html>\n" + to_html(_page(gaits, title)) + "\n"
     with write_atomically(path) as temporary:
@@ -62,34 +67,72 @@ def write_report(gaits: Mapping[str, AnyGait], path: str | Path, *, title: str =
     return path
 
 
+def _section(gait: AnyGait | AnyCycle, title: str, name: str) -> Element:
+    if isinstance(gait, AnyCycle):
+        return cycle_section(gait, title=title, name=name)
+    return gait_section(gait, title=title, name=name)
+
+
 def read_asset(name: str) -> str:
     """Return the text of a style sheet or script of the page."""
     return (files("gaitopt.report") / "assets" / name).read_text(encoding="utf-8")
 
 
-def _page(gaits: Mapping[str, AnyGait], title: str) -> Element:
+def content_policy(*scripts: str) -> str:
+    """Return the content security policy of a page: it runs these scripts only, and loads nothing.
+
+    Examples
+    --------
+    >>> content_policy("")[:49]
+    "default-src 'none'; img-src data:; style-src 'uns"
+    """
+    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    sources = " ".join(f"'sha256-{digest}'" for digest in digests)
+    return (
+        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+        f"script-src {sources}; base-uri 'none'; form-action 'none'"
+    )
+
+
+def _page(gaits: Mapping[str, AnyGait | AnyCycle], title: str) -> Element:
     names = {f"gait-{number}": name for number, name in enumerate(gaits, start=1)}
     several = len(gaits) > 1
+    optimal = {title: gait for title, gait in gaits.items() if not isinstance(gait, AnyCycle)}
     links = [element("a", title, href=f"#{name}") for name, title in names.items()]
+    return document(
+        title,
+        element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
+        comparison_section(optimal) if len(optimal) > 1 else None,
+        *(_section(gaits[title], title, name) for name, title in names.items()),
+        scripts=("player.js",),
+    )
+
+
+def document(
+    title: str, *content: Element | None, scripts: Sequence[str], styles: Sequence[str] = ("page.css", "parts.css")
+) -> Element:
+    """Return a page that contains its styles and scripts.
+
+    Parameters
+    ----------
+    title : str
+    *content : Element or None
+    scripts, styles : sequence of str
+        Names of assets.
+    """
+    footer = element("footer", f"Written by gaitopt {__version__}.")
+    texts = [read_asset(name) for name in scripts]
     body = element(
-        "body",
-        element(
-            "main",
-            element("header", element("h1", title), element("nav", *links, aria_label="Gaits") if several else None),
-            comparison_section(gaits) if several else None,
-            *(gait_section(gaits[title], title=title, name=name) for name, title in names.items()),
-            element("footer", f"Written by gaitopt {__version__}."),
-        ),
-        element("script", read_asset("player.js")),
-        class_="gaitopt",
+        "body", element("main", *content, footer), *(element("script", text) for text in texts), class_="gaitopt"
     )
     head = element(
         "head",
         element("meta", charset="utf-8"),
+        element("meta", http_equiv="Content-Security-Policy", content=content_policy(*texts)),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("meta", name="color-scheme", content="light dark"),
         element("title", title),
         element("link", rel="icon", href="data:,"),
-        element("style", read_asset("page.css") + read_asset("parts.css")),
+        element("style", "".join(read_asset(name) for name in styles)),
     )
     return element("html", head, body, lang="en")

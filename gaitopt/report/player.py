@@ -1,6 +1,6 @@
 """The player of a gait: stage, contact sequence, controls, and the positions of every mark in every frame."""
 
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
-from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.report.chart import Chart, Curve
 from gaitopt.report.markup import Element, data_element, element
 from gaitopt.report.walker_drawing import Stage, role_of
@@ -17,12 +17,44 @@ STEPS, RATE, SLOW = 2, 60, 2.0
 """Number of steps, frames per second, and seconds on the screen for a second of motion."""
 
 
-def make_player(gait: AnyGait, charts: list[Chart], *, name: str) -> Element:
+class HasPeriod(Protocol):
+    """A gait, or a periodic gait of a simulation."""
+
+    @property
+    def motion(self) -> AnyMotion:
+        """The period."""
+
+    @property
+    def period(self) -> float:
+        """Its duration [s]."""
+
+    @property
+    def sequence(self) -> object:
+        """Its contact sequence."""
+
+
+class PlayedGait(NamedTuple):
+    """A step to play.
+
+    Attributes
+    ----------
+    motion : Motion or PlanarMotion
+    period : float [s]
+    sequence : str
+        Contact sequence, for readers of the screen.
+    """
+
+    motion: AnyMotion
+    period: float
+    sequence: str
+
+
+def make_player(gait: HasPeriod, charts: list[Chart], *, name: str) -> Element:
     """Return the player of a gait, which moves its stage and the marks of the charts beside it.
 
     Parameters
     ----------
-    gait : Gait or PlanarGait
+    gait : Gait, PlanarGait, Cycle, PlanarCycle or PlayedGait
     charts : list of Chart
         Charts in the order of the section of the player.
     name : str

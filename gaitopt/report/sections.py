@@ -17,7 +17,10 @@ from gaitopt.report.player import make_player
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.study.comparison import Comparison
+
+AnyCycle = Cycle | PlanarCycle
 
 MOST_EVENTS, MOST_STEPS = 40, 10
 """Number of events of a walk that are listed, and of steps that are drawn."""
@@ -60,6 +63,34 @@ def gait_section(gait: AnyGait, *, title: str, name: str) -> Element:
     )
 
 
+def cycle_section(cycle: AnyCycle, *, title: str, name: str) -> Element:
+    """Return the section of a periodic gait: player, charts, facts, multipliers, energy and parameters.
+
+    Parameters
+    ----------
+    cycle : Cycle or PlanarCycle
+    title : str
+    name : str
+        Unique name among the sections of the page.
+    """
+    charts = [*time_charts(cycle.motion, {}), *portraits(cycle.motion)]
+    return element(
+        "section",
+        element("h2", title),
+        element("div", make_player(cycle, charts, name=name), _figure("Facts", _cycle_table(cycle)), class_="top"),
+        element(
+            "div",
+            *map(chart_figure, charts),
+            _figure("Energy of a period", draw_ledger(cycle.energy)),
+            _figure("Multipliers", _multipliers(cycle.multipliers.tolist())),
+            class_="grid-of-figures",
+        ),
+        _details("Parameters", [(key, _plainly(value)) for key, value in cycle.parameters.items()]),
+        class_="gait",
+        id=name,
+    )
+
+
 def gait_card(gait: AnyGait) -> Element:
     """Return a summary of a gait: its facts, force ratio and energy."""
     drawings = []
@@ -88,8 +119,19 @@ def walk_card(walk: Rollout) -> Element:
     )
 
 
-def cycle_card(cycle: Cycle) -> Element:
+def cycle_card(cycle: AnyCycle) -> Element:
     """Return a periodic gait: its facts, its multipliers on the unit circle, and its energy."""
+    return element(
+        "div",
+        _cycle_table(cycle),
+        _figure("Multipliers", _multipliers(cycle.multipliers.tolist())),
+        _figure("Energy of a period", draw_ledger(cycle.energy)),
+        class_="grid-of-figures",
+    )
+
+
+def _cycle_table(cycle: AnyCycle) -> Element:
+    """Return the facts of a periodic gait as a table."""
     critical = cycle.critical_friction
     facts = [
         ("sequence", cycle.sequence),
@@ -99,15 +141,9 @@ def cycle_card(cycle: Cycle) -> Element:
         ("travel", f"{cycle.travel:.7g} m"),
         ("friction needed", "slips" if critical is None else f"{critical.friction:.6g}"),
         ("residual", f"{cycle.residual:.1e}"),
-        ("engine", cycle.engine),
+        ("section", f"right after {cycle.section}") if isinstance(cycle, PlanarCycle) else ("engine", cycle.engine),
     ]
-    return element(
-        "div",
-        table(facts, name="Facts"),
-        _figure("Multipliers", _multipliers(cycle.multipliers.tolist())),
-        _figure("Energy of a period", draw_ledger(cycle.energy)),
-        class_="grid-of-figures",
-    )
+    return table(facts, name="Facts")
 
 
 def comparison_section(gaits: Mapping[str, AnyGait]) -> Element:

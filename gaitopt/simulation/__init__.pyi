@@ -1,4 +1,6 @@
 from gaitopt.simulation.engine_choice import default_engine as default_engine
+from gaitopt.simulation.multistep_verification import replay_steps as replay_steps
+from gaitopt.simulation.multistep_verification import verify_steps as verify_steps
 from gaitopt.simulation.planar_simulation.placement import place_planar as place_planar
 from gaitopt.simulation.planar_simulation.planar_impact import solve_planar_impact as solve_planar_impact
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout as PlanarRollout

@@ -3,17 +3,19 @@
 import functools
 from importlib.util import find_spec
 
+import casadi as ca
+
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.simulation.taylor.expression_conversion import can_follow, heyoka_module
-from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 
 NAMES = ("auto", "heyoka", "scipy")
 
 
+@check_arguments
 def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine:
     """Return the fastest engine that supports a law and a robot: heyoka if it is installed, otherwise scipy.
 
@@ -30,15 +32,27 @@ def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine
     >>> default_engine().name in ("heyoka", "scipy")
     True
     """
-    if find_spec("heyoka") and (law is None or can_follow(law.control)) and (robot is None or _is_smooth(robot)):
-        return HeyokaEngine()
+    if (
+        find_spec("heyoka")
+        and (law is None or _is_smooth(law.control))
+        and (robot is None or _is_smooth(robot.dynamics))
+    ):
+        return _make_heyoka_engine()
     return ScipyEngine()
 
 
 @functools.lru_cache(maxsize=64)
-def _is_smooth(robot: Robot) -> bool:
-    """Return whether heyoka supports the equations of motion of a robot."""
-    return can_follow(robot.dynamics)
+def _is_smooth(function: ca.Function) -> bool:
+    """Return whether heyoka supports a function."""
+    from gaitopt.simulation.taylor.expression_conversion import can_follow
+
+    return can_follow(function)
+
+
+def _make_heyoka_engine() -> Engine:
+    from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine  # the import of its parts takes long
+
+    return HeyokaEngine()
 
 
 def engine_named(name: str = "auto", law: Law | None = None, robot: Robot | None = None) -> Engine:
@@ -59,8 +73,10 @@ def engine_named(name: str = "auto", law: Law | None = None, robot: Robot | None
     if name == "scipy":
         return ScipyEngine()
     if name == "heyoka":
+        from gaitopt.simulation.taylor.expression_conversion import heyoka_module
+
         heyoka_module()
-        return HeyokaEngine()
+        return _make_heyoka_engine()
     raise InputError(f"There is no engine {name!r}. {suggest(name, NAMES)}")
 
 

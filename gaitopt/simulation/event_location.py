@@ -2,20 +2,17 @@
 
 import functools
 import itertools
+import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
-import scipy
 
 from gaitopt.model.contacts.event import EventKind, HybridEvent
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ModeEquations
-
-if TYPE_CHECKING:
-    from scipy.integrate import DenseOutput
 
 PROBE_FRACTION = 1e-4
 """Fraction of a span after which the sign of a guard that starts at zero is checked."""
@@ -25,6 +22,25 @@ MAX_HALVINGS = 40
 
 GUARD_TOLERANCE = 1e-9
 """Guards that start below zero by less than this (N, m/s, rad) count as zero."""
+
+TIME_TOLERANCE = 1e-15
+"""Absolute [s] and relative tolerance of the time of an event."""
+
+
+class DenseOutput(Protocol):
+    """The motion within a step of an integrator.
+
+    Attributes
+    ----------
+    t_old, t : float [s]
+        Times of the beginning and the end of the step.
+    """
+
+    t_old: float
+    t: float
+
+    def __call__(self, t: float) -> Array:
+        """Return the state at a time, shape (n,)."""
 
 
 class EventWatch:
@@ -51,7 +67,7 @@ class EventWatch:
         self._watched = [(i, event) for i, event in events if not law_only or event.kind is EventKind.LAW_SWITCH]
         self._previous = self._guards(clock, y[: equations.size])[0].copy()
 
-    def first(self, dense: "DenseOutput", span: tuple[float, float]) -> tuple[HybridEvent | None, float]:
+    def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[HybridEvent | None, float]:
         """Return the first event in the time span that follows the previous one, and its time.
 
         A guard that starts at zero (a slide from rest, a force exactly on the cone) is an event at the start only if it
@@ -91,7 +107,7 @@ class EventWatch:
         at, _, first = min(located, key=lambda entry: entry[:2])
         return first, at
 
-    def first_in_step(self, dense: "DenseOutput", spans: int) -> tuple[HybridEvent | None, float]:
+    def first_in_step(self, dense: DenseOutput, spans: int) -> tuple[HybridEvent | None, float]:
         """Return the first event in a whole step of the integrator, divided into spans, and its time."""
         if not self._watched:
             return None, dense.t
@@ -101,19 +117,19 @@ class EventWatch:
                 return event, at
         return None, dense.t
 
-    def _values(self, dense: "DenseOutput", t: float) -> Array:
+    def _values(self, dense: DenseOutput, t: float) -> Array:
         return self._guards(t, dense(t)[: self._size])[0]
 
-    def _value(self, dense: "DenseOutput", i: int, t: float) -> float:
+    def _value(self, dense: DenseOutput, i: int, t: float) -> float:
         return float(self._values(dense, t)[i])
 
-    def _rate(self, dense: "DenseOutput", i: int, t: float) -> float:
+    def _rate(self, dense: DenseOutput, i: int, t: float) -> float:
         """Return the rate of a guard along the motion."""
         rates = _guard_rates(self._equations)(t, dense(t)[: self._size], self._p, self._data)
         return float(np.asarray(rates).ravel()[i])
 
 
-def spans_of(dense: "DenseOutput", count: int) -> list[tuple[float, float]]:
+def spans_of(dense: DenseOutput, count: int) -> list[tuple[float, float]]:
     """Return the spans of equal length into which a step of the integrator is divided."""
     return list(itertools.pairwise(np.linspace(dense.t_old, dense.t, count + 1).tolist()))
 
@@ -148,15 +164,49 @@ def find_dip(
     bend, lean = 2 * (left - 2 * middle + right), right - left
     if bend <= abs(lean) or middle - lean**2 / (4 * bend) > 0.1 * max(left, right):
         return None
+    import scipy.optimize  # whose import takes longer than a stride, and which a stride seldom needs
+
     options = {"xatol": 1e-9 * (span[1] - span[0])}
     minimum = scipy.optimize.minimize_scalar(guard, bounds=span, method="bounded", options=options)
     return float(minimum.x) if minimum.fun < 0 else None
 
 
 def find_root(guard: Callable[[float], float], span: tuple[float, float]) -> float:
-    """Return the time at which a guard falls through zero in a span; if rounding hides the sign change, an end."""
-    if guard(span[0]) <= 0:
+    """Return the time at which a guard falls through zero in a span; if rounding hides the sign change, an end.
+
+    The method of Brent (Algorithms for Minimization without Derivatives, chapter 4) takes the steps of
+    :func:`scipy.optimize.brentq`.
+    """
+    values = guard(span[0]), guard(span[1])
+    if values[0] <= 0:
         return span[0]
-    if guard(span[1]) >= 0:
+    if values[1] >= 0:
         return span[1]
-    return float(scipy.optimize.brentq(guard, *span, xtol=1e-15, rtol=1e-15))
+    (old, new), (f_old, f_new) = span, values
+    other, f_other, last, step = old, f_old, new - old, new - old  # the root lies between new and other
+    while True:
+        if f_old != 0 and f_new != 0 and (f_old < 0) != (f_new < 0):
+            other, f_other, last, step = old, f_old, new - old, new - old
+        if abs(f_other) < abs(f_new):
+            old, new, other, f_old, f_new, f_other = new, other, new, f_new, f_other, f_new
+        tolerance, half = (TIME_TOLERANCE + TIME_TOLERANCE * abs(new)) / 2, (other - new) / 2
+        if f_new == 0 or abs(half) < tolerance:
+            return new
+        trial = _interpolate((old, new, other), (f_old, f_new, f_other)) if abs(f_new) < abs(f_old) else math.inf
+        if abs(last) > tolerance and 2 * abs(trial) < min(abs(last), 3 * abs(half) - tolerance):
+            last, step = step, trial
+        else:
+            last = step = half
+        old, f_old = new, f_new
+        new += step if abs(step) > tolerance else math.copysign(tolerance, half)
+        f_new = guard(new)
+
+
+def _interpolate(times: tuple[float, float, float], values: tuple[float, float, float]) -> float:
+    """Return the step to the root of the secant, or of the inverse parabola if the three times differ."""
+    (old, new, other), (f_old, f_new, f_other) = times, values
+    if old == other:
+        return -f_new * (new - old) / (f_new - f_old)
+    slope, other_slope = (f_old - f_new) / (old - new), (f_other - f_new) / (other - new)
+    below = other_slope * slope * (f_other - f_old)
+    return -f_new * (f_other * other_slope - f_old * slope) / below if below else math.inf

@@ -108,10 +108,19 @@ class Walker:
     engine : Engine
     step_limits : StepLimits, optional
         Maximum duration and number of contact events of one step.
+    landing : (n_p,) array, optional
+        Parameters of the ground on which the swing foot lands, if it differs from that of the stance foot.
     """
 
     def __init__(
-        self, robot: Robot, law: Law, p: Array, engine: Engine, *, step_limits: StepLimits | None = None
+        self,
+        robot: Robot,
+        law: Law,
+        p: Array,
+        engine: Engine,
+        *,
+        step_limits: StepLimits | None = None,
+        landing: Array | None = None,
     ) -> None:
         self.robot, self.law, self.p, self.engine = robot, law, p, engine
         self.step_limits = step_limits or StepLimits()
@@ -120,7 +129,10 @@ class Walker:
         self._torque: dict[Mode, FastCall] = {
             mode: FastCall(torque_of(law.torque, mode)) for mode in PHYSICAL if mode is not Mode.FREE
         }
-        self._landing, self._slip_velocity = TouchdownMap(robot, p), robot.state_entries.slip_velocity
+        self._landing, self._slip_velocity = (
+            TouchdownMap(robot, p if landing is None else landing),
+            robot.state_entries.slip_velocity,
+        )
         self._transitions: dict[tuple[Mode, HybridEvent], _ModeChange] = {}
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.torque_interpolation import interpolate_torque
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
@@ -30,6 +31,7 @@ INSTANT = 1e-9
 """Least time [s] between a state and the next corner of the torques."""
 
 
+@check_arguments
 def verify_planar(gait: PlanarGait, *, tolerances: Tolerances | None = None) -> PlanarGait:
     """Replay a gait in open loop and attach the result of the comparison.
 
@@ -68,6 +70,7 @@ def verify_planar(gait: PlanarGait, *, tolerances: Tolerances | None = None) -> 
     return gait.with_verification(_compare(gait, rollout, tolerances or Tolerances()))
 
 
+@check_arguments
 def replay_planar(gait: PlanarGait) -> PlanarRollout:
     """Simulate one period of a gait under its torques.
 
@@ -87,8 +90,8 @@ class _Replay:
 
     def __init__(self, gait: PlanarGait) -> None:
         self.planned, self.robot = gait.motion, gait.robot
-        torques = _torques(gait)
-        self.automata = [PlanarAutomaton(self.robot, self.planned.parameters, torque) for torque in torques]
+        torques, values, terrain = _torques(gait), self.planned.parameters, self.planned.terrain
+        self.automata = [PlanarAutomaton(self.robot, values, torque, terrain) for torque in torques]
         self.impacts = 0
         self.segments: list[PlanarSegment] = []
         self.arcs: list[PlanarArc] = []

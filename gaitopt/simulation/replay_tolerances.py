@@ -2,9 +2,11 @@
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.parameters import number_within
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Tolerances:
     """Largest deviations of a replay from the plan.

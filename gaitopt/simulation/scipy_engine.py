@@ -1,14 +1,13 @@
-"""The reference engine: scipy's DOP853 with event location on its dense output."""
+"""The reference engine: the integrator DOP853, as SciPy has it, with event location on its dense output."""
 
 import functools
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-import scipy
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.event import SINGULAR
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
@@ -16,16 +15,15 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.active_piece import ActivePiece
 from gaitopt.simulation.closed_loop import ClosedLoop
+from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.engine import Arc
-from gaitopt.simulation.event_location import EventWatch, spans_of
-
-if TYPE_CHECKING:
-    from scipy.integrate import DenseOutput
+from gaitopt.simulation.event_location import DenseOutput, EventWatch, spans_of
 
 
+@check_arguments
 @frozen(kw_only=True)
 class ScipyEngine:
-    """Event-driven integration by DOP853 (order 8), with guards monitored inside every integrator step.
+    """Event-driven integration by DOP853 (order 8), as in SciPy, with guards monitored inside every integrator step.
 
     Attributes
     ----------
@@ -104,7 +102,7 @@ class ScipyEngine:
             event = active.advance(event)
         return matrix
 
-    def _integrate_variations(self, slope: FastCall, dense: "DenseOutput", end: float, matrix: Array) -> Array:
+    def _integrate_variations(self, slope: FastCall, dense: DenseOutput, end: float, matrix: Array) -> Array:
         """Return the solution of the variational equations at a time in a step of the path; nan if it diverges."""
         shape, begin = matrix.shape, dense.t_old
         if end <= begin:
@@ -113,23 +111,21 @@ class ScipyEngine:
         def rate(t: float, flat: Array) -> Array:
             return (slope(t, dense(t))[0].reshape(shape).T @ flat.reshape(shape)).ravel()  # CasADi stores by column
 
-        options = {"rtol": self.relative, "atol": self.absolute}
-        integrator = scipy.integrate.DOP853(rate, begin, matrix.ravel(), end, first_step=end - begin, **options)
+        options = {"relative": self.relative, "absolute": self.absolute}
+        integrator = DormandPrince(rate, begin, matrix.ravel(), end, first_step=end - begin, **options)
         while integrator.status == "running":
             integrator.step()
         return integrator.y.reshape(shape) if integrator.status == "finished" else np.full(shape, np.nan)
 
     def _spans(
         self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array
-    ) -> "Iterator[tuple[DenseOutput, tuple[float, float]]]":
+    ) -> Iterator[tuple[DenseOutput, tuple[float, float]]]:
         """Yield the dense output of the integrator with each of the spans into which its steps are divided."""
         for dense in self._steps(rates, n_y, begin, end, start):
             for span in spans_of(dense, self.samples):
                 yield dense, span
 
-    def _steps(
-        self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array
-    ) -> "Iterator[DenseOutput]":
+    def _steps(self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array) -> Iterator[DenseOutput]:
         """Yield the dense output of each step of the integrator, until the end or until the integrator fails."""
 
         def rate(t: float, y: Array) -> Array:
@@ -137,7 +133,7 @@ class ScipyEngine:
 
         if not np.all(np.isfinite(rate(begin, start))):
             return
-        integrator = scipy.integrate.DOP853(rate, begin, start, end, rtol=self.relative, atol=self.absolute)
+        integrator = DormandPrince(rate, begin, start, end, relative=self.relative, absolute=self.absolute)
         while integrator.status == "running":
             integrator.step()
             if integrator.status == "failed":

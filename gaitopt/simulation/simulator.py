@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import EventKind
@@ -83,6 +84,7 @@ class Rollout:
     engine: str = "scipy"
 
 
+@check_arguments
 def simulate(
     robot: Robot,
     q: Array,

@@ -2,9 +2,11 @@
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.parameters import positive, whole_number
 
 
+@check_arguments
 @frozen(kw_only=True)
 class StepLimits:
     """Limits of one simulated step; a walk that reaches one ends with a named stop.

@@ -4,6 +4,7 @@ from typing import overload
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import feedforward
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, GAP
 from gaitopt.model.robot import Robot
@@ -13,7 +14,6 @@ from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.planar_verification import verify_planar
 from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
@@ -24,6 +24,7 @@ EXCHANGE_TOLERANCE = 1e-6
 """Largest change by the leg exchange of energy, relative to the kinetic energy, and of the foot position [m]."""
 
 
+@check_arguments
 def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollout:
     """Replay a gait's torques in open loop from its first state in the event-driven simulator.
 
@@ -55,14 +56,17 @@ def replay(gait: Gait, *, steps: int = 1, engine: Engine | None = None) -> Rollo
     )
 
 
+@check_arguments
 @overload
 def verify(gait: Gait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> Gait: ...
 
 
+@check_arguments
 @overload
 def verify(gait: PlanarGait, *, tolerances: Tolerances | None = None, engine: Engine | None = None) -> PlanarGait: ...
 
 
+@check_arguments
 def verify(
     gait: Gait | PlanarGait, *, tolerances: Tolerances | None = None, engine: Engine | None = None
 ) -> Gait | PlanarGait:
@@ -97,6 +101,8 @@ def verify(
     True
     """
     if isinstance(gait, PlanarGait):
+        from gaitopt.simulation.planar_verification import verify_planar
+
         return verify_planar(gait, tolerances=tolerances)
     rollout, tolerances = replay(gait, engine=engine), tolerances or Tolerances()
     return gait.with_verification(_compare(gait, rollout, tolerances, _check_exchange(gait.robot, rollout.motion)))

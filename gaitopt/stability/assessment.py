@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, check_law, feedforward
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait, check_gait
@@ -12,6 +13,7 @@ from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.section import Section
 
 
+@check_arguments
 def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | None = None) -> Cycle:
     """Return the periodic gait of the controlled walker near an optimised gait, with its exact multipliers.
 

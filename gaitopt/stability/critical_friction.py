@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
@@ -87,6 +86,8 @@ def _find_peak(walker: Walker, arc: Arc) -> tuple[float, float, Array]:
 
     def state_at(t: float) -> Array:
         return states[before] if t <= times[before] else flow(times[before], states[before], t).states[:, -1]
+
+    from scipy.optimize import minimize_scalar  # whose import takes longer than a search for gaits
 
     span = {"bounds": (times[before], times[after]), "method": "bounded", "options": {"xatol": 1e-12}}
     t = float(minimize_scalar(lambda t: -ratio(t, state_at(t)), **span).x)

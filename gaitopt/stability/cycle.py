@@ -1,7 +1,7 @@
 """Periodic gaits of a walker: state, contact sequence, multipliers, energy and critical friction."""
 
 import textwrap
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, ledger
-from gaitopt.motion.motion import Array
+from gaitopt.motion.motion import Array, Motion
 from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
@@ -58,6 +58,8 @@ class Cycle:
     energy : Ledger
         Energy ledger of the period [J].
     engine : str
+    motion : Motion
+        The period.
 
     Examples
     --------
@@ -85,6 +87,7 @@ class Cycle:
     impact_ratio: float
     energy: Ledger
     engine: str
+    motion: Motion = field(repr=False)
 
     def __repr__(self) -> str:
         sequence = textwrap.shorten(self.sequence, 80, placeholder=" ...")
@@ -167,4 +170,5 @@ def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycl
         impact_ratio=float(last.impact.impulse[0] / last.impact.impulse[1]),
         energy=ledger(motion),
         engine=walker.engine.name,
+        motion=motion,
     )

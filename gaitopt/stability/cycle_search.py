@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
@@ -46,6 +47,7 @@ MAX_STEP_TIME = 20.0
 """Longest step, relative to the natural time sqrt(l / g)."""
 
 
+@check_arguments
 def find_cycles(
     robot: Robot,
     parameters: Mapping[str, float],

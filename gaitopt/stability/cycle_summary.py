@@ -2,10 +2,12 @@
 
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.summary import ledger_facts, plain
 from gaitopt.stability.cycle import Cycle
 
 
+@check_arguments
 def summarise_cycle(cycle: Cycle) -> dict[str, Any]:
     """Return the properties of a periodic gait as plain data for JSON.
 

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.signature import control_function, inputs_of, make_memory
 from gaitopt.errors import InputError
@@ -53,6 +54,7 @@ class GainSensitivity:
     radius: Array
 
 
+@check_arguments
 def gain_sensitivity(
     cycle: Cycle,
     law: Law,
@@ -86,6 +88,8 @@ def gain_sensitivity(
     ((4, 1), True)
     """
     robot, names = cycle.section.robot, tuple(gains if gains is not None else law.gains)
+    if not names:
+        raise InputError(f"The sensitivity to gains needs a law with gains, got the law {law.name!r} without gains.")
     for name in names:
         law.with_gains({name: law.gain_values.get(name, 0.0)})  # raises InputError with the gains of the law
     point = _find_neighbour(cycle, law, robot, engine)

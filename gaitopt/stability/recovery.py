@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
+from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import VerificationStep
@@ -70,6 +72,7 @@ class Recovery:
         return self.returned / self.starts
 
 
+@check_arguments
 @frozen(kw_only=True)
 class PushTest:
     """Options of a recovery test.
@@ -102,6 +105,7 @@ class PushTest:
     resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
 
+@check_arguments
 def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
     """Simulate walks from random starts around a gait of one step and count those that return to it.
 
@@ -125,11 +129,15 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     5
     """
     test = test or PushTest()
-    settling = [_count_settling_steps(walker, cycle, radius * push, test) for push in _draw_pushes(walker, cycle, test)]
+    settling = [
+        count_settling_steps(walker, cycle, radius * push, test)
+        for push in draw_pushes(walker.robot, walker.p, cycle.section, test)
+    ]
     returned = tuple(steps for steps in settling if steps is not None)
     return _make_recovery(test, radius, len(returned), returned)
 
 
+@check_arguments
 def largest_recovery(
     walker: Walker, cycle: Cycle, test: PushTest | None = None, observer: WalkObserver | None = None
 ) -> Recovery:
@@ -166,8 +174,8 @@ def largest_recovery(
     radius = test.largest / 16
     while upper - lower > test.resolution * upper and upper > 1e-6:
         settling = []
-        for push in _draw_pushes(walker, cycle, test):
-            settling.append(_count_settling_steps(walker, cycle, radius * push, test))
+        for push in draw_pushes(walker.robot, walker.p, cycle.section, test):
+            settling.append(count_settling_steps(walker, cycle, radius * push, test))
             if observer is not None:
                 observer(VerificationStep(radius, len(settling), test.starts))
             if settling[-1] is None:
@@ -195,17 +203,38 @@ def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple
     )
 
 
-def _draw_pushes(walker: Walker, cycle: Cycle, test: PushTest) -> Iterator[Array]:
-    """Yield pushes of the unit ball as changes of the coordinates of the gait's section, shape (n_z,)."""
-    robot, rng = walker.robot, np.random.default_rng(test.seed)
-    (natural, height), n_a = natural_rate(robot, walker.p), len(robot.angles)
-    scale = np.array([1 / natural] * (n_a - 1) + [1.0] * n_a + ([height] if cycle.section.sliding else []))
+def draw_pushes(robot: Robot, p: Array, section: Section, test: PushTest) -> Iterator[Array]:
+    """Yield pushes of the unit ball as changes of the coordinates of a section, shape (n_z,) each.
+
+    Parameters
+    ----------
+    robot : Robot
+    p : (n_p,) array
+    section : Section
+    test : PushTest
+        Number and seed of the pushes.
+
+    Examples
+    --------
+    >>> from gaitopt import rimless_wheel
+    >>> wheel = rimless_wheel()
+    >>> p = wheel.vector(wheel.resolve({}))
+    >>> next(draw_pushes(wheel, p, Section(wheel, p), PushTest(starts=3))).shape
+    (1,)
+    """
+    rng, scale = np.random.default_rng(test.seed), push_scale(robot, p, section)
     for _ in range(test.starts):
         direction = rng.normal(size=scale.size)
         yield scale * direction / np.linalg.norm(direction) * rng.uniform() ** (1 / scale.size)
 
 
-def _count_settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
+def push_scale(robot: Robot, p: Array, section: Section) -> Array:
+    """Return the change of each coordinate of a section by a push of size 1 rad/s, shape (n_z,)."""
+    (natural, height), n_a = natural_rate(robot, p), len(robot.angles)
+    return np.array([1 / natural] * (n_a - 1) + [1.0] * n_a + ([height] if section.sliding else []))
+
+
+def count_settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
     """Return the number of steps after which a walk stays within the tolerance of the gait, or None without return."""
     section = Section(walker.robot, walker.p, sliding=True)
     fixed_point = section.project(cycle.section.embed(cycle.z))

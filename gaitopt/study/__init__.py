@@ -1,4 +1,4 @@
-"""Studies over many gaits: sweeps, searches, basins, comparisons and robustness.
+"""Studies over many gaits: sweeps, trade-offs, searches, basins, comparisons and robustness.
 
 :func:`sweep` solves a problem over a grid, :func:`search` over contact sequences, :func:`basin` maps which initial
 states lead to which gait, and :func:`compare` tabulates gaits.  Long studies run in parallel and can be resumed.

@@ -5,6 +5,10 @@ from gaitopt.study.basins.basin_file import ending_labels as ending_labels
 from gaitopt.study.basins.basin_file import ending_shares as ending_shares
 from gaitopt.study.basins.basin_file import load_basin as load_basin
 from gaitopt.study.basins.basin_file import save_basin as save_basin
+from gaitopt.study.basins.branch_basin import basin_along_branch as basin_along_branch
+from gaitopt.study.basins.fatal_push import FatalPush as FatalPush
+from gaitopt.study.basins.fatal_push import PushSearch as PushSearch
+from gaitopt.study.basins.fatal_push import find_fatal_push as find_fatal_push
 from gaitopt.study.comparison import Comparison as Comparison
 from gaitopt.study.comparison import compare as compare
 from gaitopt.study.imitation import Imitation as Imitation
@@ -21,3 +25,6 @@ from gaitopt.study.sequence_search.search import search as search
 from gaitopt.study.sweeps.sweep import sweep as sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep as load_sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep_gait as load_sweep_gait
+from gaitopt.study.trade_offs.front_table import load_front as load_front
+from gaitopt.study.trade_offs.front_table import load_front_gait as load_front_gait
+from gaitopt.study.trade_offs.pareto import Pareto as Pareto

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.energy import absolute_work
 from gaitopt.motion.gait import Gait, check_gait
@@ -94,6 +95,7 @@ def energy_per_distance(gait: Gait) -> dict[str, float]:
     return {name: value / travel for name, value in terms.items()}
 
 
+@check_arguments
 def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False) -> Comparison:
     """Compare gaits by their metrics and, if requested, by their multipliers.
 

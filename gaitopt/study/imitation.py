@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.inverse_dynamics import prescribed_angles
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
@@ -87,6 +88,7 @@ class Imitation:
         )
 
 
+@check_arguments
 def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tolerance: float = 1e-3) -> Imitation:
     """Simulate the joint angles of a passive gait on other ground, with torques by inverse dynamics.
 
@@ -157,6 +159,7 @@ def imitate(robot: Robot, cycle: Cycle, parameters: Mapping[str, float], *, tole
     )
 
 
+@check_arguments
 def controlled_gait(gait: Gait, law: Law, *, samples: int = 100) -> Gait:
     """Return the periodic gait under a control law as a gait: a plan within the torque limits of the law.
 

@@ -3,10 +3,13 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from gaitopt.arguments import check_arguments
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PublishedValue:
     """A computed value and the published one.
@@ -48,6 +51,7 @@ class PublishedValue:
         return bool(abs(self.difference) <= self.tolerance)
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class Reproduction:
     """Result of a study script: a figure, its numbers and remarks.

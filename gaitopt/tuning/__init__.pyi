@@ -5,6 +5,7 @@ from gaitopt.tuning.gain_search import GainSearchOptions as GainSearchOptions
 from gaitopt.tuning.lqr import LqrWeights as LqrWeights
 from gaitopt.tuning.lqr import lqr as lqr
 from gaitopt.tuning.lqr import step_lqr as step_lqr
+from gaitopt.tuning.planar_lqr import planar_lqr as planar_lqr
 from gaitopt.tuning.planar_lqr import planar_step_lqr as planar_step_lqr
 from gaitopt.tuning.record import Trial as Trial
 from gaitopt.tuning.record import Tuning as Tuning

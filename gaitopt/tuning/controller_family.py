@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.computed_torque import computed_torque
 from gaitopt.control.joint_pd import joint_pd
 from gaitopt.control.law import Law, feedforward
@@ -41,6 +42,7 @@ class FamilySettings:
     fixed: Mapping[str, float] = field(default_factory=dict)
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class ControllerFamily:
     """A parametrised family of feedback laws.
@@ -112,6 +114,7 @@ def _clip_gain(gain: Gain, lower: float, upper: float) -> Gain:
     return Gain(gain.name, start, lower, upper, gain.logarithmic and lower > 0)
 
 
+@check_arguments
 def controller_family_named(
     name: str, robot: Robot, motion: Motion, *, torque_limit: TorqueLimit = math.inf
 ) -> ControllerFamily:

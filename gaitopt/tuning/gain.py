@@ -3,9 +3,11 @@
 import math
 from dataclasses import dataclass
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Gain:
     """A gain that is tuned between bounds.

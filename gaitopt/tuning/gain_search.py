@@ -6,6 +6,7 @@ import numpy as np
 from attrs import field, frozen
 from scipy.optimize import minimize
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -30,6 +31,7 @@ FIXED_POINT_TOLERANCE = 1e-5
 """Distance between a point and its image below which the search takes the point as fixed point."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class GainSearchOptions:
     """Options of the search for gains by the simplex method of Nelder and Mead from several starts.
@@ -68,8 +70,8 @@ class GainSearch:
     robot : Robot
     family : ControllerFamily
     objective : TuningObjective
-    frictions : tuple of float
-        Friction coefficients in addition to that of the gait.
+    frictions : tuple of float or mapping
+        Friction coefficients, or values of several parameters by name, in addition to those of the gait.
     engine : Engine or None
     observer : callable
 
@@ -85,14 +87,15 @@ class GainSearch:
         robot: Robot,
         family: ControllerFamily,
         objective: TuningObjective,
-        frictions: tuple[float, ...],
+        frictions: tuple[float | Mapping[str, float], ...],
         engine: Engine | None,
         observer: TuningObserver,
     ) -> None:
         self.family, self.objective, self.trials = family, objective, list[Trial]()
         self._robot, self._engine, self._observer = robot, engine, observer
         self._period, planned = gait.period, gait.motion.parameters
-        self._grounds = [planned, *(robot.resolve({**planned, "friction": mu}) for mu in frictions)]
+        changes = [dict(each) if isinstance(each, Mapping) else {"friction": each} for each in frictions]
+        self._grounds = [planned, *(robot.resolve({**planned, **change}) for change in changes)]
         first = gait.motion.segments[0]
         self._sections = [Section(robot, robot.vector(ground), sliding=True) for ground in self._grounds]
         start = np.concatenate([first.q[:, 0], first.v[:, 0]])

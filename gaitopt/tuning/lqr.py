@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, feedforward
 from gaitopt.control.state_feedback import state_feedback
 from gaitopt.control.step_to_step import step_to_step
@@ -25,6 +26,7 @@ from gaitopt.stability.section import Section
 from gaitopt.tuning.riccati import LinearInterval, discrete_gains, periodic_gains
 
 
+@check_arguments
 @frozen(kw_only=True)
 class LqrWeights:
     """Scaling of the cost of linear-quadratic feedback (Bryson's rule): a deviation or torque of this size costs 1.
@@ -53,6 +55,7 @@ class LqrWeights:
     torque: float = field(default=5.0, validator=positive("N m"))
 
 
+@check_arguments
 def lqr(
     robot: Robot,
     motion: Motion,
@@ -95,6 +98,7 @@ def lqr(
     return state_feedback(robot, motion, solution[0], torque_limit=torque_limit, name="lqr")
 
 
+@check_arguments
 def step_lqr(
     robot: Robot,
     motion: Motion,

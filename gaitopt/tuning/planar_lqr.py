@@ -1,21 +1,86 @@
-"""Discrete linear-quadratic feedback of a planar gait's return map."""
+"""Linear-quadratic feedback of planar gaits: along the gait through its events, and of its return map."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_step_to_step, select_actuators
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.control.planar_laws.planar_reference import IDLE
+from gaitopt.control.planar_laws.planar_reference import IDLE, planar_references
+from gaitopt.control.planar_laws.planar_state_feedback import planar_state_feedback
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
 from gaitopt.tuning.lqr import LqrWeights
-from gaitopt.tuning.riccati import discrete_gains
+from gaitopt.tuning.planar_intervals import LinearPhase, linearise_planar
+from gaitopt.tuning.riccati import discrete_gains, periodic_gains
+
+SHARE = 0.1
+"""Torque that costs 1 in time-varying feedback, as a share of the largest planned one: light feet need small gains."""
 
 
+@check_arguments
+def planar_lqr(
+    gait: PlanarGait,
+    *,
+    actuators: Sequence[str] | None = None,
+    weights: LqrWeights | None = None,
+    torque_limit: float | Mapping[str, float] = np.inf,
+) -> PlanarLaw:
+    """Return the time-varying linear-quadratic law of a planar gait, designed through all of its events.
+
+    The design uses the linearised dynamics of each contact state and the saltation matrix, which includes the change of
+    the event time, at each event; the cost-to-go is periodic over the period and the exchange of the legs.
+
+    Parameters
+    ----------
+    gait : PlanarGait
+    actuators : sequence of str, optional
+        Actuators with feedback; by default those with a planned torque.
+    weights : LqrWeights, optional
+        As in :func:`planar_step_lqr`, over time; a torque costs 1 if it is a tenth as large as there.
+    torque_limit : float or mapping of actuator to float [N m or N]
+
+    Raises
+    ------
+    InputError
+        If no periodic gait is found near the planned one in open loop, or no feedback stabilises it.
+
+    Examples
+    --------
+    >>> from gaitopt.model import compass_with_two_feet
+    >>> from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem, solve_planar
+    >>> from gaitopt.stability import assess_planar
+    >>> gait = solve_planar(PlanarProblem(
+    ...     robot=compass_with_two_feet(), sequence="foot A stick |", friction=1.0, speed=0.633, step_length=0.4713,
+    ...     objective="torque_squared", limits=PlanarLimits(torque={"ankle B": 0}),
+    ...     transcription=Collocation(intervals=10)))
+    >>> assess_planar(gait, planar_lqr(gait)).radius < 0.5 < assess_planar(gait).radius
+    True
+    """
+    weights, chosen = weights or LqrWeights(), select_actuators(gait, actuators)
+    robot, phases = gait.robot, linearise_planar(gait)
+    columns = [robot.actuators.index(name) for name in chosen]
+    sizes = np.repeat([weights.angle, weights.rate], robot.n_q)
+    cost = np.diag(1 / sizes**2)
+    if robot.travel is not None:
+        cost[robot.coordinates.index(robot.travel)] = 0.0
+    intervals = [replace(each, b=each.b[:, columns]) for phase in phases for each in phase.intervals]
+    solution = periodic_gains(intervals, cost, np.diag(1 / (SHARE * _torque_sizes(gait, chosen, weights)) ** 2))
+    if solution is None:
+        raise InputError(f"No linear-quadratic feedback stabilises the gait '{gait.sequence}' with {weights}.")
+    gains = np.zeros((len(intervals), 2, robot.n_u, 2 * robot.n_q))
+    gains[:, :, columns] = solution[0]
+    if robot.travel is not None:
+        gains[..., robot.coordinates.index(robot.travel)] = 0.0
+    return planar_state_feedback(gait, _gains_of_pieces(gait, phases, gains), torque_limit=torque_limit, name="lqr")
+
+
+@check_arguments
 def planar_step_lqr(
     gait: PlanarGait,
     *,
@@ -70,8 +135,7 @@ def planar_step_lqr(
     cycle = assess_planar(gait, add_feedback(np.zeros(2 * n), np.zeros((windows * len(actuators), 2 * n))))
     basis = cycle.basis
     sizes = np.repeat([weights.angle, weights.rate], n)
-    largest = dict(zip(gait.robot.actuators, np.max(np.abs(gait.motion.channel("torque")), axis=1), strict=True))
-    torques = np.tile([largest[name] if largest[name] > IDLE else weights.torque for name in actuators], windows)
+    torques = np.tile(_torque_sizes(gait, actuators, weights), windows)
     state_cost = basis.T @ np.diag(1 / sizes**2) @ basis
     gain = discrete_gains(cycle.derivative, cycle.latched_effect, state_cost, np.diag(1 / torques**2))
     if gain is None:
@@ -80,3 +144,32 @@ def planar_step_lqr(
             f"'{gait.sequence}' with {weights}."
         )
     return add_feedback(np.array([*cycle.state.values()]), gain @ basis.T)
+
+
+def _torque_sizes(gait: PlanarGait, actuators: Sequence[str], weights: LqrWeights) -> Array:
+    """Return the torque of each actuator that costs 1."""
+    largest = dict(zip(gait.robot.actuators, np.max(np.abs(gait.motion.channel("torque")), axis=1), strict=True))
+    return np.array([largest[name] if largest[name] > IDLE else weights.torque for name in actuators])
+
+
+def _gains_of_pieces(gait: PlanarGait, phases: Sequence[LinearPhase], gains: Array) -> list[Array]:
+    """Return the gains at the start and the end of each piece of the law, from those of the intervals of all phases."""
+    ends, parts = np.cumsum([0, *(len(phase.intervals) for phase in phases)]), []
+    for number, plan in enumerate(planar_references(gait)):
+        members = [k for k, phase in enumerate(phases) if phase.part == number]
+        corners, pieces = plan.breakpoints, []
+        for begin, end in zip(corners, [*corners[1:], corners[-1]], strict=True):
+            late = [k for k in members if phases[k].time[-1] >= (begin + end) / 2]
+            k = late[0] if late and end > begin else members[-1]
+            pieces.append([_interpolate(phases[k].time, gains[ends[k] : ends[k + 1]], at) for at in (begin, end)])
+        parts.append(np.array(pieces))
+    return parts
+
+
+def _interpolate(time: Array, gains: Array, at: float) -> Array:
+    """Return the gains of a phase at a time, linear between its samples."""
+    samples = np.unique(time)
+    values = np.concatenate([gains[:, 0], gains[-1:, 1]])
+    place = int(np.clip(np.searchsorted(samples, at) - 1, 0, samples.size - 2))
+    share = np.clip((at - samples[place]) / (samples[place + 1] - samples[place]), 0.0, 1.0)
+    return np.asarray((1 - share) * values[place] + share * values[place + 1])

@@ -2,10 +2,11 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait, check_gait
@@ -22,12 +23,13 @@ from gaitopt.tuning.record import Trial, Tuning
 from gaitopt.tuning.tuning_objective import SpectralRadius, TuningObjective
 
 
+@check_arguments
 def tune_feedback(
     gait: Gait,
     family: ControllerFamily,
     *,
     objective: TuningObjective | None = None,
-    frictions: Sequence[float] = (),
+    frictions: Sequence[float | Mapping[str, float]] = (),
     search: GainSearchOptions | None = None,
     test: PushTest | None = None,
     engine: Engine | None = None,
@@ -41,8 +43,9 @@ def tune_feedback(
     family : ControllerFamily
     objective : TuningObjective, optional
         The spectral radius by default.
-    frictions : sequence of float
-        Additional friction coefficients of the ground, unknown to the law; the worst objective is minimised.
+    frictions : sequence of float or mapping of str to float
+        Additional friction coefficients, or values of several parameters by name, unknown to the law; the worst
+        objective is minimised.
     search : GainSearchOptions, optional
     test : PushTest, optional
         Verification by walks from random states.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.model.robot import Robot
@@ -77,6 +78,7 @@ class TunedGains:
         return family.law(self.gains)
 
 
+@check_arguments
 def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     """Write tuned gains, the record of their search and the stability of the gait as JSON.
 
@@ -130,6 +132,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     return path
 
 
+@check_arguments
 def load_tuning(path: str | Path) -> TunedGains:
     """Read tuned gains written by :func:`save_tuning`.
 

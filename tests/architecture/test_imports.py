@@ -155,8 +155,9 @@ def test_a_solve_imports_no_part_of_scipy():
 
 NOT_INSTALLED = """
 from importlib import metadata
+from pathlib import Path
 
-known = metadata.version
+known, glob = metadata.version, Path.glob
 
 def version(name):
     if name == "gaitopt":
@@ -164,6 +165,7 @@ def version(name):
     return known(name)
 
 metadata.version = version
+Path.glob = lambda path, pattern: () if pattern.startswith("gaitopt-") else glob(path, pattern)
 import gaitopt
 from gaitopt.motion.versions import versions
 
@@ -174,3 +176,20 @@ print(gaitopt.__version__, versions()["gaitopt"], versions()["numpy"] != "0+unkn
 def test_a_source_tree_that_is_not_installed_can_be_imported():
     run = subprocess.run([sys.executable, "-c", NOT_INSTALLED], cwd=ROOT, capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["0+unknown", "0+unknown", "True"]
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "gaitopt.study.basins.basin_walk",
+        "gaitopt.simulation.taylor.heyoka_engine",
+        "gaitopt.stability.cycle_search",
+        "gaitopt.ocp.solver",
+        "gaitopt.simulation.verification",
+    ],
+)
+def test_workers_and_short_commands_import_neither_scipy_nor_h5py(module):
+    """Their import takes longer than a solve or a search for gaits."""
+    code = f"import {module}, sys; print([name for name in ('scipy', 'h5py', 'xarray') if name in sys.modules])"
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

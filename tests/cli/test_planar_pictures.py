@@ -111,3 +111,31 @@ def test_wrong_options_of_a_simulation_are_refused_in_a_sentence(capsys, words, 
     status, printed = run(capsys, "simulate", KNEED, *words)
     assert status == 2
     assert sentence in " ".join(printed.err.split())
+
+
+def test_a_walk_over_steps_and_patches(capsys, tmp_path):
+    options = ["--steps", 2, "--rise", "0.6:-0.01", "--patch", "0.2:0.7:0.9"]
+    status, printed = run(capsys, "simulate", KNEED, *options, "--json", "-o", tmp_path / "walk.gif")
+    plain_status, plain = run(capsys, "simulate", KNEED, "--steps", 2, "--json")
+    assert status == plain_status == 0
+    landings = [
+        next(event["time"] for event in json.loads(text.out)["events"] if "foot B closes" in event["names"])
+        for text in (printed, plain)
+    ]
+    assert landings[1] == pytest.approx(0.5643281659150, abs=1e-9)  # source: tests/stability/test_planar_cycles.py
+    assert landings[0] > landings[1] + 0.01
+    assert (tmp_path / "walk.gif").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("script", "option", "sentence"),
+    [
+        (KNEED, ("--rise", "0.6"), "--rise must have the form PLACE:HEIGHT in m, got '0.6'"),
+        (KNEED, ("--patch", "1:0:0.1"), "begin before it ends"),
+        (str(PROBLEMS / "compass_passive.py"), ("--rise", "0.6:0.1"), "robots with several contacts only"),
+    ],
+)
+def test_terrain_options_that_are_refused(capsys, script, option, sentence):
+    status, printed = run(capsys, "simulate", script, *option)
+    assert status == 2
+    assert sentence in " ".join(printed.err.split())

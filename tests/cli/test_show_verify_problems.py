@@ -2,8 +2,9 @@ import json
 import shutil
 from pathlib import Path
 
-import h5py
 import pytest
+
+from tests.hdf5 import edit_hdf5
 
 
 def test_show_prints_the_facts(command, slip_file):
@@ -50,7 +51,7 @@ def test_verify_does_not_change_the_file(command, slip_file, folder):
 def test_verify_refutes_a_gait_with_other_torques(command, slip_file, folder):
     copy = folder / "gait.h5"
     shutil.copy(slip_file, copy)
-    with h5py.File(copy, "r+") as file:
+    with edit_hdf5(copy) as file:
         file["motion/segments/0001/torque"][1] *= 1.01
     run = command("verify", copy, "--json")
     assert run.status == 1

@@ -1,5 +1,6 @@
 """gaitopt solve: what it prints, writes and returns."""
 
+import subprocess
 import sys
 
 import pytest
@@ -54,6 +55,22 @@ def test_a_module_that_cannot_be_imported_in_the_background_prevents_no_other(mo
     monkeypatch.delitem(sys.modules, "colorsys", raising=False)
     import_in_background(["no_such_module", "colorsys"]).join()
     assert "colorsys" in sys.modules
+
+
+def test_a_solve_does_not_import_scipy(root, folder):
+    """Its import would take a third of the solve."""
+    command = ["solve", str(root / "problems/compass_slip.py"), "--set", "speed=0.6", "-o", "gait.h5", "-q"]
+    code = f"""
+import sys
+from gaitopt.cli.app import main
+try:
+    main({command})
+except SystemExit as end:
+    heavy = ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.sparse", "gaitopt.tuning")
+    print(end.code, [name for name in heavy if name in sys.modules])
+"""
+    run = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
+    assert run.stdout.split(maxsplit=1) == ["0", "[]\n"], run.stdout + run.stderr
 
 
 def test_the_main_job_at_its_defaults(process, root, folder):

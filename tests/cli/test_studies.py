@@ -175,3 +175,17 @@ def test_compare_takes_the_robot_of_a_script(command, write_old_file, folder, ro
     ran = command("compare", "gait.h5", "--multipliers", "--problem", "own.py")
     assert ran.status == 0, ran.err
     assert "largest multiplier" in ran.out
+
+
+def test_pareto_prints_the_front_and_its_knee(command, quick, folder):
+    arguments = ("pareto", quick, "--points", "3", "--workers", "1", "-o", "front.nc", "--figure", "front.png")
+    ran = command(*arguments)
+    assert ran.status == 0, ran.err
+    assert "peak torque [N m]" in ran.out
+    assert (folder / "front.png").is_file()
+    again = command(*arguments, "--json").json
+    assert again["complete"]
+    assert again["objectives"] == ["cost", "peak_torque"]
+    assert all(point["front"] and point["verified"] for point in again["points"])
+    assert command("pareto", quick, "--objectives", "cost,spectral_radius").status == 2
+    assert command("pareto", quick, "--bounds", "speed=1").status == 2

@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gaitopt import load_diagram
@@ -102,3 +103,63 @@ def test_an_interrupt_keeps_the_branches_followed(command, root, folder, monkeyp
     diagram = load_diagram(folder / "part.nc")
     assert not diagram.complete
     assert json.loads(json.dumps(diagram.records()))["branches"] == result.json["branches"]
+
+
+def test_an_interrupted_trace_is_continued_by_the_same_command(command, root, folder, monkeypatch):
+    from gaitopt.continuation import tracing
+
+    arguments = ("trace", root / WHEEL, "--over", "friction=1:0.9", "--json", "-o")
+    follow = tracing.trace_branches
+
+    def interrupted(problem, over, *, observer, **options):
+        def stop(branch):
+            observer(branch)
+            if branch.values.size == 5:
+                raise KeyboardInterrupt
+
+        yield from follow(problem, over, observer=stop, **options)
+
+    monkeypatch.setattr(tracing, "trace_branches", interrupted)
+    part = command(*arguments, "wheel.nc")
+    assert part.status == 130
+    assert len(part.json["branches"][0]["points"]) == 5
+    checkpoint = folder / "wheel.nc.checkpoint"
+    assert len(checkpoint.read_text().splitlines()) > 5
+    monkeypatch.setattr(tracing, "trace_branches", follow)
+    other = command(*arguments[:3], "friction=1:0.8", *arguments[4:], "wheel.nc")
+    assert other.status == 2
+    assert "belongs to another trace" in other.json["error"]
+    rest, whole = command(*arguments, "wheel.nc"), command(*arguments, "whole.nc")
+    assert rest.status == whole.status == 0
+    assert rest.json["branches"] == whole.json["branches"]
+    assert load_diagram(folder / "wheel.nc").records() == load_diagram(folder / "whole.nc").records()
+    assert not checkpoint.exists()
+
+
+def test_a_robot_with_several_contacts_is_traced(command, root):
+    arguments = ("trace", root / "problems/hopper.py", "--over", "thrust=0.02:0.0205", "--starts", "1")
+    result = command(*arguments, "--json")
+    assert result.status == 0, result.err
+    (branch,) = result.json["branches"]
+    assert branch["units"] == {"body_rate": "m/s"}
+    assert branch["points"][0]["multipliers"][0][0] == pytest.approx(0.78107619584119, abs=1e-9)  # closed form
+    refused = command(*arguments, "--engine", "heyoka")
+    assert "--engine must be auto or scipy" in refused.err
+
+
+def test_the_simplest_walker_doubles_its_period_in_the_limit_of_light_legs(command, root):
+    # 0.0150884379 rad for feet without mass, from a computation without legs' inertia; Garcia et al. (1998): 0.015.
+    result = command(
+        "trace",
+        root / "problems/simplest_walker.py",
+        "--over",
+        "slope=0.83:0.89",
+        "--second",
+        "leg_mass=5e-5:2e-4",
+        "--json",
+    )
+    assert result.status == 0, result.err
+    (curve,) = result.json["curves"]
+    assert (curve["kind"], curve["parameters"]) == ("period_doubling", ["slope", "leg_mass"])
+    slope, mass = zip(*curve["values"], strict=True)
+    assert np.polyfit(mass, slope, 2)[-1] == pytest.approx(0.0150884379, abs=1e-10)

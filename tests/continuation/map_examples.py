@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.continuation.map_family import MapSample
+from gaitopt.continuation.special_point import classify_change
 
 
 @dataclass
@@ -75,6 +76,15 @@ class ExampleFamily:
 
     def after_change(self, z, sample):
         return z
+
+    def classify(self, before, after):
+        return classify_change(before.structure, after.structure)
+
+    def classify_names(self, before, after):
+        return classify_change(before, after)
+
+    def keeps_coordinates(self, before, after):
+        return True
 
     def double_period(self):
         return ExampleFamily(self.function, self.size, 2 * self.steps, self.piece, self.value_scale)

@@ -143,3 +143,18 @@ def test_points_lie_on_the_branch_and_tangents_are_tangents():
         assert point.value == pytest.approx(point.z[0] ** 3 - point.z[0], abs=1e-9)
         slope = 3 * point.z[0] ** 2 - 1
         assert point.tangent[1] == pytest.approx(slope * point.tangent[0], abs=1e-6)
+
+
+def test_steps_grow_although_rounding_errors_are_large():
+    # Multiplier 300, and a residual that is known to 2e-10 only, as after many steps of an unstable gait.
+    def noisy(z, a):
+        deviation = z - np.sin(a)
+        return z + 299 * deviation + 30000 * deviation**2 + 2e-10 * np.sin(1e9 * z)
+
+    family = ExampleFamily(noisy, 1)
+    options = attrs.evolve(OPTIONS, first_step=1e-3)
+    points, _, end = follow(family, [math.sin(-1.0)], -1.0, (-1, 1), options)
+    assert end == "range_end"
+    assert [point.z[0] for point in points] == pytest.approx([math.sin(point.value) for point in points], abs=1e-12)
+    assert len(points) < 45
+    assert max(point.iterations for point in points) <= 3  # not those that only confirm the rounding errors

@@ -43,6 +43,12 @@ def test_numbers_are_those_of_the_problem():
     assert "0.999" not in str(gait_problem(sequence="slip+ | slip+"))
 
 
+def test_free_parameters_are_unknowns():
+    printed = lines(gait_problem(free={"hip_mass": (1, 4)}))
+    assert printed["also over"] == "1 ≤ hip_mass ≤ 4 kg"
+    assert "hip_mass" not in printed["parameters"]
+
+
 @pytest.mark.parametrize("sequence", ["stick | stick", "any | any", "slip- | slip-", "slip+ slip- | slip+"])
 def test_all_sequences_are_printed(sequence):
     assert str(gait_problem(sequence=sequence)).startswith(f"Optimal gait of compass_biped: {sequence}\n")

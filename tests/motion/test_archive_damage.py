@@ -9,6 +9,7 @@ import pytest
 
 from gaitopt import ArchiveError, InputError, load, save
 from gaitopt.motion import archive
+from tests.hdf5 import edit_hdf5
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def test_whatever_hdf5_raises_inside_a_damaged_file(path, monkeypatch, error):
 
 
 def test_a_file_of_another_study_says_what_reads_it(path):
-    with h5py.File(path, "r+") as file:
+    with edit_hdf5(path) as file:
         file.attrs["format"] = "gaitopt basin"
     fails(path, "contains a basin, not a gait; in Python, load_basin reads it.")
 
@@ -70,13 +71,13 @@ def test_hdf5_of_another_kind(tmp_path):
 
 
 def test_format_attribute_of_something_else(path):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         file.attrs["format"] = "another format"
     fails(path, "not a gait written by gaitopt")
 
 
 def test_newer_version(path):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         file.attrs["format_version"] = archive.VERSION + 1
     fails(path, f"format version {archive.VERSION + 1}; this gaitopt reads up to {archive.VERSION}. Upgrade")
 
@@ -94,7 +95,7 @@ def test_newer_version(path):
     ],
 )
 def test_missing_part(path, name):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         del file[name]
     fails(path, "damaged")
 
@@ -116,13 +117,13 @@ def test_missing_part(path, name):
     ],
 )
 def test_attribute_that_makes_no_sense(path, group, attribute, value):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         file[group].attrs[attribute] = value
     fails(path, "damaged")
 
 
 def test_dataset_of_text(path):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         del file["motion/segments/0000/q"]
         file["motion/segments/0000/q"] = ["a", "b"]
     fails(path, "damaged")
@@ -184,7 +185,7 @@ def test_a_failure_in_the_middle_leaves_the_old_file_and_nothing_else(slip_gait,
 
 
 def test_a_file_is_replaced_as_a_whole(slip_gait, path):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         file["left over"] = 1.0
     shutil.copy(path, path.with_name("copy.h5"))
     save(dataclasses.replace(slip_gait, robot=dataclasses.replace(slip_gait.robot, name="another")), path)

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from gaitopt import load, save
+from gaitopt import InputError, Status, load, save
 from gaitopt.motion import Conflict, Jump, Segment, Solution, Table, Verification, Violation, motion_archive
 
 
@@ -90,14 +90,27 @@ def test_works_of_dampers_and_springs_are_written_where_they_are_not_zero(slip_g
 
 
 def test_infinities_nan_and_odd_texts_come_back(awkward, tmp_path):
-    save(awkward, str(tmp_path / "gait.h5"))
-    assert_same(load(str(tmp_path / "gait.h5")), awkward)
+    failed = dataclasses.replace(awkward, status=Status.INVALID_NUMBER)
+    save(failed, str(tmp_path / "gait.h5"))
+    assert_same(load(str(tmp_path / "gait.h5")), failed)
 
 
-def test_a_gait_that_was_not_replayed_and_never_landed_comes_back(slip_gait, tmp_path):
-    gait = dataclasses.replace(slip_gait, verification=None, motion=dataclasses.replace(slip_gait.motion, jumps=()))
+def test_a_solved_gait_that_is_not_finite_is_not_written(awkward, tmp_path):
+    with pytest.raises(InputError, match=r"in phase 1 is not finite, accepted: finite numbers"):
+        save(awkward, tmp_path / "gait.h5")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_gait_that_was_not_replayed_comes_back(slip_gait, tmp_path):
+    gait = dataclasses.replace(slip_gait, verification=None)
     save(gait, tmp_path / "gait.h5")
     assert_same(load(tmp_path / "gait.h5"), gait)
+
+
+def test_a_gait_that_never_landed_is_not_written(slip_gait, tmp_path):
+    gait = dataclasses.replace(slip_gait, motion=dataclasses.replace(slip_gait.motion, jumps=()))
+    with pytest.raises(InputError, match="number of touchdowns is 0, accepted: 1 to 1000"):
+        save(gait, tmp_path / "gait.h5")
 
 
 def test_more_than_ten_segments_come_back_in_order(slip_gait, tmp_path):
@@ -120,7 +133,7 @@ def test_bare_h5py_reads_numbers_with_their_units(slip_gait, tmp_path):
     units = {"time": "s", "torque": "N m", "force": "N", "power": "W", "work": "J", "points": "m"}
     with h5py.File(tmp_path / "gait.h5", "r") as file:
         assert file.attrs["format"] == "gaitopt gait"
-        assert file.attrs["format_version"] == 3
+        assert file.attrs["format_version"] == 5
         assert file.attrs["sequence"] == "slip+ stick | slip+"
         assert json.loads(file["motion"].attrs["angles"]) == ["th1", "th2"]
         assert file["motion/parameters"].attrs["friction"] == 0.14
@@ -151,7 +164,7 @@ def test_the_problem_is_strict_json(awkward, tmp_path):
     def refuse(constant):
         raise ValueError(constant)
 
-    save(awkward, tmp_path / "gait.h5")
+    save(dataclasses.replace(awkward, status=Status.INVALID_NUMBER), tmp_path / "gait.h5")
     with h5py.File(tmp_path / "gait.h5", "r") as file:
         texts = [file.attrs["problem"], file["solver"].attrs["violations"], file["verification"].attrs["reasons"]]
     problem, violations, _ = (json.loads(text, parse_constant=refuse) for text in texts)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitopt import ArchiveError
+from gaitopt import ArchiveError, InputError
 from gaitopt.motion.atomic import check_writable, write_atomically
 
 
@@ -84,3 +84,57 @@ def test_a_file_reaches_the_disk_before_its_name_and_the_folder_after(tmp_path, 
     with write_atomically(tmp_path / "note.txt") as temporary:
         temporary.write_text("whole")
     assert order == ["5 bytes", "renamed", "folder"]
+
+
+def write(path, text="new"):
+    with write_atomically(path) as temporary:
+        temporary.write_text(text)
+
+
+def test_a_symbolic_link_is_followed(tmp_path):
+    (tmp_path / "data").mkdir()
+    real, link = tmp_path / "data" / "note.txt", tmp_path / "link.txt"
+    real.write_text("old")
+    link.symlink_to(real)
+    write(link)
+    assert link.is_symlink()
+    assert real.read_text() == "new"
+    dangling = tmp_path / "dangling.txt"
+    dangling.symlink_to(tmp_path / "data" / "later.txt")
+    write(dangling)
+    assert (tmp_path / "data" / "later.txt").read_text() == "new"
+    assert names(tmp_path / "data") == ["later.txt", "note.txt"]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o755])
+def test_a_file_keeps_its_permissions(tmp_path, mode):
+    path = tmp_path / "note.txt"
+    path.write_text("old")
+    path.chmod(mode)
+    write(path)
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+@pytest.mark.parametrize("refuse", [check_writable, write])
+def test_what_is_no_regular_file_or_must_stay_is_refused(tmp_path, refuse):
+    pipe, locked, script, loop = (tmp_path / name for name in ("pipe", "locked.txt", "problem.py", "loop"))
+    os.mkfifo(pipe)
+    locked.write_text("old")
+    locked.chmod(0o444)
+    loop.symlink_to(loop)
+    for path, message in {
+        pipe: "it is a device, a pipe or a socket",
+        Path(os.devnull): "it is a device, a pipe or a socket",
+        locked: "the file is read-only",
+        tmp_path: "it is a folder",
+        loop: "symbolic links",
+        tmp_path / "a\0b": "null",
+        tmp_path / ("a" * 300): "File name too long",
+    }.items():
+        with pytest.raises(ArchiveError, match=message):
+            refuse(path)
+    with pytest.raises(InputError, match=r"'\.py' is that of a script"):
+        refuse(script)
+    assert names(tmp_path) == ["locked.txt", "loop", "pipe"]
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert stat.S_ISCHR(Path(os.devnull).stat().st_mode)

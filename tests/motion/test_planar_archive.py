@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ArchiveError, InputError, load, save, verify
+from gaitopt.model import Terrain
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.model.robots.kneed_walker import kneed_walker
@@ -22,6 +23,7 @@ from gaitopt.motion.versions import versions
 from gaitopt.simulation import simulate_planar
 from gaitopt.status import Status
 from tests.conftest import ROOT
+from tests.hdf5 import edit_hdf5
 from tests.motion.test_archive_round_trip import assert_same
 
 FALLS = {
@@ -75,6 +77,14 @@ def test_the_motion_of_every_robot_comes_back(fall, tmp_path):
     assert_same(load(save(fall, tmp_path / "fall.h5")), fall)
 
 
+def test_the_terrain_of_a_motion_comes_back(tmp_path):
+    make, q, v = FALLS["monopod"]
+    terrain = Terrain(steps=[(0.0, -0.02)], patches=[(-1, 1, 0.1)])
+    motion = simulate_planar(make(), q, v, {"friction": 0.3, "terrain": terrain}, duration=0.3).motion
+    loaded = load(save(make_gait(make(), motion), tmp_path / "terrain.h5")).motion
+    assert loaded.terrain == terrain
+
+
 def test_an_optimised_gait_comes_back(hop_gait, path):
     assert_same(load(path), hop_gait)
 
@@ -96,7 +106,7 @@ def test_every_dataset_has_a_unit(path):
 def test_files_of_other_gaits_keep_their_version(slip_gait, path, tmp_path):
     """Older releases read them."""
     with h5py.File(save(slip_gait, tmp_path / "slip.h5")) as other, h5py.File(path) as file:
-        assert (other.attrs["format_version"], file.attrs["format_version"]) == (3, 4)
+        assert (other.attrs["format_version"], file.attrs["format_version"]) == (5, 5)
 
 
 def test_the_robot_is_restored_in_another_process_and_verifies(path):
@@ -147,7 +157,7 @@ def _heavier(robot):
     "name", ["motion/segments/0000/force", "motion/segments/0001/rims", "motion/events/0000/impulse", "robot", "solver"]
 )
 def test_a_missing_part_is_refused_in_a_sentence(path, name):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         del file[name]
     with pytest.raises(ArchiveError, match="is damaged"):
         load(path)
@@ -166,14 +176,14 @@ def test_a_missing_part_is_refused_in_a_sentence(path, name):
     ],
 )
 def test_an_attribute_that_makes_no_sense_is_refused_in_a_sentence(path, group, attribute, value):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         file[group].attrs[attribute] = value
     with pytest.raises(ArchiveError, match="is damaged"):
         load(path)
 
 
 def test_a_changed_robot_is_refused_before_casadi_reads_it(path):
-    with h5py.File(path, "a") as file:
+    with edit_hdf5(path) as file:
         model = file["robot/model"][...]
         model[len(model) // 2] ^= 1
         file["robot/model"][...] = model

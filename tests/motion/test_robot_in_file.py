@@ -16,6 +16,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.model.robots.catalogue import CATALOGUE
 from gaitopt.motion.archive import read_gait, write_gait
 from tests.conftest import ROOT
+from tests.hdf5 import edit_hdf5
 from tests.model.test_physics import biped
 from tests.walkers import torso_biped
 
@@ -171,7 +172,7 @@ def test_a_custom_impact_law_must_be_given_again(slip_gait, compass, tmp_path):
 
 @pytest.mark.parametrize("place", [0, 1000, 100_000])
 def test_a_damaged_robot_is_refused_at_use_and_the_numbers_are_read(custom_file, place):
-    with h5py.File(custom_file, "a") as file:
+    with edit_hdf5(custom_file) as file:
         file["robot/model"][place] ^= 1
         file["robot"].attrs["name"] = "mine"
     program = (
@@ -193,7 +194,7 @@ def test_a_damaged_robot_is_refused_at_use_and_the_numbers_are_read(custom_file,
 
 def test_a_damaged_robot_does_no_harm_to_intact_files(custom_file, tmp_path, slip_gait):
     intact = save(slip_gait.with_robot(biped("mine")), tmp_path / "intact.h5")
-    with h5py.File(custom_file, "a") as file:
+    with edit_hdf5(custom_file) as file:
         file["robot/model"][5000] ^= 1
     program = (
         "import sys\n"
@@ -222,7 +223,7 @@ def test_a_robot_of_a_newer_casadi_can_be_given(slip_gait, tmp_path, monkeypatch
 
 
 def test_a_file_that_other_tools_have_packed_again_is_read(custom_file):
-    with h5py.File(custom_file, "a") as file:
+    with edit_hdf5(custom_file) as file:
         model = file["robot/model"][...]
         del file["robot/model"]
         file["robot"].create_dataset("model", data=model, chunks=(1000,), shuffle=True)

@@ -8,7 +8,7 @@ import pytest
 
 from gaitopt import FigureStyle, InputError, animate, plot_gait
 from gaitopt.cli.script import call_script
-from gaitopt.model import PlanarCoordinates, PointContact, PointMass, assemble_planar
+from gaitopt.model import PlanarCoordinates, PointContact, PointMass, Terrain, assemble_planar
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.model.robots.monopod import monopod
@@ -17,7 +17,8 @@ from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
-from gaitopt.plot.style import MODE_FILL, contact_color
+from gaitopt.plot.ground_line import find_profile
+from gaitopt.plot.style import MODE_FILL, WARNING, contact_color
 from gaitopt.simulation import place_planar, simulate_planar
 from tests.plot.test_gait_figure import axes_of, check_texts, every_text
 
@@ -156,6 +157,24 @@ def test_a_view_of_a_view_is_itself(slip_gait):
     view = view_motion(slip_gait.motion)
     assert isinstance(view, MotionView)
     assert view_motion(view) is view
+
+
+@pytest.fixture(scope="module")
+def uneven():
+    """A compass in flight and after its landing on a lower step with a patch."""
+    terrain = Terrain(steps=[(0.0, -0.05)], patches=[(0.1, 0.6, 0.3)])
+    ground = {"friction": 0.6, "terrain": terrain}
+    return simulate_planar(compass_with_two_feet(), [0, 1.7, -0.2, 0.3], [0.5, 0, 0, 0], ground, duration=0.3).motion
+
+
+def test_terrain_is_drawn_below_each_figure(uneven):
+    axes = plot_motion(uneven).axes[0]
+    lines = [line.get_xydata() for line in axes.lines if line.get_zorder() < 2 and len(line.get_xydata()) > 1]
+    rises = [np.ptp(xy[:, 1]) for xy in lines]
+    assert max(rises) == pytest.approx(0.05)
+    assert any(line.get_color() == WARNING for line in axes.lines)
+    profile = find_profile(uneven.terrain, -1.0, 1.0)
+    np.testing.assert_allclose(profile, [[-1, 0, 0, 0.1, 0.1, 0.6, 0.6, 1], [0, 0, *[-0.05] * 6]])
 
 
 def test_motions_that_cannot_be_drawn_are_refused():

@@ -21,6 +21,7 @@ SMALL = {
     "compass_force_ratio": {},
     "compass_multipliers": {"least": 0.1, "most": 0.2},
     "compass_portraits": {},
+    "double_support": {"steps": (0.8,), "frictions": (0.2,), "shown": 0.2},
     "feedback_figures": {"laws": ("lqr",), "evaluations": 2, "starts": 1, "steps": 4, "pushes": 2},
     "feedback_laws": {"names": ("stick | stick",), "laws": ("lqr",), "evaluations": 2, "starts": 2, "sizes": 2},
     "frontier_ankle": {"limits": (6.0,), "speeds": (0.6, 0.6, 1), "workers": 1},
@@ -36,6 +37,10 @@ SMALL = {
     "rimless_lift_off": {"samples": 3},
     "rimless_portraits": {"steps": 2},
     "rimless_regions": {"spokes": (5, 10), "points": 11, "checked": (0.5,)},
+    "multi_step_gaits": {},
+    "robust_gait": {"count": 2, "evaluations": 2},
+    "trade_off_torque": {"points": 2},
+    "slipping_landings": {"hopping": (0.15,), "running": ()},
 }
 """Parameters that make each script quick."""
 
@@ -110,7 +115,16 @@ def _lowest(axes):
 def test_every_study_is_tested_and_on_the_page():
     scripts = {path.stem for path in STUDIES.glob("*.py") if "\ndef study(" in path.read_text(encoding="utf-8")}
     assert scripts == set(SMALL)
-    pages = [ROOT / "docs" / name for name in ("reproduction.md", "frontiers.md")]
+    pages = [
+        ROOT / "docs" / name
+        for name in (
+            "reproduction.md",
+            "frontiers.md",
+            "slipping_contacts.md",
+            "howto/trade_offs.md",
+            "howto/multi_step.md",
+        )
+    ]
     page = "".join(path.read_text(encoding="utf-8") for path in pages)
     assert all(
         f"images/study_{name}.png" in page and (ROOT / "docs" / "images" / f"study_{name}.png").is_file()

@@ -56,13 +56,13 @@ def open_page(browser, report_file):
     """Return a function that opens the report in a window of a kind, without network."""
     pages = []
 
-    def open_(viewport="desktop", scheme="light"):
+    def open_(viewport="desktop", scheme="light", file=report_file):
         context = browser.new_context(viewport=VIEWPORTS[viewport], color_scheme=scheme, offline=True)
         opened = Opened(context.new_page())
         opened.page.on("console", lambda message: opened.complaints.append(message.text))
         opened.page.on("pageerror", lambda error: opened.complaints.append(str(error)))
         opened.page.on("requestfailed", lambda request: opened.complaints.append(request.url))
-        opened.page.goto(report_file.as_uri())
+        opened.page.goto(file.as_uri())
         pages.append((context, opened))
         return opened
 

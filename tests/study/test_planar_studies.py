@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, Execution, search, sweep
+from gaitopt import Collocation, Execution, load, load_sweep_gait, search, sweep
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod
+from gaitopt.motion import PhaseSequence
 from gaitopt.ocp import solve_planar
+from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
 from gaitopt.study import load_sweep
-from gaitopt.study.sequence_search.planar_enumeration import enumerate_planar_sequences
+from gaitopt.study.sequence_search.planar_search import name_file
 from tests.ocp.multicontact_examples import walk
 
 COARSE = Collocation(intervals=10)
@@ -34,6 +36,56 @@ def test_a_sweep_has_the_optima_of_its_points_and_numbers_by_contact(problem, tm
     stored = load_sweep(tmp_path / "speeds.nc")
     np.testing.assert_array_equal(stored.objective, table.objective)
     assert stored.attrs["complete"] == 1
+
+
+def test_the_gaits_of_a_sweep_are_stored_and_an_interrupted_one_is_resumed(problem, tmp_path):
+    path, axes, solved = tmp_path / "speeds.nc", {"speed": [0.6, 0.633]}, []
+
+    def interrupt(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    partial = sweep(problem, axes, starts=1, path=path, execution=Execution(observer=interrupt))
+    assert partial.attrs["complete"] == 0
+    kept = {file.name for file in (tmp_path / "speeds.nc.parts").glob("*.h5")}
+    assert kept
+    table = sweep(problem, axes, starts=1, path=path, execution=Execution(observer=lambda *n: solved.append(n)))
+    assert table.attrs["complete"] == 1
+    assert solved[0][0] >= len(kept)  # what was stored counts as done
+    assert [file.name for file in tmp_path.iterdir()] == ["speeds.nc"]
+    for speed in (0.6, 0.633):
+        gait = load_sweep_gait(path, "foot A stick |", speed=speed)
+        assert gait.verification.passed
+        assert gait.solver.objective == float(table.sel(sequence="foot A stick |", speed=speed).objective)
+        assert gait.robot is problem.robot
+    with pytest.raises(InputError, match="different study"):
+        sweep(problem, {"speed": [0.6]}, starts=1, path=path)
+
+
+def test_the_gaits_of_a_search_are_stored_and_not_solved_again(problem, tmp_path):
+    sequences, counts = ["foot A stick |", "foot A slip+ |"], []
+    search(problem.replace(friction=0.3), sequences=sequences, starts=1, directory=tmp_path)
+    stored = {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.h5")}
+    assert {file.stem for file in stored} == {"foot_A_stick__", "foot_A_slip+__"}
+    again = search(
+        problem.replace(friction=0.3, sequence="foot A any |"),
+        sequences=["foot A stick |", "foot A slip+ |"],
+        starts=1,
+        directory=tmp_path,
+        execution=Execution(observer=lambda *n: counts.append(n)),
+    )
+    assert {file: file.stat().st_mtime_ns for file in stored} == stored
+    assert again.findings[0].file == tmp_path / "foot_A_stick__.h5"
+    assert load(again.findings[0].file).solver.objective == again.best.solver.objective
+    with pytest.raises(InputError, match="different study"):
+        search(problem, sequences=sequences, starts=1, directory=tmp_path)
+
+
+def test_long_sequences_have_short_file_names():
+    long = " > ".join(["foot A slip+, foot B slip+", "foot A slip-, foot B slip+", "foot A slip+, foot B slip- |"])
+    names = {name_file(PhaseSequence.parse(text)) for text in (long, long.replace("slip- |", "stick |"))}
+    assert len(names) == 2
+    assert all(len(name) < 100 and not set(name) & set('<>:"/|?*') for name in names)
 
 
 def test_a_sweep_does_not_depend_on_the_number_of_workers(problem):

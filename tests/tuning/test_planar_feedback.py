@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from gaitopt.control import PlanarLaw, passive, planar_feedforward, planar_joint_pd, planar_step_to_step
+from gaitopt.control.planar_laws.law_slopes import law_slope
+from gaitopt.control.planar_laws.planar_feedback import select_actuators
+from gaitopt.control.planar_laws.planar_state_feedback import planar_state_feedback
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, monopod
 from gaitopt.ocp import PlanarLimits, solve_planar
@@ -12,7 +15,7 @@ from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomato
 from gaitopt.simulation.planar_simulation.planar_simulator import follow
 from gaitopt.stability import assess_planar
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection
-from gaitopt.tuning import planar_step_lqr
+from gaitopt.tuning import planar_lqr, planar_step_lqr
 from tests.ocp.multicontact_examples import drag, hop, knee_strike, walk
 from tests.stability.difference_quotients import planar_differences
 
@@ -41,6 +44,31 @@ def law(gait):
 STEPS = {"monopod": 1e-8}
 """Steps of the differences that are not 1e-6: the force of the monopod vanishes at lift-off at the friction limit, and
 second derivatives jump there; the error of a difference is proportional to its step."""
+
+
+def test_feedback_along_the_gait_stabilises_it_with_exact_multipliers(gait):
+    law = planar_lqr(gait)
+    cycle = assess_planar(gait, law)
+    assert cycle.radius < 0.6
+    assert cycle.period == pytest.approx(gait.period, abs=1e-6)
+    scale = max(1.0, np.max(np.abs(cycle.derivative)))
+    found = planar_differences(gait.robot, cycle, law, 1e-7)
+    np.testing.assert_allclose(found, cycle.derivative, atol=1e-5 * scale)
+
+
+def test_feedback_along_the_gait_respects_its_actuators_and_limits(gait):
+    chosen = select_actuators(gait, None)[:1]
+    law, robot = planar_lqr(gait, actuators=chosen, torque_limit=1e3), gait.robot
+    idle = [robot.actuators.index(name) for name in robot.actuators if name not in chosen]
+    for part in law.parts:
+        slope = law_slope(part.control)
+        inputs = [np.zeros(part.control.size_in(i)) for i in range(5)]
+        by_state = np.array(slope(*inputs, part.table[: part.control.size1_in(5), 0])[1])
+        assert not by_state[idle].any()
+        assert by_state.any()
+        assert part.limited
+    with pytest.raises(InputError, match=r"gains must have the shapes"):
+        planar_state_feedback(gait, [])
 
 
 def test_step_to_step_feedback_stabilises_the_gait(gait, law):

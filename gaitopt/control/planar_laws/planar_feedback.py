@@ -6,6 +6,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
@@ -19,6 +20,7 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.parameters import Parameter, check_type
 
 
+@check_arguments
 def planar_feedforward(gait: PlanarGait) -> PlanarLaw:
     """Return the law that replays the torques of a planar gait, with a clock that is reset at the section.
 
@@ -50,6 +52,7 @@ def planar_feedforward(gait: PlanarGait) -> PlanarLaw:
     return PlanarLaw("feedforward", section, tuple(parts))
 
 
+@check_arguments
 def planar_joint_pd(
     gait: PlanarGait,
     *,
@@ -108,6 +111,7 @@ def planar_joint_pd(
     return PlanarLaw("joint_pd", section, tuple(parts))
 
 
+@check_arguments
 def planar_step_to_step(
     robot: PlanarRobot,
     law: PlanarLaw,

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
+
 
 class Contact(ABC):
     """A part of the robot that can touch the ground.
@@ -56,6 +58,7 @@ class Contact(ABC):
         return ca.vertcat(self.slide, self.gap)
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class PointContact(Contact):
     """A point of the robot.
@@ -100,6 +103,7 @@ class PointContact(Contact):
         return ca.vertcat(self.position, 0, 0)
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class ArcContact(Contact):
     """A circular arc that rolls on the ground.

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments, check_vector
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -50,6 +51,7 @@ class Impact(NamedTuple):
     ambiguous: bool
 
 
+@check_arguments
 def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> Impact:
     """Solve the impact of a robot exactly, by enumeration of the outcomes of its impact law.
 
@@ -75,7 +77,9 @@ def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> I
     >>> impact.mode.value, impact.energy_lost > 0
     ('stick', True)
     """
-    return _touchdown(robot, p.tobytes(), threading.get_ident()).solve(np.concatenate((q, v)))[0]
+    q, v = check_vector("q", q, robot.n_q), check_vector("v", v, robot.n_q)
+    values = np.asarray(p, dtype=float).tobytes()
+    return _touchdown(robot, values, threading.get_ident()).solve(np.concatenate((q, v)))[0]
 
 
 class TouchdownMap:

@@ -12,6 +12,7 @@ from typing import Any
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
 
 ROUNDING = 1e-12
@@ -77,6 +78,7 @@ class ImpactLaw(ABC):
         """
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PlasticFrictional(ImpactLaw):
     """Rigid, plastic impact with Coulomb friction.

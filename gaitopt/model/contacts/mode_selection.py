@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, coefficients_of
 from gaitopt.model.contacts.contact_motions import find_motions
@@ -99,6 +100,7 @@ class ModeChoice:
         return self.candidates[0]
 
 
+@check_arguments
 def select_modes(
     mass_matrix: np.ndarray,
     force: np.ndarray,

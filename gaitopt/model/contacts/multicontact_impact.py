@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction
 from gaitopt.model.contacts.contact_motions import find_motions
@@ -86,6 +87,7 @@ class ImpactOutcome:
         return self.candidates[0]
 
 
+@check_arguments
 def solve_multicontact_impact(
     mass_matrix: np.ndarray, velocity_minus: np.ndarray, contacts: Sequence[ClosedContact], friction: Friction
 ) -> ImpactOutcome:

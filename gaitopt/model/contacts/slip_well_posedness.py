@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, stack_rows
 from gaitopt.model.contacts.contact_motions import respond
@@ -12,6 +13,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_enumeration import DEPENDENT
 
 
+@check_arguments
 def is_well_posed(
     mass_matrix: np.ndarray,
     contacts: Sequence[ClosedContact],

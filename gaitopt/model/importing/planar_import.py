@@ -8,6 +8,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
@@ -47,6 +48,7 @@ class ImportedRobot:
     dropped: tuple[str, ...]
 
 
+@check_arguments
 def import_planar(
     source: str | Path,
     *,

@@ -14,10 +14,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import casadi as ca
+import numpy as np
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.terrain import Piece, Terrain
 
 
 class GuardKind(NamedTuple):
@@ -27,7 +29,8 @@ class GuardKind(NamedTuple):
     ----------
     name : str
         ``closes`` (gap), ``opens`` (normal force), ``slips+`` and ``slips-`` (distance to the edges of the friction
-        cone), ``rests`` (slip speed) or ``extends`` (switched spring).
+        cone), ``rests`` (slip speed), ``extends`` (switched spring), ``crosses-`` and ``crosses+`` (distance to the
+        begin and the end of the piece of the terrain).
     number : int
         Number of the contact or of the switch.
 
@@ -39,6 +42,36 @@ class GuardKind(NamedTuple):
 
     name: str
     number: int
+
+
+class Footing(NamedTuple):
+    """The terrain under the contacts in a contact state.
+
+    Attributes
+    ----------
+    terrain : Terrain
+    pieces : tuple of int or None
+        Number of the piece under each closed contact; None for free contacts and stops.
+
+    Examples
+    --------
+    >>> footing = Footing(Terrain(patches=[(0, 1, 0.1)]), (1, None))
+    >>> footing.friction(0, 0.5), footing.friction(1, 0.5)
+    (0.1, 0.5)
+    """
+
+    terrain: Terrain
+    pieces: tuple[int | None, ...]
+
+    def piece(self, contact: int) -> Piece | None:
+        """Return the piece under a contact, or None."""
+        number = self.pieces[contact]
+        return None if number is None else self.terrain.pieces[number]
+
+    def friction(self, contact: int, elsewhere: float) -> float:
+        """Return the coefficient of kinetic friction under a contact; `elsewhere` outside the patches."""
+        piece = self.piece(contact)
+        return elsewhere if piece is None or piece.friction is None else piece.friction
 
 
 class PhaseSystem(NamedTuple):
@@ -72,7 +105,9 @@ class PhaseSystem(NamedTuple):
 
 
 @functools.lru_cache(maxsize=256)
-def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -> PhaseSystem:
+def make_phase_system(
+    robot: PlanarRobot, state: ContactState, infinite: bool, footing: Footing | None = None
+) -> PhaseSystem:
     """Return the equations of a robot in a contact state.
 
     Parameters
@@ -81,7 +116,9 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
     state : ContactState
         Mode of each contact, in the order of the robot.
     infinite : bool
-        Whether friction is infinite, so that no contact begins to slip.
+        Whether the parameter friction is infinite, so that no contact begins to slip outside the patches of a terrain.
+    footing : Footing, optional
+        The terrain; by default a plane.
 
     Examples
     --------
@@ -98,7 +135,12 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
     z = ca.SX.sym("z", robot.n_q + len(closed) + len(sticking))
     normal, tangent, normal_bias, tangent_bias = robot.rows(q, v, p)
     mass_matrix, bias, actuation = robot.dynamics(q, v, p)
-    forces = contact_forces(robot, modes, closed, sticking, z, p)
+    friction = [p[robot.index("friction")]] * len(modes)
+    gap, slide = robot.gaps(q, p)
+    if footing is not None:
+        friction = [footing.friction(i, coefficient) for i, coefficient in enumerate(friction)]
+        gap = gap - _heights(footing, robot.rims(q, p)[0, :])
+    forces = contact_forces(robot, modes, closed, sticking, z, p, friction)
     first = [members[0] for members in sticking]
     rows = ca.vertcat(select_rows(normal, closed), select_rows(tangent, first))
     bias_rows = ca.vertcat(select_rows(normal_bias, closed), select_rows(tangent_bias, first))
@@ -107,8 +149,11 @@ def make_phase_system(robot: PlanarRobot, state: ContactState, infinite: bool) -
         mass_matrix @ acceleration + bias - actuation @ u - tangent.T @ forces[0, :].T - normal.T @ forces[1, :].T,
         rows @ acceleration + bias_rows,
     )
-    gap, slide = robot.gaps(q, p)
-    kinds, guards = _guards(robot, modes, sticking, infinite, (q, v, p, gap, tangent @ v, forces))
+    rough = [infinite and (footing is None or np.isinf(footing.friction(i, np.inf))) for i in range(len(modes))]
+    bounded = [members for members in sticking if not any(rough[i] for i in members)]
+    kinds, guards = _guards(robot, modes, bounded, friction, (q, v, p, gap, tangent @ v, forces))
+    if footing is not None:
+        kinds, guards = _add_place_guards(robot, modes, footing, (kinds, guards), robot.rims(q, p)[0, :])
     powers = ca.vertcat(u * robot.joint_rates(q, v, p), -forces[0, :].T * (tangent @ v), robot.force_powers(q, v, p)[1])
     y, inputs = ca.vertcat(q, v), [q, v, u, z, p]
     matrix = ca.jacobian(residual, z)
@@ -152,13 +197,15 @@ def contact_forces(
     sticking: tuple[tuple[int, ...], ...],
     z: ca.SX,
     p: ca.SX,
+    friction: Sequence[ca.SX] | None = None,
 ) -> ca.SX:
-    """Return the force (f_t, f_n) of each contact, shape (2, n_c)."""
-    forces, friction = ca.SX.zeros(2, len(robot.contacts)), p[robot.index("friction")]
+    """Return the force (f_t, f_n) of each contact, shape (2, n_c); by default `friction` is that in p."""
+    forces = ca.SX.zeros(2, len(robot.contacts))
+    friction = [p[robot.index("friction")]] * len(robot.contacts) if friction is None else friction
     for place, i in enumerate(closed):
         forces[1, i] = z[robot.n_q + place]
         if modes[i].slips:
-            forces[0, i] = -modes[i].sign * friction * forces[1, i]
+            forces[0, i] = -modes[i].sign * friction[i] * forces[1, i]
     for place, members in enumerate(sticking):
         forces[0, members[0]] = z[robot.n_q + len(closed) + place]
     return forces
@@ -167,11 +214,11 @@ def contact_forces(
 def _guards(
     robot: PlanarRobot,
     modes: list[Mode],
-    sticking: tuple[tuple[int, ...], ...],
-    infinite: bool,
+    bounded: Sequence[tuple[int, ...]],
+    friction: Sequence[ca.SX],
     parts: tuple[ca.SX, ...],
 ) -> tuple[tuple[GuardKind, ...], ca.SX]:
-    """Return the guards of a contact state and their kinds."""
+    """Return the guards of a contact state and their kinds; the contacts of `bounded` bodies can begin to slip."""
     q, v, p, gap, speed, forces = parts
     kinds, guards = [], []
     for i, mode in enumerate(modes):
@@ -184,11 +231,11 @@ def _guards(
         if mode.slips:
             kinds.append(GuardKind("rests", i))
             guards.append(mode.sign * speed[i])
-    static = p[robot.index("static_friction_ratio")] * p[robot.index("friction")]
-    for members in sticking if not infinite else ():
-        normal, tangential = ca.sum2(forces[1, list(members)]), forces[0, members[0]]
+    ratio = p[robot.index("static_friction_ratio")]
+    for members in bounded:
+        edge, tangential = ratio * sum(friction[i] * forces[1, i] for i in members), forces[0, members[0]]
         kinds += [GuardKind("slips+", members[0]), GuardKind("slips-", members[0])]
-        guards += [static * normal + tangential, static * normal - tangential]
+        guards += [edge + tangential, edge - tangential]
     switches = robot.switch_guards(q, v, p)
     for k, contact in enumerate(robot.switches):
         if modes[robot.contact_index(contact)] is not Mode.FREE:
@@ -196,6 +243,37 @@ def _guards(
             extended = p[len(robot.parameters) + k]
             guards.append((1 - extended) * switches[k] + extended)  # positive while the spring is extended
     return tuple(kinds), ca.vertcat(*guards)
+
+
+def _heights(footing: Footing, places: ca.SX) -> ca.SX:
+    """Return the height of the ground under each contact: of its piece if it is closed, else of its place."""
+    heights = []
+    for i in range(places.numel()):
+        piece, place = footing.piece(i), places[i]
+        steps = [] if place.is_constant() else footing.terrain.steps  # a joint stop has no place
+        under = sum((rise * (place >= at) for at, rise in steps), ca.SX(0))
+        heights.append(under if piece is None else ca.SX(piece.height))
+    return ca.vertcat(*heights)
+
+
+def _add_place_guards(
+    robot: PlanarRobot,
+    modes: list[Mode],
+    footing: Footing,
+    guards: tuple[tuple[GuardKind, ...], ca.SX],
+    places: ca.SX,
+) -> tuple[tuple[GuardKind, ...], ca.SX]:
+    """Return the guards with the distances of sliding and rolling contacts to the ends of their pieces."""
+    kinds, values = list(guards[0]), [guards[1]]
+    for i, (contact, mode) in enumerate(zip(robot.contacts, modes, strict=True)):
+        piece = footing.piece(i)
+        if piece is None or not (mode.slips or contact.kind == "arc"):
+            continue
+        for name, distance in (("crosses-", places[i] - piece.begin), ("crosses+", piece.end - places[i])):
+            if np.isfinite(piece.begin if name == "crosses-" else piece.end):
+                kinds.append(GuardKind(name, i))
+                values.append(distance)
+    return tuple(kinds), ca.vertcat(*values)
 
 
 def _function(label: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Function:

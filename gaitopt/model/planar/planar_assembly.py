@@ -7,6 +7,7 @@ from typing import Any
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import Deferred
 from gaitopt.model.assembly import Drawing
@@ -25,6 +26,7 @@ from gaitopt.model.planar.units import find_coordinate_units, find_unit
 AnyContact = Contact | JointStop
 
 
+@check_arguments
 def assemble_planar(
     name: str,
     coordinates: PlanarCoordinates,

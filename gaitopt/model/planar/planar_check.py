@@ -7,9 +7,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.parameters import Parameter
 
 Vector = NDArray[np.float64]
 
@@ -63,6 +65,7 @@ class PlanarCheck:
         return not self.faults
 
 
+@check_arguments
 def check_planar(
     robot: PlanarRobot, parameters: Mapping[str, float] | None = None, *, states: int = 10, seed: int = 0
 ) -> PlanarCheck:
@@ -92,6 +95,7 @@ def check_planar(
     >>> check_planar(kneed_walker()).passed
     True
     """
+    Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
     rng = np.random.default_rng(seed)
     p = robot.vector(robot.resolve({"slope": 0.1, "friction": 0.5, **(parameters or {})}))
     rows = []

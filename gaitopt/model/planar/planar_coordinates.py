@@ -4,11 +4,13 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import add_ground
 from gaitopt.parameters import Parameter
 
 
+@check_arguments
 class PlanarCoordinates:
     """The symbols of a planar robot's expressions: coordinates q, rates v, and parameters by name.
 

@@ -19,6 +19,7 @@ from gaitopt.model.planar.newton_euler import NewtonEuler
 from gaitopt.model.planar.planar_record import read_planar_fields, write_planar_record
 from gaitopt.model.robot_formulation import formulate_planar_robot
 from gaitopt.model.robot_record import RobotRecord
+from gaitopt.model.terrain import refuse_terrain
 from gaitopt.parameters import Parameter, as_vector, resolve
 
 
@@ -169,6 +170,7 @@ class PlanarRobot(LazyRecord):
 
     def resolve(self, values: Mapping[str, object]) -> dict[str, float]:
         """Return every parameter by name, with defaults; raise InputError for an invalid name or value."""
+        refuse_terrain(values)
         return resolve(self.parameters, values, f"Robot {self.name!r}")
 
     def vector(self, values: Mapping[str, float], extended: Sequence[bool] = ()) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.contacts.contact_model_record import is_described_by
 from gaitopt.model.physics import find_differences
@@ -16,6 +17,7 @@ CATALOGUE: dict[str, Callable[[], Robot]] = {"compass_biped": compass_biped, "ri
 """Robots with one foot on the ground."""
 
 
+@check_arguments
 def robot_named(name: str) -> Robot | PlanarRobot:
     """Return a robot of the catalogue.
 

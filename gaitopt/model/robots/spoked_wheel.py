@@ -5,7 +5,7 @@ import math
 
 import casadi as ca
 
-from gaitopt.errors import InputError
+from gaitopt.arguments import check_arguments
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import RigidLink
@@ -21,7 +21,10 @@ PARAMETERS = (
     Parameter("gravity", 9.8, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
 )
 
+SPOKES = Parameter("The number of spokes", 10, "1", "", lower=3, upper=360, whole=True)
 
+
+@check_arguments
 @functools.cache
 def spoked_wheel(spokes: int = 10) -> PlanarRobot:
     """Return the rimless wheel with every spoke as a contact of one body.
@@ -33,15 +36,14 @@ def spoked_wheel(spokes: int = 10) -> PlanarRobot:
     Parameters
     ----------
     spokes : int
-        Number of spokes, at least 3.
+        Number of spokes, 3 to 360.
 
     Examples
     --------
     >>> spoked_wheel(6).contact_names
     ('spoke 0', 'spoke 1', 'spoke 2', 'spoke 3', 'spoke 4', 'spoke 5')
     """
-    if spokes < 3:
-        raise InputError(f"The number of spokes must be at least 3, got {spokes}.")
+    SPOKES.check(spokes)
     c = PlanarCoordinates(("x", "y", "theta"), PARAMETERS)
     centre, theta, length = (
         ca.vertcat(c.coordinate("x"), c.coordinate("y")),

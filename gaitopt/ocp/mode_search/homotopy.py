@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -21,6 +22,7 @@ LEAST_BARRIER, MOST_BARRIER = 1e-8, 1e-2
 """Bounds of the barrier parameter of a warm-started relaxed problem, which is a tenth of its relaxation parameter."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Homotopy:
     """Options of the homotopy that determines the open modes of a contact sequence.

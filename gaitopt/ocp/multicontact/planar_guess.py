@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 from attrs import frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
@@ -100,6 +101,7 @@ def typical_phase_durations(setting: PlanarSetting) -> Array:
     return setting.period * weights / weights.sum()
 
 
+@check_arguments
 @frozen
 class PoseGuess(PlanarGuess):
     """A straight line from the pose after one period's end to the next one.
@@ -128,6 +130,7 @@ class PoseGuess(PlanarGuess):
         return "line between poses"
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class PlanarKeyframes(PlanarGuess):
     """Coordinates at given times, monotone between them.
@@ -195,6 +198,7 @@ class PlanarKeyframes(PlanarGuess):
         return "keyframes at " + ", ".join(f"{t:g}" for t in self.times) + " s"
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class FromPlanarGait(PlanarGuess):
     """The motion of an earlier gait, whose sequence may differ.

@@ -5,11 +5,13 @@ from collections.abc import Mapping
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.statement.limits import Limits
 from gaitopt.parameters import Parameter, as_float, number_within, positive
 
 
+@check_arguments
 @frozen(kw_only=True)
 class PlanarLimits:
     """Bounds on the gait of a planar robot.

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import PhaseSequence
@@ -26,6 +27,7 @@ MOST_RECURSIVE = 10
 EQUATIONS = ("by size", "recursive", "lifted")
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarProblem:
     """An optimal-control problem for one period of a planar robot with any contacts.
@@ -34,7 +36,8 @@ class PlanarProblem:
     ----------
     robot : PlanarRobot
     sequence : PhaseSequence or str
-        Contact phases and events, see :mod:`gaitopt.motion.phase_sequence`.
+        Contact phases and events, see :mod:`gaitopt.motion.phase_sequence`; ``any`` in place of a mode, or of the whole
+        sequence, leaves it open.
     parameters : mapping of str to float
         Robot parameters; missing ones have their default values.
     friction : float

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from attrs import evolve
 
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
@@ -16,6 +18,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
+from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import error_between_nodes, reconstruct_planar_motion
@@ -23,7 +26,7 @@ from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.solution.diagnosis import violations
@@ -42,7 +45,11 @@ SPREAD_OF_DURATIONS = 0.7
 BARRIER_NEARBY = 1e-4
 """Barrier parameter of a solve that starts near its solution."""
 
+MOST_NEARBY = 60
+"""Largest number of iterations of the solve with fixed durations that starts near its guess."""
 
+
+@check_arguments
 def solve_planar(
     problem: PlanarProblem, *, starts: int = 1, solver: NlpSolver | None = None, observer: Observer = silent
 ) -> PlanarGait:
@@ -50,13 +57,14 @@ def solve_planar(
 
     The first start is the guess of the problem; the others have random durations of the phases.  If the durations are
     stated by the guess or random, the problem is solved with these durations first.  Points are added to the intervals,
-    and then intervals, until the plan is accurate between its nodes.
+    and then intervals, until the plan is accurate between its nodes.  If the contact sequence leaves modes open, each
+    sequence that it stands for is solved from every start; :func:`gaitopt.search` also replays and ranks them.
 
     Parameters
     ----------
     problem : PlanarProblem
     starts : int
-        Number of starts; the gait of lowest objective is returned.
+        Number of starts of each contact sequence; the gait of lowest objective is returned.
     solver : Ipopt or Newton, optional
         :class:`gaitopt.Ipopt` by default.
     observer : Observer
@@ -89,11 +97,25 @@ def solve_planar(
     solver = solver or Ipopt()
     if isinstance(solver, Ipopt):
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
-    gaits = [_solve_start(problem, number, solver, observer) for number in range(starts)]
+    closed = [problem] if not problem.sequence.is_open else _close_problem(problem)
+    gaits = [_solve_start(each, number, solver, observer) for each in closed for number in range(starts)]
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: gait.solver.objective)
     return min(gaits, key=lambda gait: rank_of(gait.solver.constraint_violation))
+
+
+def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
+    """Return the problems with the sequences that an open one stands for, without those that are invalid."""
+    closed, error = list[PlanarProblem](), None
+    for sequence in close_sequence(problem.sequence, problem.robot):
+        try:
+            closed.append(problem.replace(sequence=sequence))
+        except InputError as invalid:
+            error = invalid
+    if not closed and error is not None:
+        raise error
+    return closed
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,10 +158,12 @@ class _Start:
         durations: Array | None = None,
         *,
         is_near: bool = False,
+        limit: int = MOST_ITERATIONS,
     ) -> GridResult:
         """Return the solution on the grid of a problem, with fixed durations if they are given.
 
         If the start is near the solution, the solver begins with a small barrier parameter, so that it stays there.
+        Ipopt ends after `limit` iterations at the latest.
         """
         started = time.perf_counter()
         with defer_interrupt():
@@ -154,7 +178,10 @@ class _Start:
         multipliers = (np.zeros(x.size), np.zeros(transcription.constraints.size)) if is_near else None
         raised = self.raised.get(transcription, {})
         bounds.g_lower[list(raised)] = list(raised.values())
-        outcome = self.solver.minimise(
+        solver = self.solver
+        if isinstance(solver, Ipopt) and limit < solver.max_iterations:
+            solver = evolve(solver, max_iterations=limit)
+        outcome = solver.minimise(
             transcription.nlp, x, planar_data(problem), bounds, self.observer, multipliers, BARRIER_NEARBY
         )
         self.iterations += outcome.iterations
@@ -178,8 +205,14 @@ class _Start:
         return result
 
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
-        """Return the solution of a problem, which is solved with fixed durations first."""
-        near = self.solve(problem, durations=durations)
+        """Return the solution of a problem, which is solved with fixed durations first.
+
+        The solver begins near the guess, with a small barrier parameter.  A guess from which it does not converge in a
+        few iterations is poor, and the solver may then leave it.
+        """
+        near = self.solve(problem, durations=durations, is_near=True, limit=MOST_NEARBY)
+        if not near.outcome.status.ok:
+            near = self.solve(problem, durations=durations)
         is_near = near.outcome.status.ok
         return self.solve(problem, near.outcome.x if is_near else None, is_near=is_near)
 

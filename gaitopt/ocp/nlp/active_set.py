@@ -23,6 +23,7 @@ import casadi as ca
 import numpy as np
 from attrs import evolve, field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
@@ -57,6 +58,7 @@ MOST_ENTRIES = 200
 """Largest number of unknowns of a constraint; longer rows, such as an integral over a fine grid, fill the matrix."""
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Newton:
     """Newton's method for smooth objectives, such as squared torques, with Ipopt as its fallback.

@@ -8,12 +8,12 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import scipy
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.ocp.nlp.sparse_matrix import SparseMatrix, factorise
 
 CORRECTIONS = 3
 """Largest number of Newton steps; each squares the residual."""
@@ -36,8 +36,7 @@ def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds
     data : (n_z,) array
     bounds : Bounds
     """
-    sp = scipy.sparse  # SciPy imports its parts when they are used
-    equal = np.flatnonzero(bounds.g_lower == bounds.g_upper)
+    equal = bounds.g_lower == bounds.g_upper
     best, x = math.inf, outcome.x
     for _ in range(CORRECTIONS + 1):
         g, jacobian = nlp.derivatives["jac_g"](x, data)
@@ -47,12 +46,10 @@ def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds
             break
         best = np.abs(unmet).max(initial=0.0)
         outcome = replace(outcome, x=x, g=values, objective=float(nlp.derivatives["grad_f"](x, data)[0]))
-        free = np.flatnonzero(np.minimum(x - bounds.x_lower, bounds.x_upper - x) > AT_BOUND)
-        pattern = jacobian.sparsity()
-        entries = (np.array(jacobian.nonzeros()), pattern.row(), pattern.colind())
-        rows = sp.csc_matrix(entries, shape=jacobian.shape)[equal][:, free]
-        system = sp.block_array([[sp.identity(free.size), rows.T], [rows, -NEGLIGIBLE * sp.identity(equal.size)]])
-        correction = sp.linalg.splu(system.tocsc()).solve(np.concatenate([np.zeros(free.size), unmet]))[: free.size]
+        free = np.minimum(x - bounds.x_lower, bounds.x_upper - x) > AT_BOUND
+        rows = SparseMatrix.read(jacobian).select(equal, free)
+        right = np.concatenate([np.zeros(rows.shape[1]), unmet])
+        correction = factorise(rows, NEGLIGIBLE)(right[:, None])[: rows.shape[1], 0]
         x = x.copy()
         x[free] += correction
     return outcome

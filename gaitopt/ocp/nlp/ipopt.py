@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 from attrs import evolve, field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
 from gaitopt.motion.motion import Array
@@ -65,6 +66,7 @@ def _check_linear_solver(options: object, attribute: object, value: str) -> None
         raise InputError(f"Ipopt has no linear solver {value!r}. {suggest(str(value), LINEAR_SOLVERS)}")
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Ipopt:
     """The interior-point solver Ipopt.

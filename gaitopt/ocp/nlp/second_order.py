@@ -9,24 +9,18 @@ An interior-point method stops at a distance from such a vertex, where many mult
 linear program in a small box around the solution then determines which constraints are active (crossover).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-import scipy  # which imports its parts when they are used
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.linalg import SuperLU
+from gaitopt.ocp.nlp.sparse_matrix import SparseMatrix, factorise
 
 SMALL = 1e-7
 """Scaled multiplier, and distance from a bound, that count as zero."""
@@ -48,6 +42,10 @@ ROUNDING = 1e-12
 
 REGULARISATION = 1e-14
 """Square of the relative size below which a singular value of the constraint gradients is zero."""
+
+HIGHS = {"output_flag": False, "solver": "simplex", "simplex_dual_edge_weight_strategy": 1}
+OPTIONS = {"error_on_fail": False, "highs": HIGHS}
+"""Options of the linear program: the simplex method ends at a vertex, and takes fewer steps with devex pricing."""
 
 PROBES = 16
 """Number of random vectors that are projected onto the null space at a time."""
@@ -137,12 +135,12 @@ class _Conditions:
         self, nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds, sizes: Array
     ) -> None:
         self.nlp, self.x, self.data, self.bounds = nlp, x, data, bounds
-        self.sizes, scaling = sizes, scipy.sparse.diags(sizes)
+        self.sizes = sizes
         with defer_interrupt():
             g, jacobian = nlp.derivatives["jac_g"](x, data)
-        self.jacobian = _sparse(jacobian)
-        self.gradients = scipy.sparse.vstack([scipy.sparse.identity(x.size), self.jacobian], format="csr")
-        self.scaled_gradients = (self.gradients @ scaling).tocsr()
+        self.jacobian = jacobian
+        self.gradients = SparseMatrix.read(jacobian).below_identity()
+        self.scaled_gradients = self.gradients.scale(1.0, sizes)
         self.multipliers = np.concatenate(multipliers) / nlp.typical
         self.lower = np.concatenate([bounds.x_lower, bounds.g_lower])
         self.upper = np.concatenate([bounds.x_upper, bounds.g_upper])
@@ -159,12 +157,10 @@ class _Conditions:
         """Return the result."""
         with defer_interrupt():
             upper = self.nlp.derivatives["hess_lag"](self.x, self.data, 1 / self.nlp.typical, self._on_rows())
-        scaling = scipy.sparse.diags(self.sizes)
-        hessian = scaling @ _sparse(upper) @ scaling
-        hessian = (hessian + scipy.sparse.triu(hessian, 1).T).tocsr()
-        least = CURVED * max(1.0, float(np.abs(hessian).max()))
-        basis = _null_space(self.scaled_gradients[self.equal | self.strong])
-        weakly = _restrict(basis, self.scaled_gradients[self.active & ~self.strong])
+        hessian = SparseMatrix.read(ca.triu2symm(upper)).scale(self.sizes, self.sizes)
+        least = CURVED * max(1.0, float(np.max(np.abs(hessian.values), initial=0.0)))
+        basis = _null_space(self.scaled_gradients.select(self.equal | self.strong))
+        weakly = _restrict(basis, self.scaled_gradients.select(self.active & ~self.strong))
         curvature = _least_curvature(hessian, basis)
         if not basis.shape[1]:
             verdict = Verdict.SHARP
@@ -190,28 +186,24 @@ class _Conditions:
         n, size = self.x.size, BOX * np.maximum(1.0, np.abs(self.x))
         lower = np.maximum(self.lower[:n] - self.x, -size)
         upper = np.minimum(self.upper[:n] - self.x, size)
-        rows, equal = self.values[n:], self.equal[n:]
-        above, below = ~equal & np.isfinite(self.upper[n:]), ~equal & np.isfinite(self.lower[n:])
-        answer = scipy.optimize.linprog(
-            slope,
-            A_ub=scipy.sparse.vstack([self.jacobian[above], -self.jacobian[below]]),
-            b_ub=np.concatenate([(self.upper[n:] - rows)[above], (rows - self.lower[n:])[below]]),
-            A_eq=self.jacobian[equal],
-            b_eq=(self.lower[n:] - rows)[equal],
-            bounds=np.column_stack([np.minimum(lower, upper), upper]),
-            method="highs-ds",
-        )
-        if answer.status != 0 or -answer.fun > NEGLIGIBLE_GAIN or np.any(np.abs(answer.x) > 0.9 * size):
+        rows = self.values[n:]
+        with defer_interrupt():
+            program = ca.conic("vertex", "highs", {"h": ca.Sparsity(n, n), "a": self.jacobian.sparsity()}, OPTIONS)
+            answer = program(
+                g=slope,
+                a=self.jacobian,
+                lba=self.lower[n:] - rows,
+                uba=self.upper[n:] - rows,
+                lbx=np.minimum(lower, upper),
+                ubx=upper,
+            )
+            solved = program.stats()["success"]
+        step, on_bounds, on_rows = (np.array(answer[name]).ravel() for name in ("x", "lam_x", "lam_a"))
+        if not solved or -float(answer["cost"]) > NEGLIGIBLE_GAIN or np.any(np.abs(step) > 0.9 * size):
             return None
-        on_rows = np.zeros(rows.size)
-        on_rows[equal] = -answer.eqlin.marginals
-        count = int(above.sum())
-        on_rows[above] -= answer.ineqlin.marginals[:count]
-        on_rows[below] += answer.ineqlin.marginals[count:]
-        on_bounds = -(answer.lower.marginals + answer.upper.marginals)
         scaled = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
         vertex = _Conditions(self.nlp, self.x, scaled, self.data, self.bounds, self.sizes)
-        vertex._determine_active(self.values + self.gradients @ answer.x)
+        vertex._determine_active(self.values + self.gradients.times(step))
         return vertex
 
     def _determine_active(self, values: Array) -> None:
@@ -225,31 +217,25 @@ class _Conditions:
         return self.multipliers[self.x.size :]
 
 
-def _sparse(matrix: ca.DM) -> "csr_matrix":
-    """Return a CasADi matrix as a SciPy matrix."""
-    pattern = matrix.sparsity()
-    values = np.asarray(matrix.nz[:]).ravel()
-    return scipy.sparse.csc_matrix((values, pattern.row(), pattern.colind()), shape=matrix.shape).tocsr()
-
-
-def _null_space(gradients: "csr_matrix") -> Array:
+def _null_space(gradients: SparseMatrix) -> Array:
     """Return an orthonormal basis of the null space of a sparse matrix, shape (n, dimension).
 
     Random vectors are projected onto the null space until a projection depends linearly on the previous ones.
     """
     n = gradients.shape[1]
-    fixed = np.zeros(n, dtype=bool)
-    single = np.diff(gradients.indptr) == 1
-    fixed[gradients[single].indices] = True
-    rows = gradients[~single][:, ~fixed]
-    sizes = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
-    rows = scipy.sparse.diags(1 / sizes[sizes > 0]) @ rows[sizes > 0]
+    fixed, single = np.zeros(n, dtype=bool), gradients.counts() == 1
+    fixed[gradients.select(single).columns] = True
+    rows = gradients.select(~single, ~fixed)
+    sizes = rows.norms()
+    rows = rows.select(sizes > 0).scale(1 / sizes[sizes > 0], 1.0)
     free = n - int(fixed.sum())
     basis = np.empty((free, 0))
     if free:
-        project, random = _projection(rows), np.random.default_rng(0)
+        solve, random = factorise(rows, REGULARISATION), np.random.default_rng(0)
         while basis.shape[1] < free:
-            probes = project(random.standard_normal((free, min(PROBES, free))))
+            probes = random.standard_normal((free, min(PROBES, free)))
+            for _ in range(2):  # the second projection removes the rounding errors of the first
+                probes = solve(np.vstack([probes, np.zeros((rows.shape[0], probes.shape[1]))]))[:free]
             sizes = np.linalg.norm(probes, axis=0)
             for _ in range(2):
                 probes -= basis @ (basis.T @ probes)
@@ -263,38 +249,18 @@ def _null_space(gradients: "csr_matrix") -> Array:
     return full
 
 
-def _restrict(basis: Array, rows: "csr_matrix") -> Array:
+def _restrict(basis: Array, rows: SparseMatrix) -> Array:
     """Return an orthonormal basis of the vectors of a subspace that lie in the null space of some rows."""
     if not (rows.shape[0] and basis.shape[1]):
         return basis
-    sizes = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
-    _, values, vectors = np.linalg.svd((rows @ basis) / np.where(sizes > 0, sizes, 1.0)[:, None])
+    sizes = rows.norms()
+    _, values, vectors = np.linalg.svd(rows.times(basis) / np.where(sizes > 0, sizes, 1.0)[:, None])
     rank = int(np.sum(values > np.sqrt(REGULARISATION)))
     return np.asarray(basis @ vectors[rank:].T)
 
 
-def _projection(rows: "csr_matrix") -> Callable[[Array], Array]:
-    """Return the function that projects columns orthogonally onto the null space of some rows."""
-    n, m = rows.shape[1], rows.shape[0]
-    if not m:
-        return lambda vectors: vectors
-    matrix = scipy.sparse.bmat(
-        [[scipy.sparse.identity(n), rows.T], [rows, -REGULARISATION * scipy.sparse.identity(m)]], format="csc"
-    )
-    # The matrix is quasi-definite: pivots on its diagonal leave a factor with an eighth of the entries.
-    splu = scipy.sparse.linalg.splu
-    factors: SuperLU = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-
-    def project(vectors: Array) -> Array:
-        for _ in range(2):  # the second projection removes the rounding errors of the first
-            vectors = factors.solve(np.vstack([vectors, np.zeros((m, vectors.shape[1]))]))[:n]
-        return vectors
-
-    return project
-
-
-def _least_curvature(hessian: "csr_matrix", basis: Array) -> float:
+def _least_curvature(hessian: SparseMatrix, basis: Array) -> float:
     """Return the least eigenvalue of a matrix reduced to a subspace; nan if the subspace is {0}."""
     if not basis.shape[1]:
         return float("nan")
-    return float(np.linalg.eigvalsh(basis.T @ (hessian @ basis))[0])
+    return float(np.linalg.eigvalsh(basis.T @ hessian.times(basis))[0])

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -24,6 +25,7 @@ from gaitopt.ocp.transcription.transcription import Transcription, transcribe
 from gaitopt.progress import silent
 
 
+@check_arguments
 def passive_cycle(
     robot: Robot, slope: float, parameters: Mapping[str, float] | None = None, *, intervals: int = 40
 ) -> Motion:

@@ -5,6 +5,7 @@ from typing import Any
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.energy import absolute_work, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary
@@ -13,6 +14,7 @@ from gaitopt.ocp.statement.objective_value import first_step
 from gaitopt.parameters import Parameter
 
 
+@check_arguments
 @dataclass(frozen=True)
 class CostOfTransport(Objective):
     """Integral of the absolute joint powers over weight times travel (dimensionless).
@@ -39,6 +41,7 @@ class CostOfTransport(Objective):
         return cost_of_transport(motion)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PositiveWork(Objective):
     """Integral of the positive joint powers minus a regenerated share of the negative ones, over weight times travel.
@@ -86,6 +89,7 @@ class PositiveWork(Objective):
         return work / (motion.total_mass * motion.parameters["gravity"] * motion.travel)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class TorqueSquared(Objective):
     """Integral of the sum of squared torques [N^2 m^2 s].
@@ -106,6 +110,7 @@ class TorqueSquared(Objective):
         return ca.sumsqr(point.torque)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class TorqueRate(Objective):
     """Integral of the sum of squared torque rates within the step [N^2 m^2/s]; torques may jump at touchdown.
@@ -127,6 +132,7 @@ class TorqueRate(Objective):
         return ca.sumsqr(point.torque_rate)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class FootSlide(Objective):
     """Distance that the stance foot slides on the ground, forward and backward alike [m].
@@ -152,6 +158,7 @@ class FootSlide(Objective):
         return sum(abs(segment.slide) for segment in first_step(motion)[0])
 
 
+@check_arguments
 @dataclass(frozen=True)
 class ImpactLoss(Objective):
     """Kinetic energy lost in the impact at touchdown [J].
@@ -172,6 +179,7 @@ class ImpactLoss(Objective):
         return step.energy_lost
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PeakTorque(Objective):
     """Largest absolute torque of any actuator over the step [N m].
@@ -191,6 +199,7 @@ class PeakTorque(Objective):
         return Peak(ca.vertcat(point.torque, -point.torque))
 
 
+@check_arguments
 @dataclass(frozen=True)
 class PeakFrictionDemand(Objective):
     """Largest ratio abs(f_t) / f_n of the contact force over the step (dimensionless).
@@ -214,6 +223,7 @@ class PeakFrictionDemand(Objective):
         return Peak(ca.vertcat(tangential, -tangential), normal)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Duration(Objective):
     """Duration of the step [s].

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import scipy
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
 from gaitopt.model.robot import Robot
@@ -96,6 +96,7 @@ def _at_rest(robot: Robot, time: Array, angles: Array, rates: Array) -> Sample:
     return Sample(angles, rates, np.zeros((robot.n_u, time.size)), still, still)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class LinearGuess(Guess):
     """Angles on a straight line from the pose after one touchdown to the pose at the next, without torque.
@@ -122,6 +123,7 @@ class LinearGuess(Guess):
         return "line"
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class Keyframes(Guess):
     """Angles through poses at fractions of the step, monotone between them.
@@ -162,11 +164,12 @@ class Keyframes(Guess):
 
     def sample(self, setting: Setting, time: Array) -> Sample:
         """Return the interpolated keyframes."""
+        from scipy.interpolate import PchipInterpolator  # whose import takes longer than a solve
+
         if set(self.angles) != set(setting.robot.angles):
             raise InputError(f"Keyframes must name the angles {setting.robot.angles}, got {tuple(self.angles)}.")
         part = np.clip(time / setting.period, 0, 1)
-        interpolate = scipy.interpolate.PchipInterpolator  # SciPy imports its parts when they are used
-        curves = [interpolate(self.fractions, self.angles[name]) for name in setting.robot.angles]
+        curves = [PchipInterpolator(self.fractions, self.angles[name]) for name in setting.robot.angles]
         angles = np.array([curve(part) for curve in curves])
         rates = np.array([curve(part, 1) / setting.period for curve in curves])
         return _at_rest(setting.robot, time, angles, rates)
@@ -176,6 +179,7 @@ class Keyframes(Guess):
         return "keyframes at " + ", ".join(f"{f:g}" for f in self.fractions)
 
 
+@check_arguments
 @frozen
 class RandomPerturbation(Guess):
     """A straight line with random waves on the angles, a start for the search of other optima.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import Parameter, as_float, number_within, optional, positive
 
@@ -14,6 +15,7 @@ def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> flo
     return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=not zero, infinite=True).check(value)
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Limits:
     """Bounds on a gait.
@@ -116,6 +118,7 @@ def _by_actuator(field_name: str, limit: float | Mapping[str, float], actuators:
     return {name: limit.get(name, math.inf) for name in actuators}
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Margins:
     """Margins to the limits at which a gait changes its contact sequence.

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
-import scipy
 
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import SLIDE
@@ -75,8 +74,10 @@ def _samples(segment: Segment, begin: float, duration: float) -> list[dict[str, 
 
     In the middle, torques, powers and forces are interpolated linearly, states by cubic Hermite polynomials.
     """
+    from scipy.interpolate import CubicSpline  # whose import takes longer than a solve
+
     gap, q = np.diff(segment.time), segment.q.copy()
-    rates = scipy.interpolate.CubicSpline(segment.time, segment.v, axis=1)  # SciPy imports its parts when they are used
+    rates = CubicSpline(segment.time, segment.v, axis=1)
     q[SLIDE] -= q[SLIDE, 0]
     acceleration = rates(segment.time, 1)
 

@@ -58,6 +58,7 @@ def formulate_gait_problem(problem: Any) -> Formulation:
         f"Optimal gait of {robot.name}: {problem.sequence}",
         (
             formulate_objective(problem.objective),
+            *_free_parameters(problem),
             *list_actuators(robot),
             motion_of_walker(robot),
             *(line for number in range(len(problem.sequence.phases)) for line in _phase(problem, number)),
@@ -130,6 +131,11 @@ def formulate_objective(objective: Objective) -> Formula:
     text = " + ".join(texts)
     named = text if text == objective.name else f"{objective.name} = {text}"
     return Formula("minimise", named, " + ".join(symbols))
+
+
+def _free_parameters(problem: Any) -> tuple[Formula, ...]:
+    units = {each.name: each.unit for each in problem.robot.parameters}
+    return collect("also over", [bound(name, low, high, units[name]) for name, (low, high) in problem.free.items()])
 
 
 def _phase(problem: Any, number: int) -> list[Formula]:
@@ -229,7 +235,11 @@ def _durations_and_rates(limits: Any) -> tuple[Formula, ...]:
 
 def _ground_and_parameters(problem: Any) -> tuple[Formula, ...]:
     low, high = problem.slope if isinstance(problem.slope, tuple) else (problem.slope, problem.slope)
-    parameters = [each for each in problem.robot.parameters if each.name in problem.parameters]
+    parameters = [
+        each
+        for each in problem.robot.parameters
+        if each.name in problem.parameters and each.name not in getattr(problem, "free", {})
+    ]
     friction = problem.friction
     return (
         *collect("ground", [bound("μ", friction, friction, "1", r"\mu"), bound("slope", low, high, "rad")]),

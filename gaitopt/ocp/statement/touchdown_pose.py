@@ -2,10 +2,9 @@
 
 import functools
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-import scipy
 
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
@@ -17,7 +16,10 @@ REFINED = 3
 """Number of lattice points from which the longest reach is refined."""
 
 MOST_STEPS, LONGEST_CHANGE = 20, 0.2
-"""Largest number of steps of Newton's method, which fails near the longest reach, and of their angles [rad]."""
+"""Largest number of steps of Newton's method, which fails near the longest reach, and of a change of angles [rad]."""
+
+FLAT, DIFFERENCE = 1e-9, 1e-5
+"""Derivative [m/rad] and curvature [m/rad^2] of the reach that count as zero; difference of angles [rad]."""
 
 MOST_ANGLES = 7
 """Largest number of angles for a lattice of three values each; with more angles the points are random."""
@@ -70,13 +72,51 @@ def _reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float]
     order = np.argsort(-np.where(np.isfinite(distances), distances, -np.inf))
     landing, still = FastCall(robot.landing, p), np.zeros(robot.n_q)
 
-    def negative_reach(angles: Array) -> tuple[float, Array]:
+    def reach(angles: Array) -> tuple[float, Array]:
         place, _, jacobian = landing(full_coordinates(angles), still)
-        return -place[0], -jacobian.reshape((2, -1), order="F")[0, ANGLES]
+        return float(place[0]), jacobian.reshape((2, -1), order="F")[0, ANGLES].copy()
 
-    starts, box = [points[k] for k in order[:REFINED]], np.clip(limits, -np.pi, np.pi)
-    minima = [scipy.optimize.minimize(negative_reach, x, jac=True, method="L-BFGS-B", bounds=box).fun for x in starts]
-    return float(np.nanmax([distances[order[0]], *np.negative(minima)]))
+    box = np.clip(limits, -np.pi, np.pi)
+    return float(np.nanmax([distances[order[0]], *(_climb(reach, points[k], box) for k in order[:REFINED])]))
+
+
+def _climb(function: Callable[[Array], tuple[float, Array]], x: Array, box: Array) -> float:
+    """Return a local maximum of a function (value, gradient) in a box by Newton's method, uphill where it is convex.
+
+    Parameters
+    ----------
+    function : callable
+    x : (n,) array
+    box : (n, 2) array
+    """
+    (lower, upper), (value, gradient) = box.T, function(x)
+    for _ in range(MOST_STEPS):
+        free = np.flatnonzero(((x > lower) | (gradient > 0)) & ((x < upper) | (gradient < 0)))
+        if not np.max(np.abs(gradient[free]), initial=0.0) > FLAT:
+            break
+        change, hessian = np.zeros_like(x), _hessian(function, x)[np.ix_(free, free)]
+        if not np.all(np.isfinite(hessian)):
+            break
+        curvatures, axes = np.linalg.eigh(hessian)
+        change[free] = axes @ ((axes.T @ gradient[free]) / np.maximum(np.abs(curvatures), FLAT))
+        change *= min(1.0, np.pi / np.max(np.abs(change)))
+        for _ in range(MOST_STEPS):
+            trial = np.clip(x + change, lower, upper)
+            trial_value, trial_gradient = function(trial)
+            if trial_value > value:
+                break
+            change /= 2
+        else:
+            break
+        x, value, gradient = trial, trial_value, trial_gradient
+    return value
+
+
+def _hessian(function: Callable[[Array], tuple[float, Array]], x: Array) -> Array:
+    """Return the Hessian of a function by differences of its gradients."""
+    shifts = DIFFERENCE * np.eye(x.size)
+    rows = np.array([function(x + shift)[1] - function(x - shift)[1] for shift in shifts]) / (2 * DIFFERENCE)
+    return (rows + rows.T) / 2
 
 
 def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Array:
@@ -118,5 +158,7 @@ def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] 
         angles = angles - change * min(1.0, LONGEST_CHANGE / max(np.max(np.abs(change)), 1e-300))
         if np.max(np.abs(gap(angles))) <= 1e-14 * max(1.0, step):
             return tuple(angles.tolist())
+    import scipy.optimize  # whose import takes longer than a solve
+
     fit = scipy.optimize.least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
     return tuple(fit.x) if np.max(np.abs(fit.fun)) <= 1e-6 else None

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
-import scipy
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.motion import Array, Motion
@@ -23,6 +23,7 @@ KNOTS = 33
 """Number of instants at which a cubic spline interpolates the reference."""
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Tracking(Objective):
     """Integral of the squared deviation of the angles and their rates from those of a motion [rad^2 s].
@@ -80,6 +81,8 @@ class Tracking(Objective):
 
     def evaluate(self, motion: Motion) -> float:
         """Return the integral along the first step of a motion, the reference interpolated by SciPy."""
+        from scipy.interpolate import CubicSpline  # whose import takes longer than a solve
+
         segments, _ = first_step(motion)
         if not is_finite(segments):
             return float("nan")
@@ -90,12 +93,14 @@ class Tracking(Objective):
             target = spline((segment.time - begin) / (end - begin)).T
             angles, rates = np.split(np.vstack([segment.q[ANGLES], segment.v[ANGLES]]) - target, 2)
             values = np.sum(angles**2, axis=0) + self.rate_weight * np.sum(rates**2, axis=0)
-            total += float(scipy.interpolate.CubicSpline(segment.time, values).integrate(*segment.time[[0, -1]]))
+            total += float(CubicSpline(segment.time, values).integrate(*segment.time[[0, -1]]))
         return total
 
 
 def interpolate_reference(motion: Motion) -> "CubicSpline":
     """Return the angles and rates of the first step of a motion over the fraction of the step, 2 n_angles columns."""
+    from scipy.interpolate import CubicSpline
+
     segments, _ = first_step(motion)
     if not is_finite(segments):
         raise InputError("The motion to track must be finite, got nan or inf.")
@@ -106,12 +111,14 @@ def interpolate_reference(motion: Motion) -> "CubicSpline":
     values = np.empty((KNOTS, 2 * len(motion.angles)))
     for k, segment in enumerate(segments[number] for number in owner):
         values[k] = _state(segment.time, segment.q[ANGLES], segment.v[ANGLES], begin + at[k] * (end - begin))
-    return scipy.interpolate.CubicSpline(at, values)
+    return CubicSpline(at, values)
 
 
 def _state(time: Array, angles: Array, rates: Array, at: float) -> Array:
     """Return angles and rates between samples."""
-    curve = scipy.interpolate.CubicHermiteSpline(time, angles, rates, axis=1)
+    from scipy.interpolate import CubicHermiteSpline
+
+    curve = CubicHermiteSpline(time, angles, rates, axis=1)
     inside = np.clip(at, time[0], time[-1])
     return np.concatenate([curve(inside), curve(inside, 1)])
 

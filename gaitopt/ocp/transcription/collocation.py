@@ -17,6 +17,7 @@ from attrs import evolve, field, frozen
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind
@@ -120,6 +121,7 @@ def end_slopes(count: int) -> Array:
     return np.array([basis.deriv()(1.0) for basis in bases])
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Collocation(Method):
     """Transcription by Lobatto collocation in second-order form with inverse dynamics.

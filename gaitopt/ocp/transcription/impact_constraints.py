@@ -1,6 +1,7 @@
 """The boundary of a step: touchdown, frictional impact, leg exchange, periodicity, step length and speed."""
 
 import math
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -13,6 +14,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group, Key, Kind, Row, Unknown, equation
+from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.transcription.condition_rows import condition_rows
 from gaitopt.ocp.transcription.grid import Phase
@@ -21,22 +23,50 @@ from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import boundary_cost, name_parameters, peak_cost
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FollowingStep:
+    """The step after a touchdown if it differs from the step that ends.
+
+    Attributes
+    ----------
+    angles, rates : (n_angles, 1) int arrays
+        Indices of its first state in the decision vector.
+    speed : (1, 1) or (0, 1) int array
+        Index of the first speed of its stance foot; empty if the foot sticks.
+    impact : Mode
+        Outcome of the touchdown.
+    friction, margin : SX
+        Friction of its ground, and margin to the cone of the impact.
+    """
+
+    angles: Index
+    rates: Index
+    speed: Index
+    impact: Mode
+    friction: ca.SX
+    margin: ca.SX
+
+
 def touchdown_block(
-    builder: NlpBuilder, sequence: ContactSequence, phases: tuple[Phase, ...], dynamics: PhaseDynamics
+    builder: NlpBuilder,
+    sequence: ContactSequence,
+    phases: tuple[Phase, ...],
+    dynamics: PhaseDynamics,
+    following: FollowingStep | None = None,
 ) -> Block:
-    """Return the block that relates the last node to the first through the impact.
+    """Return the block that relates the last node to the first, or to the following step, through the impact.
 
     The momentum balance contains the first state of the next step, mapped back by the leg exchange, so no copy of the
     post-impact state is needed.  The block includes the boundary terms and the peaks of the objective.
     """
     robot, local = builder.robot, BlockVariables(builder, 1)
     p = local.parameters()
-    step, v_plus, foot_speed = _boundary(builder, phases, local, p)
+    step, v_plus, foot_speed = _boundary(builder, phases, local, p, following)
     q, v_minus = step.q_last, step.v_last
     momentum, _ = robot.impact(q, v_minus, v_plus, step.impulse, p)
     relabelled = robot.swap(q, v_minus, p)[0][ANGLES]
     length = robot.landing(q, v_minus, p)[0][0] + sum(builder.slides(local))
-    law, excess, penalty = _impact_law(builder, sequence, local, step.impulse, foot_speed, p)
+    law, excess, penalty = _impact_law(builder, sequence, local, step.impulse, foot_speed, p, following)
     transition_rows, transition = condition_rows(Touchdown(robot).conditions(q, v_minus, v_plus, p))
     constraints = ca.vertcat(
         step.q_first[ANGLES] - relabelled,
@@ -53,22 +83,30 @@ def touchdown_block(
 
 
 def _boundary(
-    builder: NlpBuilder, phases: tuple[Phase, ...], local: BlockVariables, p: ca.SX
+    builder: NlpBuilder,
+    phases: tuple[Phase, ...],
+    local: BlockVariables,
+    p: ca.SX,
+    following: FollowingStep | None,
 ) -> tuple[StepBoundary, ca.SX, ca.SX]:
     """Return the boundary of the step, the rates after the impact, and the speed of the landing foot after it."""
     robot, variables, final, first = builder.robot, builder.variables, phases[-1], phases[0]
     parts = (Unknown.ANGLES, Unknown.RATES)
     before, rates_before = (local.add(f"{part} before", variables[part][:, [-1]]) for part in parts)
-    after, rates_after = (local.add(f"{part} after", variables[part][:, [0]]) for part in parts)
+    columns = [variables[part][:, [0]] for part in parts]
+    columns += [builder.slide_columns(first, [first.first])[1:]]
+    if following is not None:
+        columns = [following.angles, following.rates, following.speed]
+    after, rates_after = (local.add(f"{part} after", table) for part, table in zip(parts, columns, strict=False))
     impulse, travel = local.add("impulse", variables[Unknown.IMPULSE]), local.add("travel", variables[Unknown.TRAVEL])
     duration = ca.sum1(local.add_shared(Unknown.DURATION))
 
-    def speed(phase: Phase, node: int) -> ca.SX:
-        columns = builder.slide_columns(phase, [node])[1:]
-        return local.add("speed", columns) if columns.size else ca.SX(0)
+    def speed(table: Index) -> ca.SX:
+        return local.add("speed", table) if table.size else ca.SX(0)
 
     zero = ca.SX(1, 1)
-    speed_before, speed_after = speed(final, final.nodes[-1]), speed(first, first.first)
+    speed_before = speed(builder.slide_columns(final, [final.nodes[-1]])[1:])
+    speed_after = speed(columns[2])
     q, v_minus = full_vector(zero, before), full_vector(speed_before, rates_before)
     v_next = full_vector(speed_after, rates_after)
     v_plus = robot.unswap(q, v_next, p)
@@ -88,9 +126,18 @@ def _boundary(
 
 
 def _impact_law(
-    builder: NlpBuilder, sequence: ContactSequence, local: BlockVariables, impulse: ca.SX, foot_speed: ca.SX, p: ca.SX
+    builder: NlpBuilder,
+    sequence: ContactSequence,
+    local: BlockVariables,
+    impulse: ca.SX,
+    foot_speed: ca.SX,
+    p: ca.SX,
+    following: FollowingStep | None,
 ) -> tuple[list[Row], ca.SX, ca.SX | None]:
     """Return rows, values and penalty of the friction law of the impact."""
+    if following is not None:
+        law, mode = builder.robot.contact_model.impact, following.impact
+        return _cone(mode), law.excess(impulse, following.friction, mode, following.margin), None
     friction, margin = p[builder.names().index("friction")], builder.data[len(builder.robot.parameters) + 1]
     if Unknown.OPEN_IMPACT in builder.variables:
         return open_impact(builder, local, impulse, foot_speed, friction, builder.robot.mass(p))

@@ -1,5 +1,6 @@
 """Transcription methods by name."""
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.shooting import MultipleShooting
@@ -10,6 +11,7 @@ TRANSCRIPTIONS: dict[str, type[Collocation | MultipleShooting]] = {
 }
 
 
+@check_arguments
 def transcription_named(name: str) -> type[Collocation | MultipleShooting]:
     """Return the class of a transcription method from its name, for scripts with a parameter ``transcription``.
 

@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.ocp.nlp.keys import Key, Kind, Row
 
 NamedBounds = tuple[str, float, float]
@@ -115,6 +116,7 @@ def relax(relaxation: Relaxation, pairs: list[Pair], t: ca.SX, typical: float) -
     return table, ca.vertcat(*values), penalty
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Scholtes(Relaxation):
     """x y <= t: the feasible set is widened, so that it has an interior.
@@ -135,6 +137,7 @@ class Scholtes(Relaxation):
         return [("product", -np.inf, 0.0)], pair.left * pair.right - t
 
 
+@check_arguments
 @dataclass(frozen=True)
 class FischerBurmeister(Relaxation):
     """x + y = sqrt(x^2 + y^2 + 2 t), which is x y = t with x, y > 0, in a well-scaled form.
@@ -156,6 +159,7 @@ class FischerBurmeister(Relaxation):
         return [("Fischer-Burmeister function", 0.0, 0.0)], x + y - ca.sqrt(x**2 + y**2 + 2 * t)
 
 
+@check_arguments
 @dataclass(frozen=True)
 class ExactPenalty(Relaxation):
     """x y / t added to the objective: an l1 penalty, exact once its weight 1 / t exceeds the multipliers.

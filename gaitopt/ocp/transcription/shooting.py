@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import casadi as ca
 from attrs import evolve, field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.nlp.keys import Key
 from gaitopt.ocp.transcription.method import Method
@@ -56,6 +57,7 @@ class RungeKutta(Scheme):
         return right.state - end, [halfway]
 
 
+@check_arguments
 @frozen(kw_only=True)
 class MultipleShooting(Method):
     """Transcription by multiple shooting with fourth-order Runge-Kutta steps.

@@ -28,7 +28,7 @@ from gaitopt.ocp.transcription.deviations import lay_out_deviations, lay_out_gai
 from gaitopt.ocp.transcription.grid import Phase, divide_into_phases, node_places, place_nodes
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, guard_blocks
 from gaitopt.ocp.transcription.impact_complementarity import UNKNOWNS
-from gaitopt.ocp.transcription.impact_constraints import touchdown_block
+from gaitopt.ocp.transcription.impact_constraints import FollowingStep, touchdown_block
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import quotient_block
 from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
@@ -177,21 +177,7 @@ def transcribe(structure: Structure) -> Transcription:
     first = data.numel() + (sum(phase.count + 1 for phase in phases) if structure.placed else 0)
     if objective.uses_power and powered and nodal and structure.relaxation is None:
         changes = lay_out_sign_changes(phases, first, len(powered), structure.scheme.power_fractions.size)
-    builder = NlpBuilder(
-        robot=robot,
-        objective=objective,
-        scheme=structure.scheme,
-        powered=powered,
-        rate_limited=structure.rate_limited,
-        variables=variables,
-        rows=rows,
-        data=data,
-        cleared=structure.cleared,
-        inertia_limited=structure.inertia_limited,
-        relaxation=structure.relaxation,
-        sign_changes=changes,
-        placed=structure.placed,
-    )
+    builder = _make_builder(structure, variables, rows, data, powered, changes)
     smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)
     blocks = _blocks(builder, structure, phases, dynamics_of_phases)
     return Transcription(
@@ -215,6 +201,77 @@ def transcribe(structure: Structure) -> Transcription:
     )
 
 
+def _make_builder(
+    structure: Structure,
+    variables: Layout,
+    rows: Rows,
+    data: ca.SX,
+    powered: tuple[int, ...],
+    changes: SignChangeLayout | None,
+) -> NlpBuilder:
+    """Return the builder of the NLP of a structure."""
+    return NlpBuilder(
+        robot=structure.robot,
+        objective=structure.objective,
+        scheme=structure.scheme,
+        powered=powered,
+        rate_limited=structure.rate_limited,
+        variables=variables,
+        rows=rows,
+        data=data,
+        cleared=structure.cleared,
+        inertia_limited=structure.inertia_limited,
+        relaxation=structure.relaxation,
+        sign_changes=changes,
+        placed=structure.placed,
+    )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StepParts:
+    """The parts of the NLP of one step before its touchdown is stated, for NLPs of several steps.
+
+    Attributes
+    ----------
+    structure : Structure
+    builder : NlpBuilder
+    phases : tuple of Phase
+    dynamics_of_phases : tuple of PhaseDynamics
+    """
+
+    structure: Structure
+    builder: NlpBuilder
+    phases: tuple[Phase, ...]
+    dynamics_of_phases: tuple[PhaseDynamics, ...]
+
+    def blocks(self, following: FollowingStep | None = None) -> list[Block]:
+        """Return the blocks of the step; its touchdown leads to its own first state or to that of the next step."""
+        return _blocks(self.builder, self.structure, self.phases, self.dynamics_of_phases, following)
+
+    def transcription(self, nlp: Nlp) -> Transcription:
+        """Return the step as a transcription, with its layouts, as part of an NLP of several steps."""
+        return Transcription(
+            structure=self.structure,
+            phases=self.phases,
+            dynamics_of_phases=self.dynamics_of_phases,
+            variables=self.builder.variables,
+            constraints=self.builder.rows.layout,
+            row_bounds=self.builder.rows.bounds(),
+            resting=frozenset(self.builder.resting),
+            nlp=nlp,
+        )
+
+
+def prepare_step(structure: Structure) -> StepParts:
+    """Return the parts of the NLP of one step; the absolute work is bounded from above."""
+    phases = divide_into_phases(structure.sequence, structure.counts)
+    dynamics = tuple(_reduce_dynamics(structure.robot, phase.mode) for phase in phases)
+    powered = tuple(structure.robot.actuators.index(name) for name in structure.powered)
+    variables = _variables(structure, phases, dynamics)
+    builder = _make_builder(structure, variables, Rows(), structure.data(), powered, None)
+    return StepParts(structure=structure, builder=builder, phases=phases, dynamics_of_phases=dynamics)
+
+
 @functools.lru_cache(maxsize=32)
 def _reduce_dynamics(robot: Robot, mode: Mode) -> PhaseDynamics:
     """Return the equations of motion of a mode; grids and sequences share them, and the Functions built from them."""
@@ -222,9 +279,13 @@ def _reduce_dynamics(robot: Robot, mode: Mode) -> PhaseDynamics:
 
 
 def _blocks(
-    builder: NlpBuilder, structure: Structure, phases: tuple[Phase, ...], dynamics_of_phases: tuple[PhaseDynamics, ...]
+    builder: NlpBuilder,
+    structure: Structure,
+    phases: tuple[Phase, ...],
+    dynamics_of_phases: tuple[PhaseDynamics, ...],
+    following: FollowingStep | None = None,
 ) -> list[Block]:
-    """Return the blocks of the NLP."""
+    """Return the blocks of the NLP of one step."""
     blocks: list[Block] = []
     for phase, dynamics in zip(phases, dynamics_of_phases, strict=True):
         blocks.append(interval_block(builder, phase, dynamics))
@@ -233,7 +294,7 @@ def _blocks(
             blocks += start_blocks(builder, phase, dynamics)
     if builder.scheme.nodal and builder.objective.uses_power:
         blocks.append(last_power_block(builder, phases[-1], dynamics_of_phases[-1]))
-    blocks.append(touchdown_block(builder, structure.sequence, phases, dynamics_of_phases[0]))
+    blocks.append(touchdown_block(builder, structure.sequence, phases, dynamics_of_phases[0], following))
     if structure.schedule is not None:
         blocks += guard_blocks(builder, phases, structure.schedule)
     if builder.objective.per_weight_and_travel:

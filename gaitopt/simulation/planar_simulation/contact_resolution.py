@@ -11,6 +11,7 @@ from gaitopt.model.contacts.mode_selection import ModeChoice, select_modes
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome, solve_multicontact_impact
 from gaitopt.model.contacts.slip_well_posedness import is_well_posed
 from gaitopt.model.fast_call import FastCall
+from gaitopt.model.planar.phase_system import Footing
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 
@@ -49,13 +50,14 @@ class ContactResolution:
     robot : PlanarRobot
     p : (n_p,) array
         Parameters and switches.
+    footing : Footing, optional
+        The terrain under the contacts; by default a plane.
     """
 
-    def __init__(self, robot: PlanarRobot, p: Array) -> None:
-        self.robot = robot
-        kinetic = float(p[robot.index("friction")])
-        ratio = float(p[robot.index("static_friction_ratio")])
-        self.friction = (kinetic * ratio, kinetic)
+    def __init__(self, robot: PlanarRobot, p: Array, footing: Footing | None = None) -> None:
+        self.robot, self._footing = robot, footing
+        self.friction = _find_friction(robot, p, footing)
+        self._rims = None if footing is None else FastCall(robot.rims, p)
         self._gaps, self._rows, self._dynamics = (
             FastCall(function, p) for function in (robot.gaps, robot.rows, robot.dynamics)
         )
@@ -65,9 +67,26 @@ class ContactResolution:
         """Return gaps, slide coordinates and their derivatives."""
         n = self.robot.n_q
         gap, slide = (part.copy() for part in self._gaps(q))
+        if self._footing is not None:
+            gap -= self._heights(q, self._footing)
         normal, tangent, normal_bias, tangent_bias = (part.copy() for part in self._rows(q, v))
         normal, tangent = normal.reshape(n, -1).T, tangent.reshape(n, -1).T
         return ContactKinematics(gap, slide, normal, tangent, normal_bias, tangent_bias, normal @ v, tangent @ v)
+
+    def locate(self, q: Array) -> tuple[Array, Array]:
+        """Return place along the ground, nan for a stop, and height above the plane of each contact [m]."""
+        gap = self._gaps(q)[0].copy()
+        places = np.full(gap.size, np.nan) if self._rims is None else self._rims(q)[0].reshape(-1, 4)[:, 0].copy()
+        return places, gap
+
+    def _heights(self, q: Array, footing: Footing) -> Array:
+        """Return the height of the ground under each contact, shape (n_c,) [m]."""
+        places = self.locate(q)[0].tolist()
+        pieces = [footing.piece(i) for i in range(len(places))]
+        under = [0.0 if np.isnan(place) else footing.terrain.height(place) for place in places]
+        return np.array(
+            [height if piece is None else piece.height for height, piece in zip(under, pieces, strict=True)]
+        )
 
     def closing(self, q: Array, v: Array, open_contacts: Iterable[int], tolerance: float) -> list[int]:
         """Return the open contacts that touch and approach."""
@@ -125,10 +144,9 @@ class ContactResolution:
         """Return the rows of closed contacts."""
         parts, robot, rows = self.kinematics(q, v), self.robot, []
         bodies = [robot.contacts[i].body for i in contacts]
-        infinite = np.isinf(self.friction[1])
         for i in contacts:
             contact = robot.contacts[i]
-            speed = float(parts.slip_speed[i])
+            speed, infinite = float(parts.slip_speed[i]), np.isinf(self.friction[contact.name][1])
             rows.append(
                 ClosedContact(
                     contact.name,
@@ -143,3 +161,10 @@ class ContactResolution:
                 )
             )
         return rows
+
+
+def _find_friction(robot: PlanarRobot, p: Array, footing: Footing | None) -> dict[str, tuple[float, float]]:
+    """Return static and kinetic friction of each contact."""
+    kinetic, ratio = float(p[robot.index("friction")]), float(p[robot.index("static_friction_ratio")])
+    under = [kinetic if footing is None else footing.friction(i, kinetic) for i in range(len(robot.contacts))]
+    return {name: (ratio * value, value) for name, value in zip(robot.contact_names, under, strict=True)}

@@ -9,11 +9,13 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import Determinacy
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome
-from gaitopt.model.planar.phase_system import GuardKind
+from gaitopt.model.planar.phase_system import Footing, GuardKind
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.planar_simulation.contact_resolution import ContactResolution
+from gaitopt.simulation.planar_simulation.footholds import cross_piece, find_pieces, hits_step, is_uneven
 from gaitopt.simulation.planar_simulation.guard_watch import JAMS, ZERO
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.simulation.planar_simulation.planar_torque import TorqueSource
@@ -41,26 +43,51 @@ class EventResolution:
     values : mapping of str to float
         All parameters by name.
     torque : TorqueSource
+    terrain : Terrain, optional
+        By default a plane.
     """
 
-    def __init__(self, robot: PlanarRobot, values: Mapping[str, float], torque: TorqueSource) -> None:
-        self.robot, self._values, self._source = robot, dict(values), torque
-        self._resolutions: dict[tuple[bool, ...], ContactResolution] = {}
+    def __init__(
+        self,
+        robot: PlanarRobot,
+        values: Mapping[str, float],
+        torque: TorqueSource,
+        terrain: Terrain | None = None,
+    ) -> None:
+        self.robot, self._values, self._source, self.terrain = robot, dict(values), torque, terrain
+        self._resolutions: dict[tuple[tuple[bool, ...], tuple[int | None, ...]], ContactResolution] = {}
 
-    def contacts(self, extended: tuple[bool, ...]) -> ContactResolution:
-        """Return modes and impacts for some extended springs."""
-        if extended not in self._resolutions:
-            self._resolutions[extended] = ContactResolution(self.robot, self.robot.vector(self._values, extended))
-        return self._resolutions[extended]
+    def contacts(self, extended: tuple[bool, ...], pieces: tuple[int | None, ...] = ()) -> ContactResolution:
+        """Return modes and impacts for some extended springs, on pieces of the terrain under the closed contacts."""
+        key = extended, pieces
+        if key not in self._resolutions:
+            p, terrain = self.robot.vector(self._values, extended), self.terrain
+            footing = None if terrain is None else Footing(terrain, pieces or (None,) * len(self.robot.contacts))
+            self._resolutions[key] = ContactResolution(self.robot, p, footing)
+        return self._resolutions[key]
+
+    def _contacts_of(self, state: PlanarState) -> ContactResolution:
+        return self.contacts(state.extended, state.pieces)
+
+    def _place(self, state: PlanarState, closed: list[int]) -> PlanarState:
+        """Return a state with the pieces of the terrain under closed contacts."""
+        if self.terrain is None:
+            return state
+        places, levels = self.contacts(state.extended).locate(state.q)
+        return replace(state, pieces=find_pieces(self.terrain, state, closed, places, levels))
 
     def choose(
         self, state: PlanarState, closed: list[int], latched: frozenset[int], ended: Mapping[str, Mode]
     ) -> PlanarState | Stop:
         """Return a state with the modes of its closed contacts, or the reason why they are not determined."""
-        choice = self.contacts(state.extended).modes(state.q, state.v, self._torque(state), closed, latched, ended)
+        state = self._place(state, closed)
+        if self._is_uneven(state):
+            return Stop.UNEVEN
+        choice = self._contacts_of(state).modes(state.q, state.v, self._torque(state), closed, latched, ended)
         if choice.status is not Determinacy.UNIQUE:
             return UNDETERMINED[choice.status]
-        return replace(state, contacts=self._state_of(choice.chosen))
+        chosen = replace(state, contacts=self._state_of(choice.chosen))
+        return self._place(chosen, chosen.closed)
 
     def resolve(self, arc: PlanarArc) -> tuple[PlanarState, PlanarEvent] | Stop:
         """Return the state after the event that ended an arc, and the event, or the reason of a stop."""
@@ -74,12 +101,17 @@ class EventResolution:
         closing = self._closing(state, kind)
         if any(robot.contacts[i].falls for i in closing):
             return Stop.FELL
+        if self._stumbles(state, closing):
+            return Stop.STUMBLED
         extended = tuple(on or kind == ("extends", k) for k, on in enumerate(before.extended))
         latched = before.latched | {i for i in closing if robot.contacts[i].latched}
         latched -= _stops_freed_by(robot, set(closing), opening=False)
         touching, outcome = sorted({*before.closed, *closing}), None
         if closing:
-            outcome = self.contacts(before.extended).impact(q, v, touching, latched)
+            state = self._place(state, touching)
+            if self._is_uneven(state):
+                return Stop.UNEVEN
+            outcome = self._contacts_of(state).impact(q, v, touching, latched)
             if outcome.status is not Determinacy.UNIQUE:
                 return self._name_stop(UNDETERMINED[outcome.status])
             v_plus, touching = self._close_slow(state, outcome, touching)
@@ -89,12 +121,19 @@ class EventResolution:
         was_closed = {*before.closed, *closing}
         if kind.name == "opens" and not closing and self._leaves(state, kind.number, latched):
             touching.remove(kind.number)
+        if self.terrain is not None and kind.name in ("crosses-", "crosses+"):
+            crossed = cross_piece(self.terrain, state.pieces, kind)
+            if crossed is None or self._is_rough(crossed, kind.number):
+                return Stop.STUMBLED
+            state = replace(state, pieces=crossed)
+            touching = [i for i in touching if i != kind.number or crossed[i] is not None]
         after = self._settle(
             replace(state, extended=extended), touching, latched, self._find_ending_modes(kind, before), was_closed
         )
         if isinstance(after, Stop):
             return self._name_stop(after)
-        if not closing and after.contacts == before.contacts and after.extended == before.extended:
+        unchanged = after.contacts == before.contacts and after.pieces == before.pieces
+        if not closing and unchanged and after.extended == before.extended:
             return self._name_stop(Stop.INCONSISTENT)  # the present modes end, and no others satisfy the friction law
         return after, self._event(before, after, v, closing, outcome)
 
@@ -111,7 +150,7 @@ class EventResolution:
 
         The choice among all modes is not determined by rounded forces if the friction cone has shrunk to a point.
         """
-        resolution, others = self.contacts(state.extended), [i for i in state.closed if i != contact]
+        resolution, others = self._contacts_of(state), [i for i in state.closed if i != contact]
         choice = resolution.modes(state.q, state.v, self._torque(state), others, latched - {contact}, {})
         if choice.status is not Determinacy.UNIQUE:
             return False
@@ -121,8 +160,23 @@ class EventResolution:
     def _closing(self, state: PlanarState, kind: GuardKind) -> list[int]:
         """Return the contacts that close."""
         free = [i for i, mode in enumerate(state.modes) if mode is Mode.FREE]
-        closing = self.contacts(state.extended).closing(state.q, state.v, free, ZERO)
+        closing = self._contacts_of(state).closing(state.q, state.v, free, ZERO)
         return closing if kind.name != "closes" or kind.number in closing else [*closing, kind.number]
+
+    def _is_uneven(self, state: PlanarState) -> bool:
+        return self.terrain is not None and is_uneven(self.robot, self.terrain, state.pieces)
+
+    def _is_rough(self, pieces: tuple[int | None, ...], contact: int) -> bool:
+        """Return whether a contact is on a piece of infinite friction."""
+        number, friction = pieces[contact], self._values["friction"]
+        return number is not None and np.isinf(Footing(self.terrain or Terrain(), pieces).friction(contact, friction))
+
+    def _stumbles(self, state: PlanarState, closing: list[int]) -> bool:
+        """Return whether a closing contact hits the front of a step."""
+        if self.terrain is None or not closing:
+            return False
+        places, levels = self.contacts(state.extended).locate(state.q)
+        return any(hits_step(self.terrain, places[i], levels[i]) for i in closing)
 
     def _close_slow(self, state: PlanarState, outcome: ImpactOutcome, touching: list[int]) -> tuple[Array, list[int]]:
         """Return velocity and closed contacts after an impact.
@@ -130,7 +184,7 @@ class EventResolution:
         Contacts that would separate more slowly than `REST_NORMAL` remain closed: infinitely many impacts in a finite
         time, as of a rocking block, end in this way.
         """
-        contacts, names = self.contacts(state.extended), self.robot.contact_names
+        contacts, names = self._contacts_of(state), self.robot.contact_names
         v, free = outcome.velocity_plus, {i for i in touching if outcome.modes[names[i]] is Mode.FREE}
         speeds = contacts.kinematics(state.q, v).normal_speed
         slow = {i for i in free if speeds[i] < REST_NORMAL}
@@ -205,6 +259,8 @@ class EventResolution:
                 names.append(f"{name} released")
             elif old is not Mode.FREE and new is not old:
                 names.append(f"{name} {new.value}")
+            if None not in (pieces := (_piece_of(before, i), _piece_of(after, i))) and pieces[0] != pieces[1]:
+                names.append(f"{name} crosses")
         switches = zip(self.robot.switches, before.extended, after.extended, strict=True)
         return (*names, *(f"{name} extends" for name, old, new in switches if new and not old))
 
@@ -221,6 +277,10 @@ class EventResolution:
     def _elastic(self, state: PlanarState, extended: tuple[bool, ...]) -> float:
         p = self.robot.vector(self._values, extended)
         return float(self.robot.force_powers(state.q, state.v, p)[0])
+
+
+def _piece_of(state: PlanarState, contact: int) -> int | None:
+    return state.pieces[contact] if state.pieces else None
 
 
 def name_jam(state: PlanarState) -> Stop:

@@ -4,19 +4,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.terrain import Terrain, separate_terrain
 from gaitopt.motion.motion import Array
 
 ITERATIONS, ACCURACY = 20, 1e-14
 """Largest number of Newton iterations, and the largest gap that remains [m]."""
 
 
+@check_arguments
 def place_planar(
     robot: PlanarRobot,
     coordinates: Mapping[str, float],
     rates: Mapping[str, float],
-    parameters: Mapping[str, float],
+    parameters: Mapping[str, float | Terrain | None],
     *,
     on: Sequence[str],
     sliding: bool = False,
@@ -32,6 +35,7 @@ def place_planar(
     coordinates, rates : mapping of str to float
         Some coordinates and some rates, both by the names of the coordinates [m, rad; m/s, rad/s].
     parameters : mapping of str to float
+        ``"terrain"`` may be a :class:`~gaitopt.model.Terrain`.
     on : sequence of str
         Closed contacts.
     sliding : bool
@@ -54,11 +58,12 @@ def place_planar(
     >>> q.round(4).tolist(), v.round(4).tolist()
     ([0.0, 1.5681, 0.2, -0.2], [1.5681, 0.3179, -1.0, 0.0])
     """
-    p = robot.vector(robot.resolve(parameters))
+    values, terrain = separate_terrain(parameters)
+    p = robot.vector(robot.resolve(values))
     closed = [robot.contact_index(name) for name in on]
     q, free = _read(robot, coordinates, "coordinate")
     for _ in range(ITERATIONS):
-        gap = np.array(robot.gaps(q, p)[0]).ravel()[closed]
+        gap = _gaps(robot, q, p, terrain)[closed]
         if np.max(np.abs(gap), initial=0.0) < ACCURACY:
             break
         rows = np.array(robot.rows(q, np.zeros(robot.n_q), p)[0])[closed]
@@ -67,13 +72,21 @@ def place_planar(
     normal, tangent = (np.array(part) for part in robot.rows(q, v, p)[:2])
     rows = normal[closed] if sliding else np.vstack([normal[closed], tangent[closed]])
     v[free] -= np.linalg.lstsq(rows[:, free], rows @ v, rcond=1e-12)[0]
-    errors = [*np.array(robot.gaps(q, p)[0]).ravel()[closed], *(rows @ v)]
+    errors = [*_gaps(robot, q, p, terrain)[closed], *(rows @ v)]
     if np.max(np.abs(errors), initial=0.0) > 1e-9:
         raise InputError(
             f"Robot {robot.name!r} does not stand on {', '.join(on)} with coordinates {dict(coordinates)} and rates "
             f"{dict(rates)}: the contacts remain {np.max(np.abs(errors)):.3g} off."
         )
     return q, v
+
+
+def _gaps(robot: PlanarRobot, q: Array, p: Array, terrain: Terrain | None) -> Array:
+    """Return the gap of each contact to the ground at its place, shape (n_c,) [m]."""
+    gaps = np.array(robot.gaps(q, p)[0]).ravel()
+    places = np.array(robot.rims(q, p))[0]
+    heights = [0.0 if terrain is None or np.isnan(place) else terrain.height(place) for place in places]
+    return np.asarray(gaps - heights)
 
 
 def _read(robot: PlanarRobot, values: Mapping[str, float], kind: str) -> tuple[Array, list[int]]:

@@ -11,7 +11,9 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.phase_system import Footing
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
@@ -32,6 +34,10 @@ SPANS = 4
 """Parts of a step of the integrator at whose ends the guards are evaluated."""
 
 
+PhaseKey = tuple[ContactState, tuple[bool, ...], LawState | None, tuple[int | None, ...]]
+"""Everything on which the equations of a phase depend."""
+
+
 class PlanarAutomaton:
     """A planar robot with given parameters under a torque.
 
@@ -42,6 +48,8 @@ class PlanarAutomaton:
         All parameters by name.
     torque : Function or PlanarLaw, optional
         (t, q, v) -> u, or a law; by default zero.
+    terrain : Terrain, optional
+        By default a plane.
 
     Raises
     ------
@@ -50,12 +58,16 @@ class PlanarAutomaton:
     """
 
     def __init__(
-        self, robot: PlanarRobot, values: Mapping[str, float], torque: ca.Function | PlanarLaw | None = None
+        self,
+        robot: PlanarRobot,
+        values: Mapping[str, float],
+        torque: ca.Function | PlanarLaw | None = None,
+        terrain: Terrain | None = None,
     ) -> None:
-        self.robot, self.values = robot, dict(values)
+        self.robot, self.values, self.terrain = robot, dict(values), terrain
         self.torque = make_torque(robot, torque)
-        self._phases: dict[tuple[ContactState, tuple[bool, ...], LawState | None], PlanarPhase] = {}
-        self.events = EventResolution(robot, values, self.torque)
+        self._phases: dict[PhaseKey, PlanarPhase] = {}
+        self.events = EventResolution(robot, values, self.torque, terrain)
         self.weight = float(robot.mass(robot.vector(values))) * values["gravity"]
 
     def p(self, extended: tuple[bool, ...]) -> Array:
@@ -64,10 +76,11 @@ class PlanarAutomaton:
 
     def phase(self, state: PlanarState) -> PlanarPhase:
         """Return the equations of the contact state of a state."""
-        key = state.contacts, state.extended, state.memory
+        key = state.contacts, state.extended, state.memory, state.pieces
         if key not in self._phases:
             torque = self.torque.phase_torque(state.memory)
-            self._phases[key] = PlanarPhase(self.robot, state.contacts, self.p(state.extended), torque)
+            footing = None if self.terrain is None else Footing(self.terrain, state.pieces)
+            self._phases[key] = PlanarPhase(self.robot, state.contacts, self.p(state.extended), torque, footing)
         return self._phases[key]
 
     def begin(self, q: Array, v: Array, *, latched: tuple[str, ...] | None = None) -> PlanarState | Stop:
@@ -103,7 +116,11 @@ class PlanarAutomaton:
         """Return the test of whether the forces of a contact state are determined; None if no contact slips."""
         if not any(mode.slips for mode in state.modes):
             return None
-        contacts, modes, n = self.events.contacts(state.extended), dict(state.contacts.modes), self.robot.n_q
+        contacts, modes, n = (
+            self.events.contacts(state.extended, state.pieces),
+            dict(state.contacts.modes),
+            self.robot.n_q,
+        )
         return lambda y: contacts.is_well_posed(y[:n], y[n : 2 * n], state.closed, modes)
 
     def flow(self, state: PlanarState, until: float) -> PlanarArc:

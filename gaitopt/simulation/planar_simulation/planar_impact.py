@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments, check_vector
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import GAP_TOLERANCE
 from gaitopt.model.contacts.multicontact_impact import ImpactOutcome
@@ -15,6 +16,7 @@ SEPARATION = 1e-9
 """Speeds of separation below this value [m/s] count as zero."""
 
 
+@check_arguments
 def solve_planar_impact(robot: PlanarRobot, q: Array, v: Array, parameters: Mapping[str, float]) -> ImpactOutcome:
     """Solve the impact of a planar robot in a state.
 
@@ -49,6 +51,7 @@ def solve_planar_impact(robot: PlanarRobot, q: Array, v: Array, parameters: Mapp
     >>> {name: mode.value for name, mode in outcome.modes.items()}
     {'foot A': 'free', 'foot B': 'slip+'}
     """
+    q, v = check_vector("q", q, robot.n_q), check_vector("v", v, robot.n_q)
     p = robot.vector(robot.resolve(parameters))
     contacts = ContactResolution(robot, p)
     kinematics, armed = contacts.kinematics(q, v), np.array(robot.arming(q, v, p)).ravel()

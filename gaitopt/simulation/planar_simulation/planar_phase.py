@@ -6,7 +6,7 @@ from scipy.linalg.lapack import dgesv
 
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system
+from gaitopt.model.planar.phase_system import Footing, PhaseSystem, make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.planar_simulation.planar_torque import PhaseTorque, TorqueSlope
@@ -28,12 +28,21 @@ class PlanarPhase:
     p : (n_p,) array
         Parameters and switches.
     torque : PhaseTorque
+    footing : Footing, optional
+        The terrain under the contacts; by default a plane.
     """
 
-    def __init__(self, robot: PlanarRobot, state: ContactState, p: Array, torque: PhaseTorque) -> None:
+    def __init__(
+        self,
+        robot: PlanarRobot,
+        state: ContactState,
+        p: Array,
+        torque: PhaseTorque,
+        footing: Footing | None = None,
+    ) -> None:
         infinite = bool(np.isinf(p[robot.index("friction")]))
         self.robot, self.state, self.p = robot, state, p
-        self.equations: PhaseSystem = make_phase_system(robot, state, infinite)
+        self.equations: PhaseSystem = make_phase_system(robot, state, infinite, footing)
         self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
         self.n_works = robot.n_u + len(robot.contacts) + 1
         self.source, self._torque = torque, torque.value
@@ -98,6 +107,15 @@ class PlanarPhase:
         by_state, by_time, _, _ = self._derivatives(t, y)
         rates = np.eye(n, by_state.shape[1], n)
         return np.vstack([rates, by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
+
+    def torque_effect(self, t: float, y: Array) -> Array:
+        """Return the derivative of (v, a) by the torque, shape (2 n_q, n_u)."""
+        n = self.n_q
+        u, z = self.solve(t, y)
+        inputs = y[:n], y[n : 2 * n], u.copy(), z
+        by_u = self._system_slope(*inputs)[1].reshape(-1, self.n_z).T
+        matrix = self._system(*inputs[:3])[0].reshape(self.n_z, self.n_z).T
+        return np.vstack([np.zeros((n, by_u.shape[1])), -solve_linear(matrix, by_u)[:n]])
 
     def guard_slope(self, t: float, y: Array, guard: int) -> tuple[Array, float]:
         """Return the derivatives of a guard by (q, v, latched), shape (2 n_q + n_l,), and by time."""

@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.terrain import Terrain, separate_terrain
 from gaitopt.motion.contact_trajectories import sample_contacts
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
@@ -21,7 +23,7 @@ from gaitopt.status import Stop
 MAX_EVENTS = 10_000
 """Largest number of events of one simulation."""
 
-HAPPENINGS = ("closes", "opens", "stick", "slip+", "slip-", "released", "extends")
+HAPPENINGS = ("closes", "opens", "stick", "slip+", "slip-", "released", "extends", "crosses")
 """Second part of the name of an event."""
 
 INSTANT, MAX_SIMULTANEOUS = 1e-12, 20
@@ -57,11 +59,12 @@ class PlanarRollout:
     arcs: tuple[PlanarArc, ...]
 
 
+@check_arguments
 def simulate_planar(
     robot: PlanarRobot,
     q: Array,
     v: Array,
-    parameters: Mapping[str, float],
+    parameters: Mapping[str, float | Terrain | None],
     *,
     duration: float = 10.0,
     until: str | None = None,
@@ -76,7 +79,8 @@ def simulate_planar(
     q, v : (n_q,) arrays
         State at the beginning [m, rad; m/s, rad/s].  Contacts without gap and normal speed are closed.
     parameters : mapping of str to float
-        Robot and ground parameters by name; those not named keep their defaults.
+        Robot and ground parameters by name; those not named keep their defaults.  ``"terrain"`` may be a
+        :class:`~gaitopt.model.Terrain`; a ``Ground`` with one contains it.
     duration : float [s]
         Time after which the simulation ends.
     until : str, optional
@@ -103,7 +107,8 @@ def simulate_planar(
     ('event_reached', 'full length latched | sole closed > sole closed |')
     """
     check_event(robot, until)
-    automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
+    values, terrain = separate_terrain(parameters)
+    automaton = PlanarAutomaton(robot, robot.resolve(values), torque, terrain)
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
     state = automaton.begin(q, v, latched=latched)
     return follow(automaton, state, duration=duration, until=until)
@@ -172,7 +177,7 @@ def make_planar_motion(
 ) -> PlanarMotion:
     """Return the motion of some arcs and events."""
     segments = (make_planar_segment(automaton, arc) for arc in arcs)
-    return PlanarMotion.of(automaton.robot, automaton.values, segments, events)
+    return PlanarMotion.of(automaton.robot, automaton.values, segments, events, automaton.terrain)
 
 
 def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:

@@ -25,6 +25,8 @@ class PlanarState:
         Whether each switched spring is extended.
     memory : LawState or None
         Memory of the law of the torques; None for a torque without memory.
+    pieces : tuple of int or None
+        Number of the piece of the terrain under each closed contact, None for others; empty without a terrain.
     """
 
     time: float
@@ -33,6 +35,7 @@ class PlanarState:
     contacts: ContactState
     extended: tuple[bool, ...] = ()
     memory: LawState | None = None
+    pieces: tuple[int | None, ...] = ()
 
     @property
     def y(self) -> Array:

@@ -1,5 +1,6 @@
 """Multipliers of an optimised planar gait, in open loop or under a law."""
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
@@ -14,6 +15,7 @@ NEAR = 0.01
 """Largest relative difference of the period from the planned one."""
 
 
+@check_arguments
 def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None) -> PlanarCycle:
     """Return the periodic gait of the controlled robot near an optimised gait, with its exact multipliers.
 

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -113,6 +114,7 @@ class PlanarCycle:
         return self.motion.ledger()
 
 
+@check_arguments
 def find_planar_cycle(
     robot: PlanarRobot,
     q: Array,

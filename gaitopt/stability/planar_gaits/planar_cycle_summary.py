@@ -4,12 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.summary import ledger_facts, plain
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.planar_gaits.planar_friction import impact_ratios
 
 
+@check_arguments
 def summarise_planar_cycle(cycle: PlanarCycle) -> dict[str, Any]:
     """Return the properties of a periodic gait as plain data for JSON, with the keys of a single-support gait and more.
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot_formulation import formulate_planar_robot
@@ -19,6 +21,7 @@ SPREAD, SAME = 0.2, 1e-6
 """Relative standard deviation of random starts, and largest difference of the states of one gait."""
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarWalkProblem:
     """A planar robot, and a state near which its periodic gaits are searched.
@@ -34,8 +37,8 @@ class PlanarWalkProblem:
         Contacts that are closed at the start.
     parameters : mapping of str to float
         Parameters of robot and ground in SI units, slope in rad; those not named keep their defaults.
-    torque : Function or None
-        (t, q, v) -> u; None for a passive robot.
+    torque : Function, PlanarLaw or None
+        (t, q, v) -> u, or a law; None for a passive robot.
     sequence : str or None
         Contact sequence of the gaits; None for all gaits.
     name : str
@@ -62,7 +65,7 @@ class PlanarWalkProblem:
     rates: Mapping[str, float]
     on: tuple[str, ...]
     parameters: Mapping[str, float] = field(default_factory=dict)
-    torque: ca.Function | None = None
+    torque: ca.Function | PlanarLaw | None = None
     sequence: str | None = None
     name: str = "walk"
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
@@ -34,6 +35,7 @@ class WalkEnding:
     steps: int
 
 
+@check_arguments
 @frozen(kw_only=True)
 class SettlingCriterion:
     """Criterion by which a walk counts as converged to a gait.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
@@ -20,8 +21,9 @@ from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.study.basins.attractor import SettlingCriterion
 from gaitopt.study.basins.basin_file import PENDING, basin_key, endings_of, load_basin
 from gaitopt.study.basins.basin_record import BasinRecord
-from gaitopt.study.basins.basin_walk import axis_values_of, walk_over, walk_starts
+from gaitopt.study.basins.basin_walk import BasinWalk, axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
+from gaitopt.study.storage.study_lock import lock_study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,6 +32,7 @@ CHUNK = 200
 """Number of starts in a task."""
 
 
+@check_arguments
 def basin(
     robot: Robot,
     fixed: Mapping[str, float],
@@ -73,7 +76,8 @@ def basin(
     InputError
         If an axis, a parameter or a coordinate is unknown or its value invalid, or the file belongs to another basin.
     ArchiveError
-        If the file is not writable, such as on a full disk; its earlier content is kept.
+        If the file is not writable, such as on a full disk, or another process computes it; its earlier content is
+        kept.
 
     Examples
     --------
@@ -87,6 +91,14 @@ def basin(
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
     law, execution, path = law or passive(robot), execution or Execution(), None if path is None else Path(path)
     walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law, robot))
+    if path is None:
+        return _compute_basin(walk, execution, None)
+    with lock_study(path):
+        return _compute_basin(walk, execution, path)
+
+
+def _compute_basin(walk: BasinWalk, execution: Execution, path: Path | None) -> "xr.Dataset":
+    """Walk from the starts that the file does not have yet."""
     known = walk.pending()
     if path is not None and path.exists():
         stored = load_basin(path)
@@ -101,6 +113,7 @@ def basin(
     return record.basin()
 
 
+@check_arguments
 def basin_edges(
     robot: Robot,
     fixed: Mapping[str, float],

@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
-from gaitopt.study.storage.netcdf_file import read_table, write_table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-KIND, VERSION, PENDING = "basin", 2, -1
+KIND, VERSION, PENDING = "basin", 3, -1
 
 SAME_STATE = 1e-4
 """Largest difference between the last state of a walk and a gait for which the walk ends in that gait (SI units)."""
@@ -117,6 +118,7 @@ def endings_of(table: "xr.Dataset") -> Endings:
     )
 
 
+@check_arguments
 def ending_labels(table: "xr.Dataset") -> NDArray[np.str_]:
     """Return the ending of each start of a basin, in the shape of its axes; ``""`` if not computed yet.
 
@@ -135,6 +137,7 @@ def ending_labels(table: "xr.Dataset") -> NDArray[np.str_]:
     return np.array([*ends.labels, ""])[ends.outcome].reshape(table.ending.shape)
 
 
+@check_arguments
 def ending_shares(table: "xr.Dataset") -> dict[str, float]:
     """Return the share of the computed starts of a basin with each ending, largest first.
 
@@ -174,6 +177,7 @@ def fraction_at(table: "xr.Dataset", state: Mapping[str, float], coordinates: Se
     return float(np.mean(np.max(np.abs(final - target), axis=1) <= SAME_STATE)) if final.size else None
 
 
+@check_arguments
 def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
     """Write a basin to a NetCDF file atomically.
 
@@ -191,12 +195,16 @@ def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
     ...     load_basin(save_basin(table, f"{folder}/basin.nc")).identical(table)
     True
     """
+    from gaitopt.study.storage.netcdf_file import write_table  # imports h5py, which workers do not need
+
     path = Path(path)
     with write_atomically(path) as temporary:
         write_table(table, temporary, table.nbytes + 100_000)
+        append_checksum(temporary)
     return path
 
 
+@check_arguments
 def load_basin(path: str | Path) -> "xr.Dataset":
     """Read a basin from a file.
 
@@ -212,6 +220,8 @@ def load_basin(path: str | Path) -> "xr.Dataset":
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
+    from gaitopt.study.storage.netcdf_file import read_table
+
     with read_hdf5(path, KIND, VERSION) as file:
         if int(np.asarray(file.attrs["format_version"]).item()) == 1:
             return _read_version_1(file)

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -23,7 +24,7 @@ from gaitopt.study.multistart import (
     solve_fine,
     verify_best,
 )
-from gaitopt.study.sequence_search.planar_search import search_planar_sequences
+from gaitopt.study.sequence_search.planar_search import list_planar_sequences, search_planar_sequences
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
@@ -34,6 +35,7 @@ from gaitopt.study.sequence_search.sequence_enumeration import (
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.storage.study_key import study_key
+from gaitopt.study.storage.study_lock import lock_study
 
 RANKING = "ranking.json"
 
@@ -41,6 +43,7 @@ NEIGHBOUR_STARTS = 1
 """Number of starts from neighbouring contact sequences, those of lowest cost."""
 
 
+@check_arguments
 def search(
     problem: GaitProblem | PlanarProblem,
     *,
@@ -70,8 +73,7 @@ def search(
     execution : Execution, optional
         Workers, and the observer of (steps done, steps in all); this process alone by default.
     directory : str or Path, optional
-        Folder that stores a gait file for each contact sequence; the same call with the same folder resumes.  Of a
-        robot with several contacts the folder contains the ranking only.
+        Folder that stores a gait file for each contact sequence; the same call with the same folder resumes.
 
     Returns
     -------
@@ -84,6 +86,8 @@ def search(
     InputError
         If a number or a sequence is invalid, a sequence has open phases, the robot fails the check of
         :func:`gaitopt.solve`, or the folder contains a different study.
+    ArchiveError
+        If the folder is not writable, or another process computes it.
 
     Examples
     --------
@@ -105,27 +109,37 @@ def search(
     if sequences is not None:
         tried = closed_sequences([ContactSequence.parse(str(sequence)) for sequence in sequences], "A search")
     tried = tuple(sorted(dict.fromkeys(tried), key=lambda sequence: len(sequence.phases)))
-    kept: MutableMapping[str, Gait] = {}
-    if directory is not None:
-        key = study_key(
-            problem.replace(sequence="stick | stick"), sequences=[str(sequence) for sequence in tried], starts=starts
-        )
-        kept = GaitStore(directory, key)
+    if directory is None:
+        return _solve_sequences(problem, tried, starts, {}, execution or Execution())
+    key = study_key(
+        problem.replace(sequence="stick | stick"), sequences=[str(sequence) for sequence in tried], starts=starts
+    )
+    kept = GaitStore(directory, key)
+    with lock_study(kept.path):
+        ranking = _solve_sequences(problem, tried, starts, kept, execution or Execution())
+        if ranking.complete:  # results of the first pass are no longer needed
+            kept.keep_only(map(file_name_of, tried))
+        save_ranking(ranking, kept.path / RANKING)
+    return ranking
+
+
+def _solve_sequences(
+    problem: GaitProblem,
+    tried: Sequence[ContactSequence],
+    starts: int,
+    kept: MutableMapping[str, Gait],
+    execution: Execution,
+) -> Ranking:
+    """Solve the sequences whose gaits are not stored yet, and rank all."""
     impossible = {sequence: reason for sequence in tried if (reason := explain_impossibility(sequence, problem))}
     planned = plan_search([sequence for sequence in tried if sequence not in impossible], starts)
-    execution = execution or Execution()
     running = run_tasks(solve_sequence, planned, problem, known=kept, execution=execution)
     lost = collect_tasks(running, kept, planned, execution.observer)
     findings = [
         RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=reason) for sequence, reason in impossible.items()
     ]
     findings += [_finding(sequence, problem, kept, lost) for sequence in tried if sequence not in impossible]
-    ranking = rank_gaits(findings, all(finding.status not in (LOST, PENDING) for finding in findings))
-    if isinstance(kept, GaitStore):
-        if ranking.complete:  # results of the first pass are no longer needed
-            kept.keep_only(map(file_name_of, tried))
-        save_ranking(ranking, kept.path / RANKING)
-    return ranking
+    return rank_gaits(findings, all(finding.status not in (LOST, PENDING) for finding in findings))
 
 
 def _search_planar(
@@ -138,12 +152,17 @@ def _search_planar(
 ) -> Ranking:
     """Return the ranking of a robot with several contacts, and write it into the folder."""
     named = None if sequences is None else [str(sequence) for sequence in sequences]
-    ranking = search_planar_sequences(
-        problem, max_phases=max_phases, starts=starts, sequences=named, execution=execution
-    )
+    tried = list_planar_sequences(problem, max_phases, named)
+    kept: MutableMapping[str, Gait] = {}
     if directory is not None:
-        Path(directory).mkdir(parents=True, exist_ok=True)
-        save_ranking(ranking, Path(directory) / RANKING)
+        key = study_key(problem, sequences=[str(each) for each in tried], starts=starts)
+        for ignored in ("sequence", "events", "intervals"):  # those of the problem's own sequence
+            key["problem"].pop(ignored)
+        key["intervals"] = repr(problem.transcription.intervals)
+        kept = GaitStore(directory, key)
+    ranking = search_planar_sequences(problem, tried, starts=starts, execution=execution, kept=kept)
+    if isinstance(kept, GaitStore):
+        save_ranking(ranking, kept.path / RANKING)
     return ranking
 
 

@@ -1,5 +1,6 @@
 """Labelled tables in NetCDF files: written atomically, and read only if they are of the expected kind."""
 
+from collections.abc import Container
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,8 +29,8 @@ def write_table(table: "xr.Dataset", path: Path, room: int) -> None:
     table.to_netcdf(path, mode="a", engine="h5netcdf")
 
 
-def read_table(path: str | Path, kind: str, version: int) -> "xr.Dataset":
-    """Read a table.
+def read_table(path: str | Path, kind: str, version: int, *, omit: Container[str] = ()) -> "xr.Dataset":
+    """Read a table; groups in `omit` are not part of it.
 
     Raises
     ------
@@ -38,5 +39,5 @@ def read_table(path: str | Path, kind: str, version: int) -> "xr.Dataset":
     """
     import xarray as xr
 
-    with read_hdf5(path, kind, version):
+    with read_hdf5(path, kind, version, omit=omit):
         return xr.load_dataset(path, engine="h5netcdf")

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.atomic import check_writable
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -24,8 +25,9 @@ from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.storage.study_key import study_key
+from gaitopt.study.storage.study_lock import lock_study
 from gaitopt.study.sweeps.planar_sweep import solve_planar_task
-from gaitopt.study.sweeps.sweep_file import SweepResults, read_partial_sweep, to_dataset, write_sweep
+from gaitopt.study.sweeps.sweep_file import SweepResults, count_pending, read_stored_sweep, to_dataset, write_sweep
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, plan_sweep
 from gaitopt.study.sweeps.sweep_task import solve_task
 
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@check_arguments
 def sweep(
     problem: GaitProblem | PlanarProblem,
     axes: Mapping[str, Sequence[float] | Array],
@@ -63,8 +66,7 @@ def sweep(
         Workers, and the observer of (gaits computed, gaits in all); this process alone by default.
     path : str or Path, optional
         NetCDF file for the result.  Until it is complete, the folder ``PATH.parts`` stores every finished gait, from
-        which the same call resumes.  Gaits of robots with several contacts are not stored: the file contains the table
-        only.
+        which the same call resumes.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def sweep(
         If an axis, a number or a sequence is invalid, a sequence is open, no grid point is possible, the robot fails
         the check of :func:`gaitopt.solve`, or the file contains a different study.
     ArchiveError
-        If the file is not writable, such as on a full disk; finished gaits are kept.
+        If the file is not writable, such as on a full disk, or another process computes it; finished gaits are kept.
 
     Examples
     --------
@@ -103,7 +105,7 @@ def sweep(
     find = functools.partial(_solve_grid, grid, key, execution)
     if path is None:
         return to_dataset(find({}))
-    return _resume_file(Path(path), key, find, stores_gaits=not isinstance(problem, PlanarProblem))
+    return _resume_file(Path(path), key, find)
 
 
 def _sequences_of(
@@ -112,7 +114,8 @@ def _sequences_of(
     """Return the contact sequences of a sweep; raise InputError if one is invalid or the robot fails its check."""
     if isinstance(problem, PlanarProblem):
         chosen = [problem.sequence] if sequences is None else sequences
-        return tuple(PhaseSequence.parse(str(sequence), problem.robot) for sequence in chosen)
+        parsed = [PhaseSequence.parse(str(sequence), problem.robot) for sequence in chosen]
+        return tuple(sequence.require_closed("A sweep") for sequence in parsed)
     require_valid_step(problem.robot)
     stated = [problem.sequence] if sequences is None else [ContactSequence.parse(str(each)) for each in sequences]
     return closed_sequences(stated, "A sweep")
@@ -144,21 +147,37 @@ def _solve_grid(
 
 
 def _resume_file(
-    path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults], *, stores_gaits: bool
+    path: Path, key: dict[str, Any], find: Callable[[MutableMapping[str, Any]], SweepResults]
 ) -> "xr.Dataset":
-    """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished."""
+    """Return the sweep of a file; missing points are solved, and each gait is stored when it is finished.
+
+    One process computes a file at a time.  A file with more points than the new result stays.
+    """
     parts = GaitStore.beside(path)
-    table = read_partial_sweep(path, key)
-    if table is None:
-        check_writable(path)
-        room = 0
-        if stores_gaits:
-            folder = GaitStore(parts, key)
-            findings = find(folder)
-            room = sum(folder.file(name).stat().st_size for name in folder if name.startswith("point-"))
-        else:
-            findings = find({})
-        table = write_sweep(findings, path, room)
-    if table.attrs["complete"]:
-        shutil.rmtree(parts, ignore_errors=True)
-    return table
+    table = read_stored_sweep(path, key)
+    if table is not None and table.attrs["complete"] and not parts.exists():
+        return table
+    check_writable(path)
+    with lock_study(path):
+        table = read_stored_sweep(path, key)  # another process may have finished it
+        if table is None or not table.attrs["complete"]:
+            table = _compute_file(path, table, key, find, parts)
+        if table.attrs["complete"]:
+            shutil.rmtree(parts, ignore_errors=True)
+        return table
+
+
+def _compute_file(
+    path: Path,
+    stored: "xr.Dataset | None",
+    key: dict[str, Any],
+    find: Callable[[MutableMapping[str, Any]], SweepResults],
+    parts: Path,
+) -> "xr.Dataset":
+    """Return the table of the file that is written, or the stored one if that has more computed points."""
+    folder = GaitStore(parts, key)
+    findings = find(folder)
+    if stored is not None and count_pending(stored) < findings.pending:
+        return stored
+    files = [folder.file(name) for name in folder if name.startswith("point-")]
+    return write_sweep(findings, path, sum(file.stat().st_size for file in files))

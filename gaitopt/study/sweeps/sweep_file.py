@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,17 +10,22 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
+from gaitopt.motion.file_structure import check_structure, find_group
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.parameters import Parameter
 from gaitopt.study.gait_metrics import MEASURES, peak_torques
-from gaitopt.study.storage.failure_reason import IMPOSSIBLE, explain_failure
+from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
 from gaitopt.study.storage.netcdf_file import read_table, write_table
 from gaitopt.study.sweeps.planar_sweep import planar_dataset
@@ -29,7 +34,7 @@ from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
 if TYPE_CHECKING:
     import xarray as xr
 
-KIND, VERSION = "sweep", 1
+KIND, VERSION = "sweep", 2
 
 GAITS = "word_gaits"
 """Group of the gaits.  It sorts behind the table's axes: the HDF5 library looks for the name of an axis by walking
@@ -66,7 +71,12 @@ class SweepResults:
     @property
     def complete(self) -> bool:
         """Whether all points are computed."""
-        return all(status == IMPOSSIBLE for status, _ in self.missing.values())
+        return self.pending == 0
+
+    @property
+    def pending(self) -> int:
+        """Number of points that are not computed."""
+        return sum(status != IMPOSSIBLE for status, _ in self.missing.values())
 
 
 def to_dataset(findings: SweepResults) -> "xr.Dataset":
@@ -131,17 +141,21 @@ def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
         write_table(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
-        if isinstance(findings.grid.problem, PlanarProblem):
-            return table  # gaits of robots with several contacts are not stored
-        robots: SharedGroups = {}
-        with h5py.File(temporary, "a") as file:
-            for point in findings.grid.points():
-                gait = findings.gait(point)
-                if gait is not None:
-                    write_gait(file.create_group(f"{GAITS}/{point.name}"), gait, robots)
+        _write_gaits(findings, temporary)
+        append_checksum(temporary)
     return table
 
 
+def _write_gaits(findings: SweepResults, path: Path) -> None:
+    robots: SharedGroups = {}
+    with h5py.File(path, "a") as file:
+        for point in findings.grid.points():
+            gait = findings.gait(point)
+            if gait is not None:
+                write_gait(file.create_group(f"{GAITS}/{point.name}"), gait, robots)
+
+
+@check_arguments
 def load_sweep(path: str | Path) -> "xr.Dataset":
     """Read the table of a sweep.
 
@@ -165,10 +179,11 @@ def load_sweep(path: str | Path) -> "xr.Dataset":
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
-    return read_table(path, KIND, VERSION)
+    return read_table(path, KIND, VERSION, omit={GAITS})
 
 
-def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Gait:
+@check_arguments
+def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> AnyGait:
     """Read the gait of one point of a sweep.
 
     Parameters
@@ -181,7 +196,7 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
 
     Returns
     -------
-    Gait
+    Gait or PlanarGait
         The gait, solved or not; see its status.
 
     Raises
@@ -209,13 +224,27 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> Ga
     if set(coordinates) != set(axes):
         raise InputError(f"A point of the sweep in {path} needs a value for {', '.join(map(str, axes))}.")
     index = [_nearest_index(table[name], coordinates[str(name)]) for name in axes]
-    with h5py.File(path, "r") as file:
-        group = f"{GAITS}/{SweepPoint(sequences.index(sequence), tuple(index)).name}"
-        if group not in file:
-            reason = table.reason.values[(sequences.index(sequence), *index)]
-            raise InputError(f"The sweep in {path} has no gait at this point: {reason}")
-        gait: Any = read_gait(file[group])
-        return gait
+    gait: Any = None
+    with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
+        group = find_group(file, f"{GAITS}/{SweepPoint(sequences.index(sequence), tuple(index)).name}")
+        if group is not None:
+            check_structure(group)
+            gait = read_gait(group)
+    if gait is None:
+        reason = table.reason.values[(sequences.index(sequence), *index)]
+        raise InputError(f"The sweep in {path} has no gait at this point: {reason}")
+    return gait
+
+
+def read_all_gaits(path: Path) -> Iterator[AnyGait]:
+    """Yield every gait of a sweep, in the order of their names."""
+    with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
+        gaits = find_group(file, GAITS)
+        for name in () if gaits is None else gaits:
+            group: Any = find_group(gaits, name)
+            check_structure(group)
+            gait: Any = read_gait(group)
+            yield gait
 
 
 def _nearest_index(axis: "xr.DataArray", value: float) -> int:
@@ -228,10 +257,15 @@ def _nearest_index(axis: "xr.DataArray", value: float) -> int:
     return int(np.argmin(np.abs(values - value)))
 
 
-def read_partial_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
-    """Return the complete sweep of a file, or None; raise InputError if the file contains a different study."""
+def read_stored_sweep(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
+    """Return the sweep of a file, complete or not; None without one; InputError if it contains a different study."""
     if not path.exists():
         return None
     table = load_sweep(path)
     check_same_study(json.loads(table.attrs["question"]), key, path)
-    return table if table.attrs["complete"] else None
+    return table
+
+
+def count_pending(table: "xr.Dataset") -> int:
+    """Return the number of points of a sweep that are not computed."""
+    return int(np.isin(table.status.values.astype(str), (PENDING, LOST)).sum())

@@ -1,0 +1,238 @@
+"""Arguments of public functions and classes: a wrong type is reported in a sentence that names the argument.
+
+The functions check values and combinations themselves.  If one ends in another error, its arguments are compared with
+the annotations: one that does not fit them is the cause.  A call that succeeds is not delayed.
+"""
+
+import functools
+import inspect
+import math
+import os
+import sys
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.errors import GaitoptError, InputError
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+MOST_ITEMS = 1000
+"""Number of items of a sequence or mapping that are compared with the annotation."""
+
+_NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path", None: "None"}
+
+
+class ArgumentError(InputError):
+    """A wrong type of an argument, of a function that the user has called or of one that this function calls."""
+
+
+def check_arguments(target: F) -> F:
+    """Decorate a function or class: an error that a wrong type causes becomes an InputError that names the argument.
+
+    Parameters
+    ----------
+    target : function or class
+
+    Returns
+    -------
+    function or class
+        The class itself, or a function with the same signature.
+
+    Raises
+    ------
+    InputError
+        By the decorated function, if it fails and an argument does not fit its annotation.
+
+    Examples
+    --------
+    >>> @check_arguments
+    ... def double(width: float) -> float:
+    ...     return 2 + width
+    >>> double("6")
+    Traceback (most recent call last):
+    ...
+    gaitopt.arguments.ArgumentError: double: width must be a number, got '6'.
+    """
+    if isinstance(target, type):
+        target.__init__ = _wrap(target.__init__, target.__name__)  # type: ignore[misc]
+        return cast("F", target)
+    return cast("F", _wrap(target, target.__name__))
+
+
+def _wrap(function: Callable[..., Any], name: str) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def call(*arguments: Any, **options: Any) -> Any:
+        try:
+            return function(*arguments, **options)
+        except Exception as error:
+            known = isinstance(error, GaitoptError | MemoryError) and not isinstance(error, ArgumentError)
+            wrong = None if known else _find_wrong_argument(function, name, arguments, options)
+            if wrong is None:
+                raise
+            raise ArgumentError(wrong) from error
+
+    return call
+
+
+def _find_wrong_argument(
+    function: Callable[..., Any], name: str, arguments: tuple[Any, ...], options: dict[str, Any]
+) -> str | None:
+    """Return a sentence on the first argument that does not fit its annotation; None if all do."""
+    signature = inspect.signature(function)
+    try:
+        bound = signature.bind(*arguments, **options)
+    except TypeError:
+        return None  # a missing or an unknown argument, which Python names
+    for argument, value in bound.arguments.items():
+        parameter = signature.parameters[argument]
+        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+            continue
+        kind = _resolve(parameter.annotation, function)
+        if value is not parameter.default and not _fits(value, kind):
+            return f"{name}: {argument} must be {_describe(kind)}, got {_shorten(value)}."
+    return None
+
+
+def _shorten(value: object) -> str:
+    try:
+        text = repr(value)
+    except Exception:
+        text = f"a {type(value).__name__}"
+    return text if len(text) < 100 else f"{text[:97]}..."
+
+
+def _resolve(kind: Any, function: Callable[..., Any]) -> Any:
+    """Return an annotation as a type; Any if it is a text with names that are imported for type checkers only."""
+    if kind is inspect.Parameter.empty:
+        return Any
+    if isinstance(kind, str):
+        names = vars(sys.modules[function.__module__]) | _known_types()
+        try:
+            return eval(kind, names)
+        except Exception:
+            return Any
+    return kind
+
+
+def _known_types() -> dict[str, Any]:
+    """Return the public classes of all loaded modules of gaitopt, and of labelled tables."""
+    found: dict[str, Any] = {"xr": sys.modules.get("xarray"), "ca": sys.modules.get("casadi")}
+    for name, module in list(sys.modules.items()):
+        if name.startswith("gaitopt."):
+            found |= {key: value for key, value in vars(module).items() if isinstance(value, type)}
+    return found
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    """Return whether a value fits an annotation; one that is not understood fits every value."""
+    origin = typing.get_origin(kind)
+    if kind is None or kind is type(None):
+        return value is None
+    if origin in (typing.Union, types.UnionType):
+        return any(_fits(value, part) for part in typing.get_args(kind))
+    if origin is typing.Literal:
+        return any(value is each or (isinstance(value, str) and value == each) for each in typing.get_args(kind))
+    if kind in _CHECKS:
+        return _CHECKS[kind](value)
+    if origin is np.ndarray or kind is np.ndarray:
+        return _is_numeric(value)
+    if isinstance(origin, type):
+        return _fits_container(value, origin, typing.get_args(kind))
+    if getattr(kind, "_is_protocol", False):
+        return all(hasattr(value, name) for name in vars(kind) if not name.startswith("_"))
+    return isinstance(value, kind) if isinstance(kind, type) else True
+
+
+def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
+    if issubclass(origin, Mapping):
+        items = list(value.items())[:MOST_ITEMS] if isinstance(value, Mapping) else []
+        return isinstance(value, Mapping) and all(
+            _fits(key, parts[0]) and _fits(item, parts[1]) for key, item in items if len(parts) == 2
+        )
+    if origin in (Sequence, Iterable, list, tuple, set, frozenset):
+        if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+            return False
+        if origin is Iterable and not isinstance(value, Sequence):
+            return True  # which may be read once only
+        if isinstance(value, np.ndarray):
+            return value.ndim > 1 or (value.ndim == 1 and _fits(value[:MOST_ITEMS].tolist(), Sequence[parts or Any]))
+        kinds = parts if origin is tuple and parts and parts[-1] is not ... else None
+        if not isinstance(value, Sequence | set | frozenset) or (kinds is not None and len(value) != len(kinds)):
+            return False
+        return all(map(_fits, value, kinds or [parts[0] if parts else Any] * len(value)))
+    if origin is Callable or issubclass(origin, Callable):  # type: ignore[arg-type]
+        return callable(value)
+    return isinstance(value, origin)
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(value)
+
+
+def _is_numeric(value: Any) -> bool:
+    """Return whether a value is an array, or nested sequences, of finite numbers."""
+    if isinstance(value, str | bytes | Mapping | np.ma.MaskedArray) or value is None or isinstance(value, bool):
+        return False
+    try:
+        array = np.asarray(value)
+        return array.ndim > 0 and array.dtype.kind in "iuf" and bool(np.all(np.isfinite(array)))
+    except Exception:
+        return False
+
+
+_CHECKS: dict[Any, Callable[[Any], bool]] = {
+    Any: lambda value: True,
+    object: lambda value: True,
+    float: _is_number,
+    int: lambda value: isinstance(value, Integral) and not isinstance(value, bool),
+    bool: lambda value: isinstance(value, bool | np.bool_),
+    str: lambda value: isinstance(value, str),
+    Path: lambda value: isinstance(value, os.PathLike),
+}
+
+
+def check_vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
+    """Return a vector of finite numbers as an array, or raise InputError.
+
+    Examples
+    --------
+    >>> check_vector("q", [0, 1], 3)
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: q must be a vector of 3 finite numbers, got [0, 1].
+    """
+    if not _is_numeric(value) or np.shape(value) != (size,):
+        raise InputError(f"{name} must be a vector of {size} finite numbers, got {_shorten(value)}.")
+    return np.asarray(value, dtype=float)
+
+
+def _describe(kind: Any) -> str:
+    """Return an annotation in words."""
+    origin, parts = typing.get_origin(kind), typing.get_args(kind)
+    if origin in (typing.Union, types.UnionType):
+        return " or ".join(dict.fromkeys(_describe(part) for part in parts))
+    if kind is type(None):
+        return "None"
+    if isinstance(kind, type | None) and kind in _NAMES:
+        return _NAMES[kind]
+    if origin is typing.Literal:
+        return " or ".join(map(repr, parts))
+    if origin is np.ndarray or kind is np.ndarray:
+        return "an array of finite numbers"
+    if isinstance(origin, type):
+        if issubclass(origin, Mapping):
+            return f"a mapping from {_describe(parts[0])} to {_describe(parts[1])}"
+        if origin in (Sequence, Iterable, list, tuple, set, frozenset):
+            return f"a sequence of {_describe(parts[0])}" if parts else "a sequence"
+        return "a function"
+    name = getattr(kind, "__name__", str(kind))
+    return f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}"

@@ -1,0 +1,158 @@
+"""The command pareto: the front of optimal gaits between the cost and other quantities."""
+
+import functools
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from gaitopt.cli.options import Json, Quiet, Scheduler, ScriptFile, Setting, Verbose, Workers
+from gaitopt.cli.output import exit_incomplete, print_json, report_file
+from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.workers import worker_options
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+Objectives = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME,NAME,...",
+        help="cost, which is the objective of the script, and at least one of peak_torque, peak_friction_demand "
+        "and speed, which are bounded, or spectral_radius and recovered_push, which are measured in open loop.",
+    ),
+]
+Ranges = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bounds",
+        metavar="NAME=LOWER:UPPER",
+        help="Range of the bounds of a quantity (repeatable), SI units.",
+        show_default="from the gait of lowest cost to the best value",
+    ),
+]
+
+
+def pareto(
+    script: ScriptFile,
+    objectives: Objectives = "cost,peak_torque",
+    points: Annotated[int, typer.Option(min=2, max=1000, help="Number of bounds of each quantity.")] = 20,
+    bounds: Ranges = None,
+    starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts of the gaits at the ends.")] = 1,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="NC", help="File of the results; the same command again resumes."),
+    ] = None,
+    figure: Annotated[Path | None, typer.Option(metavar="PNG/PDF/SVG", help="File of the figure.")] = None,
+    setting: Setting = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Trace the front of gaits between the cost and other quantities, with the knee of the front.
+
+    At each of several bounds on a quantity the cost is minimised, warm-started from both ends of the front; every gait
+    is replayed.  Exit status 0 if there is a gait, 1 otherwise.
+
+    Example: gaitopt pareto problems/compass_slip.py --objectives cost,peak_torque -o front.nc --figure front.png
+    """
+    from gaitopt.cli.script import load_script, optimal_problem, read_script
+    from gaitopt.motion.atomic import check_writable
+    from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.study.trade_offs.pareto import Pareto
+
+    began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
+    if not isinstance(problem, GaitProblem):
+        raise InputError(f"pareto requires a GaitProblem, problem() of {script} returned {type(problem).__name__}.")
+    for file in (output, figure):
+        if file is not None:
+            check_writable(file)
+    names = tuple(name.strip() for name in objectives.split(","))
+    options = Pareto(objectives=names, points=points, bounds=_read_bounds(bounds or []), starts=starts)
+    with (
+        worker_options(workers, scheduler) as team,
+        show_progress("optimisations", hidden=json, counted=True) as display,
+    ):
+        execution = team.execution(display.count, functools.partial(load_script, script.resolve()))
+        table = options.trace(problem, execution=execution, path=output)
+    files = {"file": output, "figure": _draw(table, figure)}
+    _report(table, files, json=json, seconds=time.perf_counter() - began)
+
+
+def _report(table: "xr.Dataset", files: dict[str, Path | None], *, json: bool, seconds: float) -> NoReturn:
+    """Print a front as a table or as JSON, and end with the exit status of the command."""
+    if json:
+        written = {kind: None if file is None else str(file) for kind, file in files.items()}
+        print_json(front_facts(table) | written | {"seconds": seconds})
+    else:
+        _print(table)
+        for file in files.values():
+            if file is not None:
+                report_file(file)
+    if not table.attrs["complete"]:
+        exit_incomplete(kept=files["file"] is not None)
+    raise typer.Exit(0 if bool((table.status == "solved").any()) else 1)
+
+
+def _read_bounds(texts: list[str]) -> dict[str, tuple[float, float]]:
+    """Return ranges written ``NAME=LOWER:UPPER``."""
+    ranges = {}
+    for text in texts:
+        name, _, ends = text.partition("=")
+        try:
+            lower, upper = (float(end) for end in ends.split(":"))
+        except ValueError:
+            raise InputError(f"--bounds must have the form NAME=LOWER:UPPER, got {text!r}.") from None
+        ranges[name.strip()] = (lower, upper)
+    return ranges
+
+
+def _draw(table: "xr.Dataset", path: Path | None) -> Path | None:
+    if path is None:
+        return None
+    from gaitopt.plot.front_figure import plot_front
+    from gaitopt.plot.saving import save_figure
+
+    return save_figure(plot_front(table), path)
+
+
+def front_facts(table: "xr.Dataset") -> dict[str, Any]:
+    """Return a front as plain data, a record for each point."""
+    points = []
+    for number in range(table.sizes["point"]):
+        row = {str(name): table[name].values[number] for name in table.data_vars}
+        points.append(row | {name: bool(row[name]) for name in ("front", "knee", "verified")})
+    names = [str(name) for name in table.attrs["objectives"]]
+    return {"complete": bool(table.attrs["complete"]), "objectives": names, "points": points}
+
+
+def _print(table: "xr.Dataset") -> None:
+    """Print a front as a table, the knee in green and dominated gaits in yellow, and the reasons of failures."""
+    from rich import box
+    from rich.table import Table
+
+    from gaitopt.cli.output import out
+
+    names = [str(name) for name in table.attrs["objectives"]]
+    shown = Table(box=box.SIMPLE, pad_edge=False)
+    for name in names:
+        label = (table.attrs["objective"] if name == "cost" else name).replace("_", " ")
+        unit = table[name].attrs.get("units", "1")
+        shown.add_column(label if unit in ("", "1") else f"{label} [{unit}]", no_wrap=True)
+    shown.add_column("", no_wrap=True)
+    for number, status in enumerate(table.status.values):
+        if status != "solved":
+            shown.add_row(*("-" for _ in names), str(status), style="red")
+            continue
+        knee, member = bool(table.knee.values[number]), bool(table.front.values[number])
+        remark = "knee" if knee else "" if member else "dominated"
+        style = "green" if knee else "" if member else "yellow"
+        shown.add_row(*(f"{table[name].values[number]:.6g}" for name in names), remark, style=style)
+    out.print(shown)
+    for reason in sorted({str(reason) for reason in table.reason.values if reason})[:5]:
+        out.print(reason, soft_wrap=True)

@@ -1,0 +1,1 @@
+"""Continuation of optimal gaits: optimality conditions over a parameter, with changes of the active constraints."""

@@ -1,0 +1,101 @@
+"""Start of a branch of optimal gaits: a gait, its NLP over the parameter, and its active constraints."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import evolve
+
+from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktLinearisation, KktPoint, at_value, correct
+from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp, find_number, make_parametric_nlp
+from gaitopt.errors import InputError
+from gaitopt.motion.gait import Gait
+from gaitopt.ocp.initial.solution_transfer import transfer_solution
+from gaitopt.ocp.nlp.active_set import Newton
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
+from gaitopt.ocp.transcription.method import Method
+from gaitopt.progress import silent
+
+MOST_ADJUSTMENTS = 10
+"""Largest number of changes of the active set at the start."""
+
+NONZERO = 1e-10
+"""Scaled multiplier above which a constraint is active."""
+
+
+def start_branch(problem: GaitProblem, name: str, ends: tuple[float, float], gait: Gait) -> KktLinearisation:
+    """Return the optimum of a gait on its grid, as a point of the branch over a number of its problem.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+        Problem of the gait at any value of the parameter.
+    name : str
+        The parameter.
+    ends : (float, float)
+        Range of the parameter.
+    gait : Gait
+        Solved; its value of the parameter is the start.
+
+    Raises
+    ------
+    InputError
+        If the gait contains no solution, or is not an optimum whose active constraints are determined.
+    """
+    gait.require()
+    if gait.solution is None:
+        raise InputError("The gait must contain unknowns and multipliers, but has none: solve its problem again.")
+    nlp = make_parametric_nlp(problem, name, ends, _find_method(problem, gait), _find_schedule(gait))
+    value = find_number(problem, name).value
+    x, multipliers = transfer_solution(gait.solution, nlp.transcription, np.zeros(nlp.size))
+    data, limits, inner = nlp.data.at(value), nlp.bounds_at(value), nlp.transcription.nlp
+    result = Newton().minimise(inner, x, data, limits, silent, multipliers, update_data=lambda _: data)
+    scaled = np.concatenate(result.multipliers) / inner.typical
+    equal = (nlp.lower.origin == nlp.upper.origin) & (nlp.lower.slope == nlp.upper.slope)
+    positions = np.concatenate([result.x, result.g])
+    bound = np.where(scaled > 0, nlp.upper.at(value), nlp.lower.at(value))
+    distances = np.abs(np.where(np.isfinite(bound), bound - positions, np.inf))
+    signs = np.where(np.abs(scaled) > np.maximum(NONZERO, distances), np.sign(scaled), 0.0)
+    active = ActiveSet(np.where(equal, 1, signs).astype(np.int8), equal, nlp.size)
+    here = _adjust_active_set(nlp, KktPoint(result.x, scaled[nlp.size :], value), active) if result.status.ok else None
+    if here is None:
+        raise InputError(
+            f"The branch must start from an optimum with definite active constraints; that at {name} = {value:.6g} has "
+            "none. Begin the range at another value."
+        )
+    return here
+
+
+def _adjust_active_set(nlp: ParametricNlp, point: KktPoint, active: ActiveSet) -> KktLinearisation | None:
+    """Return the optimum near a point; violated constraints and multipliers of the wrong sign switch."""
+    for _ in range(MOST_ADJUSTMENTS):
+        here = correct(nlp, point, active, at_value(point.value))
+        if here is None or here.strictness >= -NONZERO:
+            return here
+        for index in np.flatnonzero(here.margins < -NONZERO).tolist():
+            active = active.switch(index, 0 if active.sides[index] else here.nearest_side(index))
+        point = here.point
+    return None
+
+
+def _find_method(problem: GaitProblem, gait: Gait) -> Method:
+    """Return the method by which a gait was solved, with its grid."""
+    solution = gait.solution
+    method: Method | None = problem.transcription
+    while method is not None and method.name != gait.problem.get("transcription"):
+        method = method.refine()
+    method = problem.transcription if method is None else method
+    if solution is None:
+        return method
+    return evolve(method, intervals=solution.intervals, fractions=solution.fractions, cost_tolerance=np.inf)
+
+
+def _find_schedule(gait: Gait) -> GuardSchedule | None:
+    """Return the schedule of the touchdown guard of a gait."""
+    schedule = gait.problem.get("landing")
+    return GuardSchedule(**schedule) if schedule else None
+
+
+def list_samples(ends: tuple[float, float], points: int, start: float) -> Sequence[float]:
+    """Return equally spaced values of a range, and that of the start."""
+    return sorted({*np.linspace(*ends, points).tolist(), start})

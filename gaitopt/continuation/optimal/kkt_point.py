@@ -1,0 +1,436 @@
+"""Points that satisfy the optimality conditions for one set of active constraints, and Newton's method towards them.
+
+For an active set A the conditions are equations in the free unknowns x, the multipliers m of the active rows and the
+parameter s:
+
+    slope(x, m, s) = 0  in the free unknowns,    g(x, s) = b(s)  in the active rows.
+
+Unknowns at an active bound move with it.  One more equation selects a point of this curve: a value of the parameter, a
+distance along the tangent, or the zero of the multiplier or of the slack of one constraint.  Constraints are counted in
+one vector, the unknowns first, then the rows.
+"""
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy  # which imports its parts when they are used
+from numpy.typing import NDArray
+
+from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.optimality_system import SOFT, DataSlopes, OptimalityFactors, OptimalityValues
+from gaitopt.reductions import worst
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
+
+MOST_ITERATIONS = 10
+"""Largest number of Newton steps."""
+
+SMALL_STEP = 1e-9
+"""Scaled Newton step after which the iteration ends; the next one is below 1e-11."""
+
+NEGLIGIBLE = 1e-13
+"""Square of the distance of a unit gradient from the others below which it depends on them."""
+
+FAST = 0.05
+"""Ratio of successive steps up to which the matrix of an earlier iteration is used."""
+
+STEEP = 1e-3
+"""Share of the parameter in the unit tangent below which the extended system is solved."""
+
+LARGEST_RESIDUAL = 1e-9
+"""Largest residual of the optimality conditions, scaled objective."""
+
+LARGEST_STEP = 30.0
+"""Scaled Newton step above which the iteration is abandoned."""
+
+
+@dataclass(frozen=True, eq=False)
+class ActiveSet:
+    """Active bounds and rows.
+
+    Attributes
+    ----------
+    sides : (n,) int array
+        1 if the upper bound is active, -1 if the lower one is, 0 otherwise; 1 for equalities.
+    equal : (n,) bool array
+        Equalities.
+    size : int
+        Number of unknowns.
+    """
+
+    sides: NDArray[np.int8]
+    equal: NDArray[np.bool_]
+    size: int
+
+    @functools.cached_property
+    def free(self) -> NDArray[np.intp]:
+        """Indices of the unknowns at no bound."""
+        return np.flatnonzero(self.sides[: self.size] == 0)
+
+    @functools.cached_property
+    def fixed(self) -> NDArray[np.bool_]:
+        """Whether each unknown is at an active bound."""
+        return np.asarray(self.sides[: self.size] != 0)
+
+    @functools.cached_property
+    def rows(self) -> NDArray[np.intp]:
+        """Indices of the active rows, counted from the first row."""
+        return np.flatnonzero(self.sides[self.size :])
+
+    @property
+    def count(self) -> int:
+        """Number of free unknowns and active rows."""
+        return int(self.free.size + self.rows.size)
+
+    @property
+    def inequalities(self) -> NDArray[np.intp]:
+        """Indices of the active inequalities."""
+        return np.flatnonzero((self.sides != 0) & ~self.equal)
+
+    def switch(self, index: int, side: int) -> "ActiveSet":
+        """Return the set in which a constraint is active at a side, or inactive if `side` is 0."""
+        sides = self.sides.copy()
+        sides[index] = side
+        return ActiveSet(sides, self.equal, self.size)
+
+
+@dataclass(frozen=True, eq=False)
+class KktPoint:
+    """Unknowns, multipliers of all rows for the scaled objective, and the value of the parameter."""
+
+    x: Array
+    multipliers: Array
+    value: float
+
+
+class KktLinearisation:
+    """Values and derivatives of the optimality conditions at a point, for one active set.
+
+    Parameters
+    ----------
+    nlp : ParametricNlp
+    point : KktPoint
+        Its fixed unknowns are moved to their bounds.
+    active : ActiveSet
+    """
+
+    def __init__(self, nlp: ParametricNlp, point: KktPoint, active: ActiveSet) -> None:
+        self.nlp, self.active = nlp, active
+        self.lower, self.upper = nlp.lower.at(point.value), nlp.upper.at(point.value)
+        self.bound = np.where(active.sides < 0, self.lower, self.upper)
+        self.bound_slope = np.where(active.sides < 0, nlp.lower.slope, nlp.upper.slope)
+        n = nlp.size
+        x = np.where(active.fixed, self.bound[:n], point.x)
+        multipliers = np.where(active.sides[n:] != 0, point.multipliers, 0.0)
+        self.point, self.data = KktPoint(x, multipliers, point.value), nlp.data.at(point.value)
+        self.values: OptimalityValues = nlp.system.evaluate(x, multipliers, self.data)
+
+    @property
+    def residual(self) -> Array:
+        """Residuals: slope in the free unknowns, and distances of the active rows from their bounds."""
+        active, values, n = self.active, self.values, self.nlp.size
+        return np.concatenate([values.slope[active.free], (values.g - self.bound[n:])[active.rows]])
+
+    @functools.cached_property
+    def slopes(self) -> DataSlopes:
+        """Derivatives by the parameter through the data alone."""
+        return self.nlp.system.differentiate_by_data(
+            self.point.x, self.point.multipliers, self.data, self.nlp.data.slope
+        )
+
+    @functools.cached_property
+    def by_value(self) -> tuple[Array, Array]:
+        """Derivatives of slope and rows by the parameter, with the fixed unknowns moving with their bounds."""
+        moves = np.where(self.active.fixed, self.bound_slope[: self.nlp.size], 0.0)
+        slope, g = self.slopes.slope, self.slopes.g
+        if np.any(moves):
+            slope, g = slope + self.values.hessian @ moves, g + self.values.jacobian @ moves
+        return slope, g
+
+    @functools.cached_property
+    def matrix(self) -> "csc_matrix":
+        """Derivative of the residuals by the free unknowns and the multipliers of the active rows."""
+        active, sparse = self.active, scipy.sparse
+        rows = self.values.jacobian[:, active.free].tocsr()[active.rows]
+        hessian = self.values.hessian[:, active.free][active.free]
+        return sparse.bmat([[hessian, rows.T], [rows, -SOFT * sparse.identity(active.rows.size)]], format="csc")
+
+    @functools.cached_property
+    def column(self) -> Array:
+        """Derivative of the residuals by the parameter."""
+        slope, g = self.by_value
+        return np.concatenate([slope[self.active.free], (g - self.bound_slope[self.nlp.size :])[self.active.rows]])
+
+    @functools.cached_property
+    def factors(self) -> OptimalityFactors:
+        """Factors of the matrix."""
+        rows = self.active.sides[self.nlp.size :] != 0
+        return self.nlp.system.factorise(self.point.x, self.point.multipliers, self.data, rows, self.active.fixed)
+
+    def solve(self, right: Array) -> Array:
+        """Return the packed vector that the matrix maps to a right side."""
+        active, n = self.active, self.nlp.size
+        full = np.zeros(active.sides.size)
+        full[active.free], full[n + active.rows] = right[: active.free.size], right[active.free.size :]
+        full[:n] += self.values.jacobian.T @ full[n:]
+        solution = self.factors.solve(full)
+        return np.concatenate([solution[active.free], solution[n + active.rows]])
+
+    @functools.cached_property
+    def by_parameter(self) -> Array:
+        """Derivative of the packed vector by the parameter along the curve; large near a turning point."""
+        return -self.solve(self.column)
+
+    @functools.cached_property
+    def dependent(self) -> int:
+        """Number of active rows whose gradients depend on those of the others; 0 if LICQ is satisfied."""
+        sparse, sizes = scipy.sparse, self.nlp.sizes[self.active.free]
+        rows = self.values.jacobian[:, self.active.free].tocsr()[self.active.rows] @ sparse.diags(sizes)
+        lengths = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+        rows = sparse.diags(1 / np.maximum(lengths, np.finfo(float).tiny)) @ rows
+        products = (rows @ rows.T + NEGLIGIBLE * sparse.identity(rows.shape[0])).tocsc()
+        options = {"SymmetricMode": True}
+        factors = sparse.linalg.splu(products, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        return int(np.count_nonzero(np.abs(factors.U.diagonal()) < 10 * NEGLIGIBLE))
+
+    @functools.cached_property
+    def margins(self) -> Array:
+        """Slack of each inactive constraint, signed multiplier of each active one; inf without a bound, (n,) array.
+
+        All are positive at a solution with strict complementarity.
+        """
+        positions = np.concatenate([self.point.x, self.values.g])
+        multipliers = np.concatenate([-self.values.slope, self.point.multipliers])
+        slacks = np.minimum(positions - self.lower, self.upper - positions)
+        sides = self.active.sides
+        return np.where(self.active.equal, np.inf, np.where(sides != 0, sides * multipliers, slacks))
+
+    @property
+    def cost(self) -> float:
+        """Objective."""
+        return self.values.f
+
+    @property
+    def bound_multipliers(self) -> Array:
+        """Multipliers of the bounds of the unknowns for the scaled objective, (n_variables,) array."""
+        return np.where(self.active.fixed, -self.values.slope, 0.0)
+
+    @functools.cached_property
+    def cost_slope(self) -> float:
+        """Derivative of the optimal cost by the parameter, that of the Lagrangian (envelope theorem)."""
+        on_bounds, on_rows, n = self.bound_multipliers, self.point.multipliers, self.nlp.size
+        moves = on_bounds @ self.bound_slope[:n] + on_rows @ self.bound_slope[n:]
+        typical = self.nlp.transcription.nlp.typical
+        return self.slopes.f + typical * float(on_rows @ self.slopes.g - moves)
+
+    @property
+    def strictness(self) -> float:
+        """Least multiplier of an active inequality or slack of an inactive one, positive at strict optima."""
+        return float(self.margins.min())
+
+    def respond_to_multiplier(self, index: int, side: int) -> Array:
+        """Return the change of all multipliers by a unit multiplier of an inactive constraint, (n,) array.
+
+        Parameters
+        ----------
+        index : int
+        side : int
+            Side of the constraint.
+        """
+        n, active = self.nlp.size, self.active
+        gradient = np.zeros(n)
+        if index < n:
+            gradient[index] = side
+        else:
+            gradient = side * self.values.jacobian[index - n].toarray().ravel()
+        packed = self.solve(np.concatenate([-gradient[active.free], np.zeros(active.rows.size)]))
+        x, multipliers = np.zeros(n), np.zeros(active.sides.size)
+        x[active.free], multipliers[n + active.rows] = packed[: active.free.size], packed[active.free.size :]
+        slope = self.values.hessian @ x + self.values.jacobian.T @ multipliers[n:] + gradient
+        multipliers[:n] = np.where(active.fixed, -slope, 0.0)
+        return multipliers
+
+    def nearest_side(self, index: int) -> int:
+        """Return the side of the nearer bound of a constraint."""
+        n = self.nlp.size
+        position = self.point.x[index] if index < n else self.values.g[index - n]
+        return 1 if self.upper[index] - position <= position - self.lower[index] else -1
+
+    def differentiate_margin(self, index: int) -> tuple[Array, float]:
+        """Return the derivatives of one margin: by free unknowns and multipliers of active rows, and by the parameter.
+
+        That of an inactive constraint is the slack at its nearer bound.
+        """
+        active, n = self.active, self.nlp.size
+        row, side = np.zeros(active.count), int(active.sides[index])
+        slope, g = self.by_value
+        if side and index >= n:  # the multiplier of a row
+            row[active.free.size + np.searchsorted(active.rows, index - n)] = side
+            return row, 0.0
+        if side:  # the multiplier of a bound
+            row[: active.free.size] = -side * self.values.hessian[:, [index]].toarray().ravel()[active.free]
+            row[active.free.size :] = -side * self.values.jacobian[:, [index]].toarray().ravel()[active.rows]
+            return row, -side * float(slope[index])
+        side = self.nearest_side(index)
+        limit = (self.nlp.upper if side > 0 else self.nlp.lower).slope[index]
+        if index >= n:
+            row[: active.free.size] = -side * self.values.jacobian[index - n].toarray().ravel()[active.free]
+            return row, side * float(limit - g[index - n])
+        row[np.searchsorted(active.free, index)] = -side
+        return row, side * float(limit)
+
+    def pack(self, x: Array, multipliers: Array) -> Array:
+        """Return free unknowns and multipliers of active rows as one vector."""
+        return np.concatenate([x[self.active.free], multipliers[self.active.rows]])
+
+    def move(self, change: Array, value: float) -> KktPoint:
+        """Return the point after a change of the packed vector, at a value of the parameter."""
+        x, multipliers = self.point.x.copy(), self.point.multipliers.copy()
+        count = self.active.free.size
+        x[self.active.free] += change[:count]
+        multipliers[self.active.rows] += change[count:]
+        return KktPoint(x, multipliers, value)
+
+
+Condition = Callable[[KktLinearisation], tuple[Array, float, float]]
+"""Function that returns the derivatives of an equation (by the packed vector, by the parameter) and its residual."""
+
+
+def at_value(value: float) -> Condition:
+    """Return the condition that the parameter has a value."""
+
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
+        return np.zeros(here.active.count), 1.0, here.point.value - value
+
+    return condition
+
+
+def at_zero_margin(index: int) -> Condition:
+    """Return the condition that the multiplier of an active constraint, or the slack of an inactive one, is zero."""
+
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
+        return *here.differentiate_margin(index), float(here.margins[index])
+
+    return condition
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """Weights of the squared length of a tangent: unknowns in their typical sizes, parameter relative to its range."""
+
+    nlp: ParametricNlp
+
+    def weigh(self, active: ActiveSet) -> tuple[Array, float]:
+        """Return the weights of the packed vector and of the parameter."""
+        weights = np.zeros(active.count)
+        weights[: active.free.size] = self.nlp.sizes[active.free] ** -2.0 / self.nlp.size
+        return weights, self.nlp.width**-2.0
+
+
+def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> Condition:
+    """Return the condition that a point lies in the plane through a predicted point, normal to the tangent."""
+
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
+        weights, weight = metric.weigh(here.active)
+        row, last = weights * tangent[0], weight * tangent[1]
+        distance = here.pack(here.point.x - predicted.x, here.point.multipliers - predicted.multipliers)
+        return row, last, float(row @ distance + last * (here.point.value - predicted.value))
+
+    return condition
+
+
+def correct(
+    nlp: ParametricNlp,
+    start: KktPoint,
+    active: ActiveSet,
+    condition: Condition,
+    factorised: KktLinearisation | None = None,
+) -> KktLinearisation | None:
+    """Return the point of the curve of an active set that satisfies a condition; None if Newton's method fails.
+
+    At a given value of the parameter one matrix is used as long as the steps decrease fast.
+
+    Parameters
+    ----------
+    nlp : ParametricNlp
+    start : KktPoint
+    active : ActiveSet
+    condition : Condition
+    factorised : KktLinearisation, optional
+        A nearby point of the same active set, whose matrix is used first.
+    """
+    sizes = np.concatenate([nlp.sizes[active.free], np.ones(active.rows.size)])
+    here, before = KktLinearisation(nlp, start, active), math.inf
+    factorised = here if factorised is None else factorised
+    for _ in range(MOST_ITERATIONS):
+        row, last, remainder = condition(here)
+        change, step = _take_step(here, factorised, row, last, remainder)
+        scale = sizes + np.abs(here.pack(here.point.x, here.point.multipliers))
+        size = worst(np.abs(change) / scale, abs(step) / nlp.width)
+        if not size < LARGEST_STEP:
+            return None
+        here = KktLinearisation(nlp, here.move(change, here.point.value + step), active)
+        if size < SMALL_STEP:
+            return here if worst(np.abs(here.residual)) < LARGEST_RESIDUAL else None
+        if np.any(row) or size > FAST * before:
+            factorised = here
+        before = size
+    return None
+
+
+def _take_step(
+    here: KktLinearisation, factorised: KktLinearisation, row: Array, last: float, remainder: float
+) -> tuple[Array, float]:
+    """Return the Newton step of the packed vector and of the parameter; nan if the matrix is singular."""
+    if not np.any(row):  # the parameter is given
+        step = -remainder / last
+        residual = here.residual + step * here.column if step else here.residual
+        return -factorised.solve(residual), step
+    along, nlp = here.by_parameter, here.nlp
+    count = here.active.free.size
+    steepness = worst(np.abs(along[:count]) / nlp.sizes[here.active.free], 0.0) * nlp.width
+    if steepness * STEEP < 1:  # far from a turning point the matrix itself is regular
+        change = here.solve(here.residual)
+        step = (float(row @ change) - remainder) / (last + float(row @ along))
+        return step * along - change, step
+    return _solve_with_condition(here, row, last, -np.append(here.residual, remainder))
+
+
+def _solve_with_condition(here: KktLinearisation, row: Array, last: float, right: Array) -> tuple[Array, float]:
+    """Return the solution of the system extended by one equation, which is regular at turning points too."""
+    matrix = scipy.sparse.bmat([[here.matrix, here.column[:, None]], [row[None, :], np.array([[last]])]], format="csc")
+    try:
+        solution = scipy.sparse.linalg.splu(matrix).solve(right)
+    except RuntimeError:  # singular
+        solution = np.full(right.size, np.nan)
+    return solution[:-1], float(solution[-1])
+
+
+def find_tangent(
+    here: KktLinearisation, metric: Metric, near: tuple[Array, float] | None = None
+) -> tuple[Array, float]:
+    """Return the unit tangent of the curve at a point: of the packed vector, and of the parameter.
+
+    Parameters
+    ----------
+    here : KktLinearisation
+    metric : Metric
+    near : (Array, float), optional
+        Tangent of a nearby point of the same active set, whose direction is kept; otherwise toward larger values.
+    """
+    weights, weight = metric.weigh(here.active)
+    packed, last = here.by_parameter, 1.0
+    length = math.sqrt(float(weights @ packed**2) + weight)
+    if near is not None and not math.sqrt(weight) > STEEP * length:
+        right = np.append(np.zeros(packed.size), 1.0)
+        packed, last = _solve_with_condition(here, weights * near[0], weight * near[1], right)
+        length = math.sqrt(float(weights @ packed**2) + weight * last**2)
+    elif near is not None and float(weights @ (packed * near[0])) + weight * near[1] < 0:
+        length = -length
+    return packed / length, last / length

@@ -1,0 +1,161 @@
+"""Optimal gaits of a branch as gaits, and their replay in the event-driven simulator."""
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.continuation.optimal.kkt_point import KktLinearisation
+from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
+from gaitopt.control.law import Law, feedforward_samples
+from gaitopt.lazy import Deferred
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import full_coordinates
+from gaitopt.motion.gait import Gait, SolverReport
+from gaitopt.motion.motion import Array
+from gaitopt.motion.versions import versions
+from gaitopt.ocp.initial.solution_transfer import solution_of
+from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
+from gaitopt.ocp.solution.certification import certify
+from gaitopt.ocp.solution.grid_solve import GridSolution
+from gaitopt.ocp.solution.trajectory import read_parameters
+from gaitopt.reductions import worst
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.hybrid_automaton import make_walker
+from gaitopt.simulation.replay_tolerances import Tolerances
+from gaitopt.stability.cycle import slips_throughout
+from gaitopt.stability.return_map import ReturnMap
+from gaitopt.stability.section import Section
+from gaitopt.status import Status
+
+TOLERANCES = Tolerances()
+"""Largest deviations of a replay from the plan, as in :func:`gaitopt.verify`."""
+
+
+@dataclass(frozen=True, eq=False)
+class OptimumReplay:
+    """Result of the replay of an optimal gait.
+
+    Attributes
+    ----------
+    passed : bool
+        Whether the replay is the plan within the tolerances of :func:`gaitopt.verify`.
+    state_error : float
+        Largest difference of the state after the step from the planned one.
+    multipliers : (n,) complex array
+        Multipliers of the gait with its torques in open loop, largest modulus first; empty if the replay has
+        no next step.
+    """
+
+    passed: bool
+    state_error: float
+    multipliers: NDArray[np.complex128]
+
+
+@functools.lru_cache(maxsize=2)
+def solve_result(here: KktLinearisation) -> GridSolution:
+    """Return an optimum of a branch in the form of a solve on its grid."""
+    nlp, point = here.nlp, here.point
+    typical = nlp.transcription.nlp.typical
+    multipliers = here.bound_multipliers * typical, point.multipliers * typical
+    outcome = NlpResult(Status.SOLVED, CONVERGED, point.x, here.values.g, here.cost, 0, multipliers)
+    problem, limits = nlp.problem_at(point.value), nlp.bounds_at(point.value)
+    return GridSolution(problem, nlp.method, nlp.transcription, limits, here.data, outcome)
+
+
+def make_gait(here: KktLinearisation) -> Gait:
+    """Return an optimum of a branch as a gait, which can be saved and warm-starts :func:`gaitopt.solve`."""
+    solution = solve_result(here)
+    method = {"transcription": solution.method.name, "intervals": list(solution.transcription.structure.counts)}
+    return Gait(
+        robot=solution.problem.robot,
+        sequence=solution.problem.sequence,
+        status=Status.SOLVED,
+        motion=Deferred(lambda: solution.motion),
+        problem=Deferred(lambda: solution.problem.describe() | method),
+        solver=SolverReport(
+            iterations=0,
+            objective=here.cost,
+            constraint_violation=0.0,
+            error_between_nodes=Deferred(lambda: solution.drift),
+            build_seconds=0.0,
+            solve_seconds=0.0,
+            message=CONVERGED,
+            warnings=Deferred(solution.warnings),
+        ),
+        versions=versions(),
+        solution=solution_of(solution.transcription, solution.outcome),
+        certificate=Deferred(lambda: certify(solution)),
+    )
+
+
+class Replayer:
+    """Replay of the optima of one branch in the event-driven simulator.
+
+    Parameters
+    ----------
+    nlp : ParametricNlp
+    engine : Engine or None
+        By default the fastest installed one.
+    """
+
+    def __init__(self, nlp: ParametricNlp, engine: Engine | None) -> None:
+        self.nlp, self.engine = nlp, engine
+        self.sequence, self.robot = nlp.problem.sequence, nlp.problem.robot
+        drifts = slips_throughout(self.sequence.phases, self.sequence.impact)
+        self._sliding = self.sequence.impact is not Mode.STICK and not drifts
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates of the state after touchdown."""
+        return Section(self.robot, self.nlp.problem.robot.vector(self.nlp.problem.values), self._sliding).names
+
+    def read_state(self, here: KktLinearisation) -> Array:
+        """Return the state (q, v) after touchdown, shape (2 n_q,)."""
+        layout, x = self.nlp.transcription.variables, here.point.x
+        first = self.nlp.transcription.phases[0]
+        speed = x[layout[Unknown.SLIDE, first.number][1, 0]] if first.mode.slips else 0.0
+        angles, rates = (x[layout[table][:, 0]] for table in (Unknown.ANGLES, Unknown.RATES))
+        return np.concatenate([full_coordinates(angles), full_coordinates(rates, speed)])
+
+    def project(self, here: KktLinearisation) -> Array:
+        """Return the coordinates of the state after touchdown, shape (n,)."""
+        return Section(self.robot, here.data, self._sliding).project(self.read_state(here))
+
+    def replay(self, here: KktLinearisation) -> OptimumReplay:
+        """Replay the torques of an optimum from its first state, and return the multipliers of the gait."""
+        state, problem = self.read_state(here), self.nlp.problem_at(here.point.value)
+        values = read_parameters(self.nlp.transcription, problem, here.point.x)
+        law, period = self._law(here)
+        walker = make_walker(self.robot, law, values, period=period, engine=self.engine)
+        foot_speed = float(state[self.robot.state_entries.slip_velocity])
+        section = Section(self.robot, walker.p, self._sliding, foot_speed)
+        return_map, z = ReturnMap(walker, section), section.project(state)
+        passage = return_map(z)
+        stride = passage.strides[0]
+        if passage.end is None or stride.following is None or stride.impact is None:
+            return OptimumReplay(False, math.inf, np.empty(0, dtype=complex))
+        entries = [*self.robot.state_entries.angles, *self.robot.state_entries.rates]
+        entries += [self.robot.state_entries.slip_velocity] if self._sliding else []
+        error = worst(np.abs(stride.following - state)[entries])
+        same = stride.modes == self.sequence.phases and stride.impact.mode is self.sequence.impact
+        near = error <= TOLERANCES.state and abs(stride.duration - period) <= TOLERANCES.period
+        matrix = return_map.derivative(z, passage)
+        finite = np.linalg.eigvals(matrix) if np.all(np.isfinite(matrix)) else np.full(z.size, np.nan)
+        multipliers = finite.astype(complex)
+        return OptimumReplay(same and near, error, multipliers[np.argsort(-np.abs(multipliers))])
+
+    def _law(self, here: KktLinearisation) -> tuple[Law, float]:
+        """Return the torques of an optimum as a law, and its period."""
+        layout, x = self.nlp.transcription.variables, here.point.x
+        durations, begin = x[layout[Unknown.DURATION][0]], 0.0
+        times, nodes = list[Array](), list[int]()
+        for phase, duration in zip(self.nlp.transcription.phases, durations, strict=True):
+            times.append(begin + duration * phase.fractions)
+            nodes += list(phase.nodes)
+            begin += duration
+        torque = x[layout[Unknown.TORQUE][:, nodes]]
+        return feedforward_samples(self.robot, np.concatenate(times), torque), float(begin)

@@ -1,0 +1,76 @@
+"""Parameters of robot, ground and law over which gaits are followed."""
+
+from collections.abc import Mapping
+from typing import TypeVar
+
+import numpy as np
+
+from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.robot import Robot
+
+AnyRobot = Robot | PlanarRobot
+SomeLaw = TypeVar("SomeLaw", Law, PlanarLaw)
+
+
+def gains_of(law: object) -> dict[str, float]:
+    """Return the gains of a law by name; a torque that is no law has none.
+
+    Examples
+    --------
+    >>> gains_of(None)
+    {}
+    """
+    return dict(law.gain_values) if isinstance(law, Law | PlanarLaw) else {}
+
+
+def unit_of(robot: AnyRobot, name: str) -> str:
+    """Return the unit of a parameter of a robot; a gain of a law has none.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> unit_of(compass_biped(), "slope"), unit_of(compass_biped(), "hip_stiffness")
+    ('rad', '')
+    """
+    return next((each.unit for each in robot.parameters if each.name == name), "")
+
+
+def set_gains(robot: AnyRobot, law: SomeLaw, values: Mapping[str, float]) -> SomeLaw:
+    """Return a law with those values that are its gains; a parameter of the robot is no gain.
+
+    Parameters
+    ----------
+    robot : Robot or PlanarRobot
+    law : Law or PlanarLaw
+    values : mapping of str to float
+        Values of any parameters.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> from gaitopt.control import passive
+    >>> set_gains(compass_biped(), passive(compass_biped()), {"slope": 0.1}).gain_values
+    {}
+    """
+    known = {each.name for each in robot.parameters}
+    gains = {name: values[name] for name in gains_of(law) if name in values and name not in known}
+    return law.with_gains(gains) if gains else law
+
+
+def check_range(robot: AnyRobot, parameter: str, ends: tuple[float, float], law: object = None) -> None:
+    """Raise InputError unless robot or law have a parameter and its range is finite and not empty."""
+    described = {each.name: each for each in robot.parameters}
+    gains = gains_of(law)
+    known = [*described, *gains]
+    if parameter not in known:
+        owner = f"Robot {robot.name!r}" + (f" under the law {getattr(law, 'name', '')!r}" if gains else "")
+        raise InputError(f"{owner} has no parameter {parameter!r}. {suggest(parameter, known)}")
+    if not np.all(np.isfinite(ends)) or ends[0] == ends[1]:
+        raise InputError(f"The range of {parameter} must have two different finite ends, got {ends[0]:g}:{ends[1]:g}.")
+    if parameter in described and described[parameter].whole:
+        raise InputError(
+            f"{parameter} is a whole number, over which a gait cannot be followed; name another parameter."
+        )

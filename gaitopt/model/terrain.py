@@ -1,0 +1,145 @@
+"""Terrain: steps in height and patches of other friction as functions of the place along the ground."""
+
+import bisect
+import functools
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
+
+TERRAIN = "terrain"
+"""Name of the terrain among parameters."""
+
+
+class Piece(NamedTuple):
+    """A part of the terrain with one height and one friction.
+
+    Attributes
+    ----------
+    begin, end : float [m]
+        Its places along the ground; infinite for the first and the last piece.
+    height : float [m]
+    friction : float or None
+        Coefficient of kinetic friction; None where it is the parameter ``friction``.
+    """
+
+    begin: float
+    end: float
+    height: float
+    friction: float | None
+
+
+@check_arguments
+@dataclass(frozen=True)
+class Terrain:
+    """Steps in height and patches of other friction along the ground.
+
+    Height and friction are constant between their changes.  The height is measured across the slope and is 0 before the
+    first step.  The ratio of static to kinetic friction is the same everywhere.
+
+    Parameters
+    ----------
+    steps : sequence of (place, rise)
+        Places along the ground and changes of the height there [m]; a negative rise is a step down.
+    patches : sequence of (begin, end, friction)
+        First and last place of each patch [m], and its coefficient of kinetic friction.
+
+    Raises
+    ------
+    InputError
+        If a number is invalid, two steps are at one place, or patches overlap.
+
+    Examples
+    --------
+    >>> terrain = Terrain(steps=[(1.2, -0.02)], patches=[(0.8, 1.4, 0.1)])
+    >>> terrain.height(1.5), terrain.pieces[1]
+    (-0.02, Piece(begin=0.8, end=1.2, height=0.0, friction=0.1))
+    """
+
+    steps: Sequence[tuple[float, float]] = ()
+    patches: Sequence[tuple[float, float, float]] = ()
+
+    def __post_init__(self) -> None:
+        steps = _read_rows("steps", "(place, rise)", self.steps, 2)
+        patches = _read_rows("patches", "(begin, end, friction)", self.patches, 3)
+        object.__setattr__(self, "steps", tuple(sorted(steps)))
+        object.__setattr__(self, "patches", tuple(sorted(patches)))
+        places = [place for place, _ in self.steps]
+        if len(set(places)) < len(places):
+            raise InputError(f"Terrain.steps must have different places, got {places}.")
+        for begin, end, friction in self.patches:
+            if not begin < end:
+                raise InputError(f"A patch must begin before it ends, got {begin:g} to {end:g} m.")
+            if not friction >= 0:
+                raise InputError(f"The friction of a patch must be at least 0, got {friction!r}.")
+        for (_, end, _), (begin, _, _) in itertools.pairwise(self.patches):
+            if begin < end:
+                raise InputError(f"Patches must not overlap: one begins at {begin:g} m, before {end:g} m.")
+
+    @functools.cached_property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The parts of the terrain in their order along the ground."""
+        changes = {place for place, _ in self.steps} | {place for patch in self.patches for place in patch[:2]}
+        bounds = [-math.inf, *sorted(changes), math.inf]
+        return tuple(
+            Piece(begin, end, self.height(begin), self._friction(begin)) for begin, end in itertools.pairwise(bounds)
+        )
+
+    def piece_at(self, place: float) -> int:
+        """Return the number of the piece at a place; a change belongs to the piece that begins there."""
+        return bisect.bisect_right([piece.end for piece in self.pieces[:-1]], place)
+
+    def height(self, place: float) -> float:
+        """Return the height at a place [m]."""
+        return sum((rise for at, rise in self.steps if at <= place), 0.0)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the terrain as plain data."""
+        return {"steps": [list(step) for step in self.steps], "patches": [list(patch) for patch in self.patches]}
+
+    def _friction(self, place: float) -> float | None:
+        return next((friction for begin, end, friction in self.patches if begin <= place < end), None)
+
+
+def separate_terrain(parameters: Mapping[str, Any]) -> tuple[dict[str, float], Terrain | None]:
+    """Return parameters without the terrain, and the terrain.
+
+    Raises
+    ------
+    InputError
+        If the terrain is not a Terrain.
+
+    Examples
+    --------
+    >>> separate_terrain({"friction": 0.5, "terrain": Terrain(steps=[(1, 0.1)])})
+    ({'friction': 0.5}, Terrain(steps=((1.0, 0.1),), patches=()))
+    """
+    values = {name: value for name, value in parameters.items() if name != TERRAIN}
+    terrain = parameters.get(TERRAIN)
+    if terrain is not None and not isinstance(terrain, Terrain):
+        raise InputError(f"terrain must be a Terrain such as Terrain(steps=[(1.2, -0.02)]), got {terrain!r}.")
+    return values, terrain
+
+
+def refuse_terrain(parameters: Mapping[str, object]) -> None:
+    """Raise InputError if parameters contain a terrain: only simulations of robots with several contacts accept it."""
+    if parameters.get(TERRAIN) is not None:
+        raise InputError(
+            "A terrain is accepted by simulate_planar and place_planar only: plans, periodic gaits and robots with one "
+            "foot on the ground at a time need a plane with the same friction everywhere."
+        )
+
+
+def _read_rows(name: str, form: str, rows: object, size: int) -> list[Any]:
+    """Return rows of numbers as tuples of floats."""
+    try:
+        numbers = [tuple(float(value) for value in row) for row in rows]  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        numbers = None
+    if numbers is None or any(len(row) != size or not all(map(math.isfinite, row[:2])) for row in numbers):
+        raise InputError(f"Terrain.{name} must be a sequence of {form} in m, with finite places, got {rows!r}.")
+    return numbers

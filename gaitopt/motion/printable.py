@@ -1,0 +1,42 @@
+"""Texts of users and files in output: without control characters, and as names of columns."""
+
+import re
+
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Controls of terminals and of the direction of writing, and halves of characters, but not tabs and line ends."""
+
+
+def replace_controls(text: str) -> str:
+    r"""Return a text with a question mark in place of each control character, which could change a terminal.
+
+    Examples
+    --------
+    >>> replace_controls("stick\x1b[31m | stick\n")
+    'stick?[31m | stick\n'
+    """
+    return _CONTROL.sub("?", text)
+
+
+def column_name(text: str) -> str:
+    """Return a name as the name of a column: letters, digits and underscores, beginning with a letter.
+
+    Examples
+    --------
+    >>> column_name("left knee"), column_name("=1+1,a"), column_name("2nd")
+    ('left_knee', 'c__1_1_a', 'c_2nd')
+    """
+    name = re.sub(r"\W", "_", text)
+    return name if name[:1].isalpha() else f"c_{name}"
+
+
+def comment_line(line: str) -> str:
+    """Return a line of a comment in C, which none of the names in it can end or begin.
+
+    Examples
+    --------
+    >>> comment_line(" * the robot a*/b")
+    ' * the robot a* /b'
+    """
+    for begin, separate in (("*/", "* /"), ("/*", "/ *"), ("\n", " "), ("??/", "?? /")):
+        line = line.replace(begin, separate)
+    return replace_controls(line).rstrip("\\")

@@ -1,0 +1,111 @@
+"""MultiStepGait: an optimised gait of several steps, and the motion of its steps one after the other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gaitopt.arguments import check_arguments
+from gaitopt.model.coordinate_entries import SLIDE
+from gaitopt.motion.gait import Verification
+from gaitopt.motion.motion import Jump, Motion, Segment
+from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
+from gaitopt.status import Status
+
+
+@check_arguments
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MultiStepGait:
+    """An optimised gait of several steps.
+
+    Attributes
+    ----------
+    problem : MultiStepProblem
+    status : Status
+    plans : tuple of Motion
+        Planned motion of each step, its stance foot at the origin when the step starts.
+    objective : float
+        Sum of the objectives of the steps.
+    iterations : int
+    constraint_violation : float
+        Largest violation at the last iterate.
+    error_between_nodes : float
+        Largest difference of a state between the nodes from its integration with small steps (rad, rad/s, m, m/s).
+    message : str
+        Return status of the solver.
+    verification : Verification or None
+        Result of :func:`gaitopt.simulation.verify_steps`.
+
+    Examples
+    --------
+    Created by :func:`gaitopt.ocp.solve_steps`:
+
+    >>> "plans" in MultiStepGait.__dataclass_fields__
+    True
+    """
+
+    problem: MultiStepProblem
+    status: Status
+    plans: tuple[Motion, ...]
+    objective: float
+    iterations: int
+    constraint_violation: float
+    error_between_nodes: float
+    message: str
+    verification: Verification | None = None
+
+    @property
+    def motion(self) -> Motion:
+        """The planned motion of all steps, from the origin."""
+        return join_steps(self.plans)
+
+    @property
+    def sequences(self) -> tuple[str, ...]:
+        """Contact sequences of the steps; the impact of each is the touchdown that begins it."""
+        return tuple(str(step.sequence) for step in self.problem.steps)
+
+    def replace_fields(self, **changes: Any) -> "MultiStepGait":
+        """Return the gait with some fields changed."""
+        return replace(self, **changes)
+
+
+def join_steps(motions: Sequence[Motion], *, absolute: bool = False) -> Motion:
+    """Return motions of single steps as one motion, in order.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+    absolute : bool
+        Whether the places of the motions are already those on the ground; otherwise each step begins at the origin
+        and is moved to the place where the foot landed.
+    """
+    segments: list[Segment] = []
+    jumps: list[Jump] = []
+    time, place = 0.0, 0.0
+    for number, motion in enumerate(motions):
+        start = float(motion.segments[0].time[0])
+        for segment in motion.segments:
+            segments.append(_move_segment(segment, number, time - start, 0.0 if absolute else place))
+        for jump in motion.jumps:
+            moved = _move_jump(jump, number, time - start, 0.0 if absolute else place)
+            jumps.append(moved)
+            place += float(jump.q_next[SLIDE])
+        time = float(segments[-1].time[-1])
+    return replace(motions[0], segments=tuple(segments), jumps=tuple(jumps))
+
+
+def _move_segment(segment: Segment, step: int, delay: float, distance: float) -> Segment:
+    q, points = segment.q.copy(), segment.points.copy()
+    q[SLIDE] += distance
+    points[0] += distance
+    rims = segment.rims
+    if rims is not None:
+        rims = rims.copy()
+        rims[0] += distance
+    return replace(segment, step=step, time=segment.time + delay, q=q, points=points, rims=rims)
+
+
+def _move_jump(jump: Jump, step: int, delay: float, distance: float) -> Jump:
+    q, q_next = jump.q.copy(), jump.q_next.copy()
+    q[SLIDE] += distance
+    q_next[SLIDE] += distance
+    return replace(jump, step=step, time=jump.time + delay, q=q, q_next=q_next)

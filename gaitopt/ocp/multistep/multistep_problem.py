@@ -1,0 +1,150 @@
+"""MultiStepProblem: the definition of an optimal gait of several steps that differ."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError, suggest
+from gaitopt.model.coordinate_entries import ANGLES, SLIDE
+from gaitopt.model.robot import Robot
+from gaitopt.model.section_coordinate import dependent_coordinate
+from gaitopt.motion.gait import Gait
+from gaitopt.ocp.problem import GaitProblem
+
+FOOT_SPEED = "foot_speed"
+"""Name of the speed of the stance foot in a state after touchdown."""
+
+
+@check_arguments
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MultiStepProblem:
+    """An optimal-control problem for several consecutive steps, each with its own sequence, friction and limits.
+
+    Each step is stated by a :class:`gaitopt.GaitProblem`.  The impact of its sequence is the touchdown that begins the
+    step, on its own ground; for the last touchdown before a stated end it is that of the last step.  The sum of the
+    objectives of the steps is minimised.
+
+    Attributes
+    ----------
+    steps : tuple of GaitProblem
+        The steps in order; they have the same robot with the same parameters, the ground may differ.
+    start : mapping of str to float or None
+        Known coordinates of the first state, which is that of a pose after touchdown: angles [rad], their rates
+        ``NAME_rate`` [rad/s] and ``foot_speed`` [m/s].  Coordinates that are not named are free.  None, together with
+        `end`, for a gait that repeats after these steps.
+    end : mapping of str to float or None
+        Known coordinates of the state after the last touchdown, as for `start`; an empty mapping leaves it free.
+    footholds : mapping of int to (float, float)
+        Bounds of the place of the stance foot at the start of a step, counted from the place of the first step [m];
+        steps are counted from 0.
+    name : str
+
+    Raises
+    ------
+    InputError
+        If there is no step, the steps have different robots, only one of `start` and `end` is given, or a coordinate
+        is unknown or not finite.
+
+    Examples
+    --------
+    >>> from gaitopt import Limits, compass_biped
+    >>> step = GaitProblem(robot=compass_biped(), sequence="stick | stick", friction=0.3, limits=Limits(torque=10))
+    >>> problem = MultiStepProblem(steps=(step, step), start={"th1_rate": 0.0, "th2_rate": 0.0}, end={})
+    >>> problem.periodic, len(problem.steps)
+    (False, 2)
+    """
+
+    steps: tuple[GaitProblem, ...]
+    start: Mapping[str, float] | None = None
+    end: Mapping[str, float] | None = None
+    footholds: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    name: str = "gait of several steps"
+    robot: Robot = field(init=False)
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "steps", tuple(self.steps))
+        if not self.steps or not all(isinstance(step, GaitProblem) for step in self.steps):
+            raise InputError("steps must be at least one GaitProblem(...).")
+        first = self.steps[0]
+        set_(self, "robot", first.robot)
+        for number, step in enumerate(self.steps):
+            step.sequence.require_closed("A gait of several steps")
+            if step.robot is not first.robot or dict(step.parameters) != dict(first.parameters):
+                raise InputError(f"Step {number + 1} has a different robot from step 1: all steps need the same robot.")
+            if len(set(step.slope_range)) > 1:
+                raise InputError(f"Step {number + 1} has a free slope; steps of a multi-step gait need a fixed slope.")
+        if (self.start is None) is not (self.end is None):
+            raise InputError("start and end must both be stated, or both be None for a gait that repeats.")
+        for name in ("start", "end"):
+            if (state := getattr(self, name)) is not None:
+                set_(self, name, self._check_state(name, state))
+        self._check_start()
+        self._check_footholds()
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the first step follows the last one."""
+        return self.start is None
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of a state after touchdown."""
+        angles = self.robot.angles
+        return (*angles, *(f"{angle}_rate" for angle in angles), FOOT_SPEED)
+
+    def replace(self, **changes: Any) -> "MultiStepProblem":
+        """Return the problem with some fields changed; all fields are checked again."""
+        return replace(self, **changes)
+
+    def fixed_coordinates(self, state: Mapping[str, float]) -> dict[str, float]:
+        """Return the coordinates of a state that are fixed; the pose after touchdown determines one of the angles."""
+        angles = self.robot.angles
+        dependent = angles[dependent_coordinate(self.robot)]
+        complete = all(angle in state for angle in angles)
+        return {name: value for name, value in state.items() if not (complete and name == dependent)}
+
+    def _check_state(self, which: str, state: Mapping[str, float]) -> dict[str, float]:
+        for name, value in state.items():
+            if name not in self.coordinates:
+                raise InputError(f"{which}: there is no coordinate {name!r}. {suggest(name, self.coordinates)}")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise InputError(f"{which}: {name} must be a finite number, got {value!r}.")
+        return {name: float(value) for name, value in state.items()}
+
+    def _check_start(self) -> None:
+        """Raise InputError unless the speed of the foot in a stated start agrees with the first phase."""
+        if self.start is None:
+            return
+        mode, speed = self.steps[0].sequence.phases[0], self.start.get(FOOT_SPEED, 0.0)
+        if speed and not mode.slips:
+            raise InputError(f"start: {FOOT_SPEED} must be 0 for a first phase {mode.value!r}, got {speed:g}.")
+
+    def _check_footholds(self) -> None:
+        for number, pair in self.footholds.items():
+            if isinstance(number, bool) or number not in range(1, len(self.steps)):
+                raise InputError(
+                    f"footholds: steps are counted from 0 and the first has place 0, so a step must be one of "
+                    f"{list(range(1, len(self.steps)))}, got {number!r}."
+                )
+            if len(pair) != 2 or not all(map(math.isfinite, pair)) or pair[0] > pair[1]:
+                raise InputError(f"footholds: the place of step {number} needs (lower, upper) [m], got {pair!r}.")
+
+
+@check_arguments
+def state_after_touchdown(gait: Gait) -> dict[str, float]:
+    """Return the state of a gait after its touchdown by name, for the start or the end of a gait of several steps.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> state = state_after_touchdown(load("docs/examples/compass_slip.h5"))
+    >>> sorted(state), state["foot_speed"] > 0
+    (['foot_speed', 'th1', 'th1_rate', 'th2', 'th2_rate'], True)
+    """
+    jump, angles = gait.motion.jumps[0], gait.motion.angles
+    values = dict(zip(angles, jump.q_next[ANGLES].tolist(), strict=True))
+    rates = {f"{name}_rate": rate for name, rate in zip(angles, jump.v_next[ANGLES].tolist(), strict=True)}
+    return values | rates | {FOOT_SPEED: float(jump.v_next[SLIDE])}

@@ -1,0 +1,117 @@
+"""Sparse matrices of numbers, and projections onto the null space of their rows, without the import of SciPy."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.interrupts import defer_interrupt
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.layout import Index
+
+Solve = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class SparseMatrix:
+    """A sparse matrix as a list of entries.
+
+    Attributes
+    ----------
+    rows, columns : (n,) int arrays
+        Place of each entry; no two are equal.
+    values : (n,) array
+    shape : (int, int)
+
+    Examples
+    --------
+    >>> matrix = SparseMatrix.read(ca.DM([[1, 0], [0, 2]]))
+    >>> matrix.times(np.array([3.0, 4.0]))
+    array([3., 8.])
+    """
+
+    rows: Index
+    columns: Index
+    values: Array
+    shape: tuple[int, int]
+
+    @classmethod
+    def read(cls, matrix: ca.DM) -> "SparseMatrix":
+        """Return the entries of a CasADi matrix."""
+        pattern = matrix.sparsity()
+        rows, columns = (np.array(part, dtype=np.intp) for part in (pattern.row(), pattern.get_col()))
+        return cls(rows, columns, np.array(matrix.nonzeros(), dtype=float), matrix.shape)
+
+    def write(self) -> ca.DM:
+        """Return the CasADi matrix."""
+        order = np.lexsort((self.rows, self.columns))  # column-major, as CasADi stores
+        first = np.searchsorted(self.columns[order], np.arange(self.shape[1] + 1))
+        pattern = ca.Sparsity(*self.shape, first.tolist(), self.rows[order].tolist())
+        return ca.DM(pattern, self.values[order])
+
+    def scale(self, rows: Array | float, columns: Array | float) -> "SparseMatrix":
+        """Return the matrix with each row and each column multiplied by a number."""
+        n_rows, n_columns = self.shape
+        factors = np.broadcast_to(rows, n_rows)[self.rows] * np.broadcast_to(columns, n_columns)[self.columns]
+        return replace(self, values=self.values * factors)
+
+    def select(self, rows: NDArray[np.bool_], columns: NDArray[np.bool_] | None = None) -> "SparseMatrix":
+        """Return the matrix of some rows and columns; by default of all columns."""
+        columns = np.ones(self.shape[1], dtype=bool) if columns is None else columns
+        kept = rows[self.rows] & columns[self.columns]
+        place, place_column = np.cumsum(rows) - 1, np.cumsum(columns) - 1
+        shape = int(rows.sum()), int(columns.sum())
+        return SparseMatrix(place[self.rows[kept]], place_column[self.columns[kept]], self.values[kept], shape)
+
+    def below_identity(self) -> "SparseMatrix":
+        """Return the matrix below the identity."""
+        n_rows, n = self.shape
+        unit = np.arange(n)
+        return SparseMatrix(
+            np.concatenate([unit, n + self.rows]),
+            np.concatenate([unit, self.columns]),
+            np.concatenate([np.ones(n), self.values]),
+            (n + n_rows, n),
+        )
+
+    def times(self, other: Array) -> Array:
+        """Return the product with a vector, or with the columns of a dense matrix."""
+        if other.ndim == 2:
+            products = [self.times(column) for column in other.T]
+            return np.column_stack(products) if products else np.empty((self.shape[0], 0))
+        return np.bincount(self.rows, self.values * other[self.columns], self.shape[0]).astype(float)
+
+    def counts(self) -> Index:
+        """Return the number of entries of each row."""
+        return np.bincount(self.rows, minlength=self.shape[0])
+
+    def norms(self) -> Array:
+        """Return the Euclidean norm of each row."""
+        return np.sqrt(np.bincount(self.rows, self.values**2, self.shape[0]))
+
+
+def factorise(rows: SparseMatrix, regularisation: float) -> Solve:
+    """Return the solver of ``[[I, R^T], [R, -regularisation I]] x = b`` for a matrix R and right sides b, (n + m, k).
+
+    The matrix is quasi-definite: it has a factorisation L D L^T without pivoting, for dependent rows, too.
+    """
+    m, n = rows.shape
+    unit, below = np.arange(n + m), n + rows.rows
+    matrix = SparseMatrix(
+        np.concatenate([unit, below, rows.columns]),
+        np.concatenate([unit, rows.columns, below]),
+        np.concatenate([np.ones(n), np.full(m, -regularisation), rows.values, rows.values]),
+        (n + m, n + m),
+    ).write()
+    with defer_interrupt():
+        factors = ca.Linsol("kkt", "ldl", matrix.sparsity())
+        factors.sfact(matrix)
+        factors.nfact(matrix)
+
+    def solve(right: Array) -> Array:
+        with defer_interrupt():
+            return np.array(factors.solve(matrix, ca.DM(right)))
+
+    return solve

@@ -1,0 +1,71 @@
+"""The figure of a trade-off: the cost over each other quantity, with the knee of the front."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
+from gaitopt.plot.style import FigureStyle, line_style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@check_arguments
+def plot_front(front: "xr.Dataset", *, style: FigureStyle | None = None) -> "Figure":
+    """Draw the cost of a front over each of its other quantities, side by side.
+
+    Gaits that no other gait dominates are filled marks, joined by a line if there is one bounded quantity; dominated
+    ones are small open marks.  The knee has a ring.
+
+    Parameters
+    ----------
+    front : xarray.Dataset
+        From :meth:`gaitopt.Pareto.trace` or :func:`gaitopt.study.load_front`.
+    style : FigureStyle, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the front has no solved gait.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> columns = {"cost": [1.0, 2.0, 4.0], "peak_torque": [6.0, 3.0, 2.0], "front": [1, 1, 1], "knee": [0, 1, 0]}
+    >>> table = xr.Dataset({name: ("point", values) for name, values in columns.items()})
+    >>> figure = plot_front(table.assign_attrs(objectives=["cost", "peak_torque"], objective="cost_of_transport"))
+    >>> figure.axes[0].get_ylabel()
+    'cost of transport'
+    """
+    names = [str(name) for name in front.attrs["objectives"]]
+    cost, member, knee = front.cost.values, front.front.values == 1, front.knee.values == 1
+    if not member.any():
+        raise InputError("The front has no solved gait to draw.")
+    style = style or FigureStyle()
+    color = line_style(0)["color"]
+    bounded = sum(str(name).startswith("bound_") for name in front.data_vars)
+    with style.figure(3.2) as figure:
+        panels = figure.subplots(1, len(names) - 1, sharey=True, squeeze=False)[0]
+        for axes, name in zip(panels, names[1:], strict=True):
+            values = front[name].values
+            order = np.flatnonzero(member)
+            axes.plot(values[order], cost[order], "o" if bounded > 1 else "o-", color=color, markersize=3.5)
+            axes.plot(values[~member], cost[~member], "o", color=color, markerfacecolor="white", markersize=3)
+            axes.plot(values[knee], cost[knee], "o", color="0.15", markerfacecolor="none", markersize=9, label="knee")
+            axes.set_xlabel(_label(name, front[name].attrs.get("units", "1")))
+        panels[0].set_ylabel(_label(front.attrs["objective"], front.cost.attrs.get("units", "1")))
+        if knee.any():
+            panels[0].legend(loc="best")
+    return figure
+
+
+def _label(name: str, unit: str) -> str:
+    text = name.replace("_", " ")
+    return text if unit in ("", "1") else f"{text} [{unit}]"

@@ -1,0 +1,41 @@
+"""Texts of users in figures: shown literally if they are not valid mathematics."""
+
+from typing import TYPE_CHECKING
+
+from gaitopt.motion.printable import replace_controls
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def show_invalid_math(figure: "Figure") -> None:
+    r"""Show every text of a figure literally that matplotlib cannot typeset, such as a name with an odd dollar sign.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> figure = Figure()
+    >>> texts = [figure.text(0, 0, name) for name in (r"$\theta$", r"$\bad{$")]
+    >>> show_invalid_math(figure)
+    >>> [text.get_parse_math() for text in texts]
+    [True, False]
+    """
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if isinstance(text, Text):
+            words = text.get_text()
+            if replace_controls(words) != words:
+                text.set_text(replace_controls(words))
+            if "$" in words and not _is_valid_math(words):
+                text.set_parse_math(False)
+
+
+def _is_valid_math(text: str) -> bool:
+    from matplotlib.mathtext import MathTextParser
+
+    try:
+        MathTextParser("path").parse(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,182 @@
+"""Basins along a branch: endings of walks from a ball around each gait, and the distance to the basin's edge."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gaitopt.arguments import check_arguments
+from gaitopt.continuation.branch_diagram import BranchDiagram
+from gaitopt.continuation.gait_lookup import gaits_at
+from gaitopt.continuation.gait_source import AnyCycle
+from gaitopt.control.law import passive
+from gaitopt.errors import InputError
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.recovery import PushTest, draw_pushes
+from gaitopt.stability.section import Section
+from gaitopt.stability.walk_problem import WalkProblem
+from gaitopt.study.basins.attractor import WalkEnding, classify_walk
+from gaitopt.study.basins.fatal_push import FatalPush, PushSearch, find_fatal_push
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAME = 1e-3
+"""Largest difference of the last point of a walk from a gait to which it converged."""
+
+
+class _Point(NamedTuple):
+    """Result at one value of the parameter."""
+
+    value: float
+    cycle: Cycle
+    endings: Counter[str]
+    push: FatalPush | None
+
+
+@check_arguments
+def basin_along_branch(
+    problem: WalkProblem,
+    diagram: BranchDiagram,
+    values: Sequence[float] | Array,
+    *,
+    branch: int = 0,
+    balls: PushTest | None = None,
+    radius: float = 0.3,
+    search: PushSearch | None = None,
+    engine: Engine | None = None,
+) -> "xr.Dataset":
+    """Return the endings of walks from a ball around the gaits of a branch, and their smallest fatal pushes.
+
+    Parameters
+    ----------
+    problem : WalkProblem
+        The problem whose diagram it is.
+    diagram : BranchDiagram
+    values : sequence of float
+        Values of the parameter; those at which the branch has no gait are skipped.
+    branch : int
+        Number of the branch, of gaits of one step.
+    balls : PushTest, optional
+        Number of starts and seed.
+    radius : float [rad/s]
+        Radius of the ball, as that of :class:`gaitopt.stability.Recovery`.
+    search : PushSearch, optional
+        Search for the smallest fatal push; the direction of each gait is the first guess of the next one.
+    engine : Engine, optional
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameter: ``share`` of the starts with each ``ending``, a gait of the diagram being called
+        ``branch 0 (stick | stick)``; ``stable``; ``push``, the size of the smallest fatal push [rad/s], nan if the
+        gait is unstable; ``change``, the change of each ``coordinate`` by it, and ``push_ending``.
+
+    Raises
+    ------
+    InputError
+        If the branch does not exist, has gaits of several steps, or has no gait at any of the values.
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import WalkProblem, rimless_wheel, trace
+    >>> wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": math.radians(13)})
+    >>> diagram = trace(wheel, {"friction": (1.0, 0.95)})
+    >>> table = basin_along_branch(wheel, diagram, [1.0], balls=PushTest(starts=4),
+    ...                            search=PushSearch(directions=1, refinements=1))
+    >>> table.ending.values.tolist(), table.share.values.tolist()
+    (['branch 0 (stick | stick)'], [[1.0]])
+    """
+    if not 0 <= branch < len(diagram.branches) or diagram.branches[branch].steps > 1:
+        raise InputError(f"The diagram must have a branch {branch} of gaits of one step.")
+    measure = _measure_with(problem, diagram, branch, balls or PushTest(), radius, search or PushSearch(), engine)
+    points, guess = list[_Point](), None
+    for value in values:
+        point = measure(float(value), guess)
+        if point is None:
+            continue
+        points.append(point)
+        if point.push is not None and point.push.change:
+            guess = np.array([*point.push.change.values()])
+    if not points:
+        raise InputError(f"Branch {branch} has no gait at any of the {len(values)} values of {diagram.parameter}.")
+    return _make_dataset(diagram, points)
+
+
+def _measure_with(
+    problem: WalkProblem,
+    diagram: BranchDiagram,
+    branch: int,
+    balls: PushTest,
+    radius: float,
+    search: PushSearch,
+    engine: Engine | None,
+) -> Callable[[float, Array | None], _Point | None]:
+    """Return the function that computes the result at one value, from the direction of the push before it."""
+    robot, law = problem.robot, problem.law or passive(problem.robot)
+    engine = engine or default_engine(law, robot)
+
+    def measure(value: float, guess: Array | None) -> _Point | None:
+        gaits = {
+            number: gaits_at(problem, diagram, value, branch=number, engine=engine)
+            for number in range(len(diagram.branches))
+        }
+        cycle = next((gait for gait in gaits[branch] if isinstance(gait, Cycle)), None)
+        if cycle is None:
+            return None
+        walker = Walker(robot, law, robot.vector(robot.resolve(cycle.parameters)), engine)
+        section = Section(robot, walker.p, sliding=True)
+        endings = Counter[str]()
+        for push in draw_pushes(walker.robot, walker.p, cycle.section, balls):
+            z = section.project(cycle.section.embed(cycle.z + radius * push))
+            endings[_name_ending(classify_walk(walker, z), gaits, section)] += 1
+        guesses = () if guess is None or guess.size != cycle.z.size else (guess,)
+        pushed = find_fatal_push(walker, cycle, search, guesses=guesses) if cycle.stable else None
+        return _Point(value, cycle, endings, pushed)
+
+    return measure
+
+
+def _name_ending(ending: WalkEnding, gaits: Mapping[int, tuple[AnyCycle, ...]], section: Section) -> str:
+    """Return the branch of the gait to which a walk converged, or the label of its ending."""
+    for number, cycles in gaits.items():
+        for cycle in cycles:
+            if not isinstance(cycle, Cycle):
+                continue
+            count = len(cycle.section.names)
+            if any(np.max(np.abs(ending.z[:count] - point[:count])) < SAME for point in cycle.points):
+                return f"branch {number} ({cycle.sequence})"
+    return ending.label
+
+
+def _make_dataset(diagram: BranchDiagram, points: list[_Point]) -> "xr.Dataset":
+    import xarray as xr
+
+    endings = list(dict.fromkeys(name for point in points for name in sorted(point.endings)))
+    share = np.array([[point.endings[name] / point.endings.total() for name in endings] for point in points])
+    names = list(dict.fromkeys(name for point in points for name in point.cycle.section.names))
+    change = [
+        [np.nan if point.push is None else point.push.change.get(name, np.nan) for name in names] for point in points
+    ]
+    over = diagram.parameter
+    return xr.Dataset(
+        {
+            "share": ((over, "ending"), share),
+            "stable": (over, [point.cycle.stable for point in points]),
+            "push": (over, [np.nan if point.push is None else point.push.size for point in points], {"units": "rad/s"}),
+            "change": ((over, "coordinate"), np.array(change)),
+            "push_ending": (over, ["" if point.push is None else point.push.ending for point in points]),
+        },
+        {
+            over: (over, [point.value for point in points], {"units": diagram.unit}),
+            "ending": endings,
+            "coordinate": names,
+        },
+        {"title": f"{diagram.robot}: basins along a branch over {over}"},
+    )

@@ -1,0 +1,192 @@
+"""The smallest push, in any direction, after which a walker does not return to its gait."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from attrs import field, frozen
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
+from gaitopt.motion.motion import Array
+from gaitopt.parameters import positive, whole_number
+from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.recovery import PushTest, count_settling_steps, push_scale
+from gaitopt.study.basins.attractor import classify_walk
+
+SPREADS = (0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007, 0.003)
+"""Standard deviations of the changes of the best direction, one round of the refinement each."""
+
+
+@check_arguments
+@dataclass(frozen=True, kw_only=True)
+class FatalPush:
+    """The smallest push after which a walker does not return to its gait.
+
+    The size of a push is that of :class:`gaitopt.stability.Recovery`.
+
+    Attributes
+    ----------
+    size : float [rad/s]
+        Distance of the gait from the edge of its basin on the section; inf if no push of the largest size is fatal.
+    safe : float [rad/s]
+        Largest size tried in this direction from which the walker returns: the edge lies between both.
+    change : dict of str to float
+        Changes of the coordinates of the section by this push.
+    ending : str
+        Ending of the walk after the push, as in a basin.
+    walks : int
+        Number of simulated walks.
+
+    Examples
+    --------
+    >>> FatalPush(size=0.2, safe=0.1998, change={"theta_rate": -0.2}, ending="fell", walks=10).size
+    0.2
+    """
+
+    size: float
+    safe: float
+    change: dict[str, float]
+    ending: str
+    walks: int
+
+
+@check_arguments
+@frozen(kw_only=True)
+class PushSearch:
+    """Options of the search for the smallest fatal push.
+
+    Attributes
+    ----------
+    directions : int
+        Number of random directions, besides those along each coordinate.
+    radii : int
+        Sizes that are tried along each direction, evenly spaced up to the best size: a part of the basin's edge
+        thinner than their distance may be missed.
+    refinements : int
+        Changed directions in each round of the refinement.
+    resolution : float
+        Relative width to which a size is located.
+    largest : float [rad/s]
+        Largest size tried.
+    steps : int
+        Maximum number of steps of each walk.
+    seed : int
+
+    Examples
+    --------
+    >>> PushSearch(directions=8).radii
+    12
+    """
+
+    directions: int = field(default=40, validator=whole_number())
+    radii: int = field(default=12, validator=whole_number())
+    refinements: int = field(default=10, validator=whole_number())
+    resolution: float = field(default=1e-4, validator=positive(upper=1.0))
+    largest: float = field(default=2.0, validator=positive("rad/s"))
+    steps: int = field(default=60, validator=whole_number())
+    seed: int = field(default=0, validator=whole_number(0))
+
+
+@check_arguments
+def find_fatal_push(
+    walker: Walker, cycle: Cycle, search: PushSearch | None = None, *, guesses: Sequence[Array] = ()
+) -> FatalPush:
+    """Return the smallest push after which a walker does not return to a gait of one step.
+
+    The first size that is fatal is located along many directions, each only up to the best size so far, and the best
+    direction is refined by random changes that become smaller.
+
+    Parameters
+    ----------
+    walker : Walker
+    cycle : Cycle
+        A stable gait of one step.
+    search : PushSearch, optional
+    guesses : sequence of (n_z,) arrays
+        Changes of the coordinates whose directions are tried first, such as those of a neighbouring gait.
+
+    Raises
+    ------
+    InputError
+        If the gait is unstable, or has several steps.
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import find_cycles, passive, rimless_wheel
+    >>> from gaitopt.simulation import default_engine
+    >>> from gaitopt.simulation.hybrid_automaton import Walker
+    >>> wheel = rimless_wheel()
+    >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
+    >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
+    >>> push = find_fatal_push(walker, gait, PushSearch(directions=1, refinements=1))
+    >>> push.change["theta_rate"] > 0, push.ending
+    (True, 'lift_off')
+    """
+    if len(cycle.sequences) > 1 or not cycle.stable:
+        raise InputError(
+            f"A fatal push is that of a stable gait of one step; this one has {len(cycle.sequences)} steps and a "
+            f"spectral radius of {cycle.radius:.4g}."
+        )
+    return _EdgeSearch(walker, cycle, search or PushSearch()).run(guesses)
+
+
+class _EdgeSearch:
+    """Search for the point of the basin's edge that is nearest to a gait."""
+
+    def __init__(self, walker: Walker, cycle: Cycle, search: PushSearch) -> None:
+        self._walker, self._cycle, self._search = walker, cycle, search
+        self._scale, self._walks = push_scale(walker.robot, walker.p, cycle.section), 0
+        self._test = PushTest(steps=search.steps)
+        self._rng = np.random.default_rng(search.seed)
+        self._size, self._safe, self._direction = search.largest, 0.0, np.zeros(self._scale.size)
+
+    def run(self, guesses: Sequence[Array]) -> FatalPush:
+        """Return the smallest fatal push."""
+        for direction in self._first_directions(guesses):
+            self._try(direction)
+        if not np.any(self._direction):
+            return FatalPush(size=np.inf, safe=self._search.largest, change={}, ending="", walks=self._walks)
+        for spread in SPREADS if self._scale.size > 1 else ():
+            for _ in range(self._search.refinements):
+                self._try(self._direction + spread * self._rng.normal(size=self._scale.size))
+        change = self._size * self._scale * self._direction
+        return FatalPush(
+            size=float(self._size),
+            safe=float(self._safe),
+            change=dict(zip(self._cycle.section.names, change.tolist(), strict=True)),
+            ending=self._ending(change),
+            walks=self._walks,
+        )
+
+    def _first_directions(self, guesses: Sequence[Array]) -> Iterator[Array]:
+        yield from (guess / self._scale for guess in guesses)
+        for axis in np.eye(self._scale.size):
+            yield axis
+            yield -axis
+        for _ in range(self._search.directions if self._scale.size > 1 else 0):
+            yield self._rng.normal(size=self._scale.size)
+
+    def _try(self, direction: Array) -> None:
+        """Keep a direction if a push along it is fatal that is smaller than the best one."""
+        direction = direction / np.linalg.norm(direction)
+        sizes = np.linspace(0, self._size * (1 - self._search.resolution), self._search.radii + 1)
+        fatal = next((k for k in range(1, sizes.size) if not self._returns(sizes[k], direction)), None)
+        if fatal is None:
+            return
+        low, high = sizes[fatal - 1], sizes[fatal]
+        while high - low > self._search.resolution * high:
+            middle = (low + high) / 2
+            low, high = (middle, high) if self._returns(middle, direction) else (low, middle)
+        self._size, self._safe, self._direction = high, low, direction
+
+    def _returns(self, size: float, direction: Array) -> bool:
+        self._walks += 1
+        push = size * self._scale * direction
+        return count_settling_steps(self._walker, self._cycle, push, self._test) is not None
+
+    def _ending(self, change: Array) -> str:
+        z = self._cycle.z + change
+        return classify_walk(self._walker, z if self._cycle.section.sliding else np.append(z, 0.0)).label

@@ -1,0 +1,225 @@
+"""The grid of a front: bounds on quantities, and the tasks that solve it from both ends."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.parallel.task_graph import Task
+from gaitopt.study.multistart import (
+    FINE_SOLVER,
+    best,
+    objective,
+    skip_refinement,
+    solve_cold,
+    solve_start,
+    verify_best,
+    verify_by_cost,
+)
+from gaitopt.study.trade_offs.quantity import COST, Quantity
+
+INNER_FRACTION = 1e-3
+"""Fraction of the range of a bound by which the tightest bound is less than extreme, where gaits are not unique."""
+
+Index = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class FrontTask:
+    """A task of a front.
+
+    Attributes
+    ----------
+    kind : str
+        ``"end"`` for the gait of lowest cost or of the best value of a quantity, ``"forward"`` and ``"backward"`` for
+        gaits continued towards tighter and looser bounds, ``"forward-return"`` and ``"backward-return"`` for the better
+        of those and of the gaits continued back from the other end, ``"point"`` for the verified best gait of a point.
+    name : str
+        Name of the quantity of an end, or of the point.
+    index : tuple of int
+        Number of the bound of each quantity, from the loosest.
+    """
+
+    kind: str
+    name: str
+    index: Index = ()
+
+
+@dataclass(frozen=True, eq=False)
+class FrontEnds:
+    """The problems at the ends of a front.
+
+    Attributes
+    ----------
+    problem : GaitProblem
+    quantities : tuple of Quantity
+        Those that are bounded.
+    starts : int
+        Number of starts of each end.
+    tightest : mapping of str to float
+        Stated tightest bounds by quantity; the other quantities are made extreme.
+    """
+
+    problem: GaitProblem
+    quantities: tuple[Quantity, ...]
+    starts: int
+    tightest: Mapping[str, float] = field(default_factory=dict)
+
+    def tasks(self) -> list[Task]:
+        """Return the tasks that solve the ends; those of the quantities are also warm-started from the lowest cost."""
+        first = Task(f"end-{COST}", FrontTask("end", COST))
+        return [first] + [
+            Task(f"end-{quantity.name}", FrontTask("end", quantity.name), (first.key,)) for quantity in self.quantities
+        ]
+
+    def solve(self, task: FrontTask, *gaits: Gait | None) -> Gait:
+        """Return the gait of lowest cost, or that of the best value or tightest bound of a quantity."""
+        if task.name == COST:
+            return verify_best(self.problem, solve_cold(self.problem, self.starts))
+        quantity = next(quantity for quantity in self.quantities if quantity.name == task.name)
+        if quantity.restrict is not None and task.name in self.tightest:
+            problem = quantity.restrict(self.problem, self.tightest[task.name])
+        else:
+            problem = self.problem.replace(objective=quantity.extreme)
+        solved = [solve_start(problem, gait) for gait in gaits if gait is not None and gait.status.ok]
+        return best([*solved, *solve_cold(problem, self.starts)])
+
+
+@dataclass(frozen=True, eq=False)
+class FrontGrid:
+    """Bounds on quantities, from the loosest to the tightest, and the problem of each point.
+
+    Attributes
+    ----------
+    ends : FrontEnds
+    values : tuple of (K,) array
+        Bounds of each quantity.
+    """
+
+    ends: FrontEnds
+    values: tuple[Array, ...]
+
+    @property
+    def shape(self) -> Index:
+        """Number of bounds of each quantity."""
+        return tuple(values.size for values in self.values)
+
+    def points(self) -> list[Index]:
+        """Return every point, from the loosest bounds to the tightest."""
+        return sorted(np.ndindex(*self.shape), key=sum)
+
+    def problem_at(self, index: Index) -> GaitProblem:
+        """Return the problem with the bounds of a point."""
+        problem = self.ends.problem
+        for quantity, values, i in zip(self.ends.quantities, self.values, index, strict=True):
+            if quantity.restrict is not None:
+                problem = quantity.restrict(problem, float(values[i]))
+        return problem
+
+    def tasks(self) -> list[Task]:
+        """Return the tasks of the front: both ends, chains from each of them, and the best gait of each point."""
+        points, planned = self.points(), self.ends.tasks()
+        ends = [f"end-{quantity.name}" for quantity in self.ends.quantities]
+        planned += self._chain("forward", points, -1, [f"end-{COST}"])
+        planned += self._chain("backward", points[::-1], 1, ends)
+        planned += self._chain("forward-return", points[::-1], 1, ["forward"])
+        planned += self._chain("backward-return", points, -1, ["backward"])
+        for index in points:
+            name = point_name(index)
+            needs = (f"forward-return-{name}", f"backward-return-{name}")
+            planned.append(Task(f"point-{name}", FrontTask("point", name, index), needs))
+        return planned
+
+    def _chain(self, kind: str, points: list[Index], step: int, first: list[str]) -> list[Task]:
+        """Return the tasks of a chain through all points; one that returns also needs the gaits of the chain before."""
+        planned, returns = [], kind.endswith("-return")
+        for index in points:
+            name = point_name(index)
+            needs = [f"{kind}-{point_name(other)}" for other in _neighbours(index, step, self.shape)]
+            needs = [f"{first[0]}-{name}", *needs] if returns else needs or first
+            planned.append(Task(f"{kind}-{name}", FrontTask(kind, name, index), tuple(needs)))
+        return planned
+
+    def solve(self, task: FrontTask, *gaits: Gait | None) -> Gait:
+        """Return the gait of a task: that of a chain at a point, or the verified one of lowest cost."""
+        problem = self.problem_at(task.index)
+        if task.kind == "point":
+            return self._solve_point(problem, gaits)
+        if task.kind.endswith("-return"):
+            return best([gait for gait in gaits[:1] if gait is not None] + self._continue(problem, gaits[1:]))
+        return best(self._continue(problem, gaits) or solve_cold(skip_refinement(problem), self.ends.starts))
+
+    def _solve_point(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> Gait:
+        """Return the gait of lowest cost, refined and verified; without one, a gait from the default starts."""
+        known = _by_cost(gaits)
+        if known:
+            result = verify_by_cost(problem, [solve_start(problem, known[0])])
+            if result.status.ok:
+                return result
+        return verify_best(problem, solve_cold(problem, self.ends.starts))
+
+    def _continue(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> list[Gait]:
+        """Return solutions warm-started from gaits, that of lowest cost first, until one is solved."""
+        solved = []
+        for gait in _by_cost(gaits):
+            solved.append(solve_start(skip_refinement(problem), gait, FINE_SOLVER))
+            if solved[-1].status.ok:
+                break
+        return solved
+
+
+def solve_front_task(grid: FrontEnds | FrontGrid, task: FrontTask, *gaits: Gait | None) -> Gait:
+    """Run a task of a front."""
+    if isinstance(grid, FrontGrid) and task.kind == "end":
+        return grid.ends.solve(task, *gaits)
+    return grid.solve(task, *gaits)
+
+
+def point_name(index: Index) -> str:
+    """Return the name of a point in keys and files.
+
+    Examples
+    --------
+    >>> point_name((3, 12))
+    '003-012'
+    """
+    return "-".join(f"{i:03d}" for i in index)
+
+
+def space_bounds(quantity: Quantity, loose: float, tight: float, points: int, inner: float = INNER_FRACTION) -> Array:
+    """Return bounds of a quantity from loose to tight, the tightest less than extreme by a fraction of the range.
+
+    Raises
+    ------
+    InputError
+        If the gait of lowest cost already has the best value, so that there is no trade-off.
+
+    Examples
+    --------
+    >>> from gaitopt.study.trade_offs.quantity import quantity_named
+    >>> space_bounds(quantity_named("peak_torque"), 6.0, 2.0, 3)
+    array([6.   , 4.   , 2.004])
+    """
+    if not quantity.sign * (loose - tight) > 1e-6 * abs(loose):
+        raise InputError(
+            f"There is no trade-off between cost and {quantity.name}: the gait of lowest cost has {loose:g} "
+            f"{quantity.unit}, and the best value is {tight:g} {quantity.unit}."
+        )
+    values = np.linspace(loose, tight, points)
+    values[-1] += inner * (loose - tight)
+    return values
+
+
+def _by_cost(gaits: Sequence[Gait | None]) -> list[Gait]:
+    """Return the solutions among gaits, that of lowest cost first."""
+    return sorted((gait for gait in gaits if gait is not None and gait.status.ok), key=objective)
+
+
+def _neighbours(index: Index, step: int, shape: Index) -> list[Index]:
+    """Return the next points along each axis."""
+    moved = [tuple(i + step * (k == axis) for k, i in enumerate(index)) for axis in range(len(index))]
+    return [other for other in moved if all(0 <= i < count for i, count in zip(other, shape, strict=True))]

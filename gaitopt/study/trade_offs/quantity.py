@@ -1,0 +1,183 @@
+"""Quantities between which a gait is a compromise: how each is read from a gait, bounded and made extreme."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from attrs import evolve
+
+from gaitopt.control.law import feedforward
+from gaitopt.errors import InputError, suggest
+from gaitopt.motion.gait import Gait
+from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.statement.criteria import PeakFrictionDemand, PeakTorque
+from gaitopt.ocp.statement.instant import StepBoundary
+from gaitopt.ocp.statement.objective import Objective
+from gaitopt.simulation.hybrid_automaton import make_walker
+from gaitopt.stability.assessment import assess_stability
+from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.study.gait_metrics import peak_torques
+
+COST = "cost"
+"""Name of the objective of the problem."""
+
+LARGEST_SPEED = 1e3
+"""Upper bound of the speed if the problem states none [m/s]."""
+
+PUSHES = PushTest(starts=20, resolution=0.1)
+"""Pushes by which the recovery of a gait of a front is measured."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a gait that is to be small or large.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        ``"1"`` if it is dimensionless.
+    meaning : str
+    sign : int
+        1 if small values are better, -1 if large ones are.
+    read : callable
+        Returns the value of a gait.
+    restrict : callable or None
+        Returns a problem with a bound on the quantity; None if the quantity is only measured.
+    extreme : Objective or None
+        Objective whose optimum has the best value of the quantity.
+
+    Examples
+    --------
+    >>> quantity_named("speed").sign
+    -1
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    sign: int
+    read: Callable[[Gait], float]
+    restrict: Callable[[GaitProblem, float], GaitProblem] | None = None
+    extreme: Objective | None = None
+
+
+@dataclass(frozen=True)
+class Pace(Objective):
+    """Time per distance, the inverse of the speed [s/m].
+
+    Examples
+    --------
+    >>> Pace().unit
+    's/m'
+    """
+
+    name = "pace"
+    unit = "s/m"
+    smooth = True
+
+    def boundary(self, step: StepBoundary) -> Any:
+        """Return the duration over the travel [s/m]."""
+        return step.duration / step.travel
+
+
+def quantity_named(name: str) -> Quantity:
+    """Return a quantity from its name.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown; the message names the nearest.
+
+    Examples
+    --------
+    >>> quantity_named("peak_torque").unit
+    'N m'
+    """
+    if name not in QUANTITIES:
+        raise InputError(f"There is no quantity {name!r} for a trade-off. {suggest(str(name), QUANTITIES)}")
+    return QUANTITIES[name]
+
+
+def restrict_torque(problem: GaitProblem, value: float) -> GaitProblem:
+    """Return a problem in which every torque is at most a value [N m], or its own limit if that is smaller."""
+    actuators = problem.robot.actuators
+    limits = dict(zip(actuators, problem.limits.torques(actuators), strict=True))
+    return problem.replace(
+        limits=evolve(problem.limits, torque={name: min(limit, value) for name, limit in limits.items()})
+    )
+
+
+def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
+    """Return a problem in which the ratio of tangential to normal force is at most a value while the foot sticks.
+
+    Raises
+    ------
+    InputError
+        If the friction is infinite, or the sequence contains slip, during which the ratio equals the friction.
+    """
+    if math.isinf(problem.friction):
+        raise InputError("A bound on peak_friction_demand requires a finite friction coefficient, got inf.")
+    if any(mode.slips for mode in problem.sequence.phases):
+        raise InputError(
+            f"A bound on peak_friction_demand requires a sequence without slip, got '{problem.sequence}': "
+            "while a foot slides, the demand equals the friction coefficient."
+        )
+    margin = max(problem.margins.cone, 1 - value / problem.friction)
+    return problem.replace(margins=evolve(problem.margins, cone=min(margin, 0.99)))
+
+
+def restrict_speed(problem: GaitProblem, value: float) -> GaitProblem:
+    """Return a problem with an average speed of at least a value [m/s]."""
+    stated = problem.speed_range
+    upper = stated.upper if math.isfinite(stated.upper) and stated.upper > stated.lower else LARGEST_SPEED
+    return problem.replace(speed=(min(max(value, stated.lower), upper), upper))
+
+
+def measure_radius(gait: Gait) -> float:
+    """Return the spectral radius of the return map under the torques of the gait in open loop; nan if it has none."""
+    try:
+        return assess_stability(gait).radius
+    except InputError:
+        return math.nan
+
+
+def measure_recovery(gait: Gait) -> float:
+    """Return the radius of the largest ball of pushes from which all starts return in open loop [rad/s]."""
+    try:
+        cycle = assess_stability(gait)
+    except InputError:
+        return 0.0
+    walker = make_walker(gait.robot, feedforward(gait.robot, gait.motion), gait.motion.parameters, period=gait.period)
+    return largest_recovery(walker, cycle, PUSHES).radius
+
+
+QUANTITIES = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity(COST, "", "objective of the problem", 1, lambda gait: gait.solver.objective),
+        Quantity(
+            "peak_torque",
+            "N m",
+            "largest absolute torque of any actuator",
+            1,
+            lambda gait: max(peak_torques(gait).values()),
+            restrict_torque,
+            PeakTorque(),
+        ),
+        Quantity(
+            "peak_friction_demand",
+            "1",
+            "largest ratio of tangential to normal contact force",
+            1,
+            lambda gait: PeakFrictionDemand().evaluate(gait.motion),
+            restrict_friction_demand,
+            PeakFrictionDemand(),
+        ),
+        Quantity("speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, Pace()),
+        Quantity("spectral_radius", "1", "spectral radius of the return map in open loop", 1, measure_radius),
+        Quantity("recovered_push", "rad/s", "largest ball of recovered pushes in open loop", -1, measure_recovery),
+    )
+}
+"""Quantities by name."""

@@ -1,0 +1,73 @@
+"""Compass biped with motors on level ground: one gait and one law for a range of friction and for pushes.
+
+The gait of lowest cost at friction 0.15 and the robust gait are walked under laws tuned for them, on floors of other
+friction and after pushes.
+"""
+
+import numpy as np
+from drawing import STYLE
+
+from gaitopt import Execution, GainSearchOptions, GaitProblem, Limits, Scenarios, compass_biped, solve
+from gaitopt.design import Scenario, ScenarioWalker, check_scenarios, solve_scenarios, walk_scenarios
+from gaitopt.simulation import default_engine
+from gaitopt.study import PublishedValue, Reproduction
+
+SMALLEST = 1e-8
+"""Distances below this are drawn at it."""
+
+
+def study(lower=0.1, upper=0.2, push=0.1, count=100, evaluations=30, workers=1):  # push in [rad/s]
+    """Return the study; count is the number of unseen scenarios of each kind."""
+    problem = GaitProblem(
+        robot=compass_biped(),
+        sequence="stick | stick",
+        friction=(lower + upper) / 2,
+        speed=0.6,
+        step_length=0.45,
+        limits=Limits(torque=6),
+    )
+    scenarios = Scenarios(ranges={"friction": (lower, upper)}, push=push)
+    search, execution = GainSearchOptions(samples=2, starts=1, evaluations=evaluations), Execution(workers=workers)
+    plan = solve_scenarios(problem, scenarios, search=search, execution=execution)
+    laws = {"robust": (plan.gait, plan.law), "nominal": (plan.nominal, plan.nominal_law)}
+    tests = {
+        name: check_scenarios(gait, law, scenarios, count=count, execution=execution)
+        for name, (gait, law) in laws.items()
+    }
+    remarks = [
+        f"{name}: {test.survived} of {test.scenarios} unseen frictions and {test.recovered} of {test.pushed} pushes of "
+        f"up to {push:g} rad/s are survived."
+        for name, test in tests.items()
+    ]
+    remarks.append(f"The cost of transport of the robust gait is {100 * plan.premium:.1f} % higher.")
+    lowest = solve(problem.replace(friction=lower)).solver.objective
+    number = PublishedValue(
+        "cost of transport of the robust gait",
+        plan.gait.solver.objective,
+        lowest,
+        1e-6,
+        "optimum at the lowest friction",
+    )
+    return Reproduction(_figure(laws, scenarios, execution), (number,), tuple(remarks))
+
+
+def _figure(laws, scenarios, execution):
+    lower, upper = scenarios.ranges["friction"]
+    frictions = np.linspace(lower, upper, 21)
+    with STYLE.figure(3.0) as figure:
+        axes = figure.subplots()
+        for (name, (gait, law)), color in zip(laws.items(), ("#0072B2", "#D55E00"), strict=True):
+            walker = ScenarioWalker(gait, law, scenarios, default_engine(law, gait.robot), 0)
+            walks = walk_scenarios(walker, [Scenario({"friction": float(mu)}) for mu in frictions], execution)
+            distances = np.array([max(walk.distance, SMALLEST) for walk in walks])
+            axes.semilogy(frictions, distances, "o-", color=color, markersize=3, label=name)
+        axes.axhline(scenarios.tolerance, **STYLE.limit_line)
+        axes.set(xlabel=r"friction $\mu$", ylabel=f"distance after {scenarios.steps} steps")
+        figure.legend(loc="outside right center")
+    return figure
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

@@ -1,0 +1,62 @@
+"""Fronts and robust gaits at full size: ``pytest tests/benchmarks --benchmark-only -s``.
+
+Targets: a front of 20 points takes at most the time of 25 cold solves on two processors, no point is dominated, and
+both ends lead to the same front within 1e-5; one gait and one law survive 100 of 100 unseen frictions from 0.10 to 0.20
+and 95 of 100 pushes of up to 0.15 rad/s, which the nominal optimum does not.
+"""
+
+import statistics
+import time
+
+import numpy as np
+
+from gaitopt import GaitProblem, Limits, Pareto, Scenarios, compass_biped, solve
+from gaitopt.design import check_scenarios, solve_scenarios
+
+PROCESSORS, COLD_SOLVES = 2, 25
+
+
+def slipping():
+    return GaitProblem(
+        robot=compass_biped(),
+        sequence="slip+ stick | slip+",
+        friction=0.14,
+        speed=0.633,
+        step_length=0.4713,
+        limits=Limits(torque=6),
+    )
+
+
+def test_front_of_20_points(benchmark):
+    solve(slipping())
+    cold = []
+    for _ in range(3):
+        began = time.process_time()
+        solve(slipping())
+        cold.append(time.process_time() - began)
+    began = time.process_time()
+    front = benchmark.pedantic(lambda: Pareto(points=20).trace(slipping()), rounds=1, iterations=1)
+    ratio = (time.process_time() - began) / statistics.median(cold)
+    difference = np.abs(front.forward_cost.values / front.backward_cost.values - 1).max()
+    print(f"\nprocessor time of {ratio:.1f} cold solves; the ends agree within {difference:.0e}")
+    benchmark.extra_info.update(cold_solves=ratio, difference=difference)
+    assert (front.front == 1).all()
+    assert (front.verified == 1).all()
+    assert difference < 1e-5
+    assert ratio < PROCESSORS * COLD_SOLVES  # the two chains are independent
+
+
+def test_robust_gait(benchmark):
+    problem = slipping().replace(sequence="stick | stick", friction=0.15, speed=0.6, step_length=0.45)
+    scenarios = Scenarios(ranges={"friction": (0.1, 0.2)}, push=0.15)
+    plan = benchmark.pedantic(lambda: solve_scenarios(problem, scenarios), rounds=1, iterations=1)
+    robust = check_scenarios(plan.gait, plan.law, scenarios, count=100)
+    nominal = check_scenarios(plan.nominal, plan.nominal_law, scenarios, count=100)
+    print(
+        f"\npremium {plan.premium:.3f}; survived {robust.survived} and {robust.recovered}, nominal {nominal.survived}"
+    )
+    benchmark.extra_info.update(premium=plan.premium, survived=robust.survived, recovered=robust.recovered)
+    assert robust.survived == 100
+    assert robust.recovered >= 95
+    assert nominal.survived < 95
+    assert nominal.recovered < 95

@@ -1,0 +1,109 @@
+"""Robust plans: the worst violated scenario is added until none is left, and unseen scenarios are survived."""
+
+import math
+
+import pytest
+
+from gaitopt import Execution, GainSearchOptions, GaitProblem, InputError, Limits, compass_biped, feedforward, solve
+from gaitopt.design import Scenario, Scenarios, check_scenarios, solve_scenarios
+from gaitopt.design.scenario_test import Walk, worst_walk
+
+SCENARIOS = Scenarios(ranges={"friction": (0.1, 0.2)}, push=0.1)
+QUICK = GainSearchOptions(samples=0, starts=1, evaluations=4)
+
+
+def problem(**changes):
+    return GaitProblem(
+        robot=compass_biped(),
+        sequence="stick | stick",
+        friction=0.15,
+        speed=0.6,
+        step_length=0.45,
+        limits=Limits(torque=6),
+        objective="torque_squared",
+    ).replace(**changes)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return solve_scenarios(problem(), SCENARIOS, search=QUICK)
+
+
+def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
+    assert plan.robust
+    assert [scenario.parameters for scenario in plan.chosen] == [{"friction": 0.1}]
+    assert plan.gait.motion.parameters["friction"] == 0.1
+    assert plan.premium == pytest.approx(plan.gait.solver.objective / plan.nominal.solver.objective - 1)
+    assert plan.premium > 0
+
+
+def test_unseen_scenarios_are_survived_by_the_plan_and_not_by_the_nominal_optimum(plan):
+    robust = check_scenarios(plan.gait, plan.law, SCENARIOS, count=12)
+    assert (robust.survived, robust.recovered, robust.failures) == (12, 12, ())
+    nominal = check_scenarios(plan.nominal, plan.nominal_law, SCENARIOS, count=12)
+    assert nominal.survived < 12
+    assert nominal.recovered < 12
+    assert all(walk.scenario.parameters["friction"] < 0.15 for walk in nominal.failures)
+
+
+def test_a_push_needs_feedback(plan):
+    open_loop = feedforward(plan.gait.robot, plan.gait.motion)
+    test = check_scenarios(plan.gait, open_loop, SCENARIOS, count=4)
+    assert test.survived == 4
+    assert test.recovered < 4
+
+
+def test_results_do_not_depend_on_the_number_of_workers(plan):
+    few = Scenarios(ranges={"friction": (0.1, 0.12)}, push=0.3, steps=5)
+    one = check_scenarios(plan.gait, plan.law, few, count=3)
+    two = check_scenarios(plan.gait, plan.law, few, count=3, execution=Execution(workers=2))
+    assert one == two
+
+
+def test_a_mass_that_differs_from_the_plan_is_tuned_for():
+    ranges = {"hip_mass": (1.8, 2.2)}
+    scenarios = Scenarios(ranges=ranges, tolerance=0.05, values=2)
+    plan = solve_scenarios(problem(friction=0.3), scenarios, search=QUICK)
+    assert plan.robust
+    assert plan.premium == pytest.approx(0, abs=1e-6)
+    assert check_scenarios(plan.gait, plan.law, scenarios, count=4).survived == 4
+
+
+def test_candidates_cover_the_ends_of_the_ranges_and_random_scenarios_are_seeded():
+    both = Scenarios(ranges={"friction": (0.1, 0.2), "slope": (-0.01, 0.01)}, values=2, push=0.1, pushes=1)
+    assert len(both.candidates()) == 8
+    assert Scenario({"friction": 0.2, "slope": -0.01}, 0) in both.candidates()
+    assert both.draw(3, 1, pushed=True) == both.draw(3, 1, pushed=True) != both.draw(3, 2, pushed=True)
+    assert all(0.1 <= one.parameters["friction"] <= 0.2 for one in both.draw(20, 1, pushed=False))
+
+
+def test_the_worst_walk_is_the_shortest_and_then_the_farthest():
+    walks = [
+        Walk(Scenario({"friction": mu}), steps, size)
+        for mu, steps, size in ((0.1, 3, math.inf), (0.11, 1, math.inf), (0.12, 20, 0.5), (0.13, 20, 0.0))
+    ]
+    assert worst_walk(walks, 1e-3) is walks[1]
+    assert worst_walk(walks[2:], 1e-3) is walks[2]
+    assert worst_walk(walks[3:], 1e-3) is None
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"ranges": {"friction": (0.2, 0.1)}}, "lower, upper"),
+        ({"ranges": {"friction": (0.1, math.inf)}}, "lower, upper"),
+        ({"push": -1}, "push"),
+        ({"steps": 0}, "steps"),
+    ],
+)
+def test_invalid_scenarios_are_refused(fields, message):
+    with pytest.raises(InputError, match=message):
+        Scenarios(**fields)
+
+
+def test_unknown_parameters_and_frictions_without_a_gait_are_refused():
+    with pytest.raises(InputError, match="no parameter 'frction'"):
+        solve_scenarios(problem(), Scenarios(ranges={"frction": (0.1, 0.2)}))
+    assert not solve(problem(friction=0.02)).status.ok
+    with pytest.raises(InputError, match=r"no gait with friction 0\.02"):
+        solve_scenarios(problem(), Scenarios(ranges={"friction": (0.02, 0.2)}, values=2), search=QUICK)

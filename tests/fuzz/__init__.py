@@ -1,0 +1,1 @@
+"""Calls of all public names with odd values, from fixed seeds."""

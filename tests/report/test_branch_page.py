@@ -1,0 +1,70 @@
+"""The page on which a click on a branch point plays its gait."""
+
+import json
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from gaitopt import InputError, WalkProblem, compass_biped, load_diagram
+from gaitopt.report import write_branch_page
+from gaitopt.report.page import read_asset
+from tests.conftest import ROOT
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    whole = load_diagram(ROOT / "docs/examples/compass_slope.nc")
+    kept = [
+        replace(
+            branch,
+            values=branch.values[:2],
+            orbits=branch.orbits[:2],
+            multipliers=branch.multipliers[:2],
+            sequences=branch.sequences[:2],
+        )
+        for branch in whole.branches[:2]
+    ]
+    return replace(whole, branches=tuple(kept), robot="<compass> & more")
+
+
+@pytest.fixture(scope="module")
+def page(diagram, tmp_path_factory):
+    walker = WalkProblem(robot=compass_biped(), parameters=diagram.parameters)
+    path = write_branch_page(diagram, walker, tmp_path_factory.mktemp("page") / "page.html")
+    return path.read_text(encoding="utf-8")
+
+
+def test_every_point_has_its_gait_with_a_player_of_each_step(page):
+    shown = re.findall(r'<circle class="branch-point"[^>]*data-gait="([^"]+)"', page)
+    assert shown == ["gait-0-0", "gait-0-1", "gait-1-0", "gait-1-1"]
+    for name in shown:
+        assert len(re.findall(f'<div class="branch-gait"[^>]* id="{name}"', page)) == 1
+    films = [json.loads(text) for text in re.findall(r'<script [^>]*class="film"[^>]*>(.*?)</script>', page)]
+    assert len(films) == 6  # the gaits of the second branch have two steps
+    assert page.count('hidden="hidden"') == 3
+    periods = {round(film["period"], 6) for film in films}
+    assert len(periods) >= 4
+    assert all(math.isfinite(film["shift"][0]) for film in films)
+
+
+def test_the_page_loads_nothing_and_escapes_its_texts(page):
+    assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
+    assert "&lt;compass&gt; &amp; more" in page
+    assert "<compass>" not in page
+    assert read_asset("branches.js").splitlines()[1] in page
+
+
+def test_special_points_are_marked_and_listed(page, diagram):
+    special = [point for branch in diagram.branches for point in branch.special]
+    assert page.count('class="special"') == len(special)
+    assert all(f"{point.value:.9g}" in page for point in special)
+
+
+def test_invalid_requests_are_named(diagram, tmp_path):
+    walker = WalkProblem(robot=compass_biped(), parameters=diagram.parameters)
+    with pytest.raises(InputError, match="no coordinate 'th3'; they have th1"):
+        write_branch_page(diagram, walker, tmp_path / "page.html", coordinate="th3")
+    with pytest.raises(InputError, match="no branches to draw"):
+        write_branch_page(replace(diagram, branches=()), walker, tmp_path / "page.html")

@@ -1,0 +1,71 @@
+"""Reports of periodic gaits that were simulated, not optimised."""
+
+import json
+import re
+
+import pytest
+
+from gaitopt import InputError, find_cycles, rimless_wheel, write_report
+from gaitopt.cli.app import main
+from gaitopt.cli.script import call_script
+from gaitopt.report import show_in_notebook
+from tests.conftest import ROOT
+
+
+@pytest.fixture(scope="module")
+def cycles():
+    wheel = find_cycles(rimless_wheel(), {"slope": 0.25, "friction": 0.6}, starts=5)[0]
+    hop = next(call_script(ROOT / "problems" / "hopper.py", []).search(1))
+    return {"wheel": wheel, "hopper": hop}
+
+
+@pytest.fixture(scope="module")
+def text(cycles, tmp_path_factory):
+    path = tmp_path_factory.mktemp("cycles") / "page.html"
+    return write_report(cycles, path).read_text(encoding="utf-8")
+
+
+def test_the_page_has_a_player_charts_and_multipliers_of_each(text, cycles):
+    films = [json.loads(film) for film in re.findall(r'class="film">(.*?)</script>', text)]
+    assert [film["period"] for film in films] == [cycle.period for cycle in cycles.values()]
+    assert text.count("Energy of a period") == 2
+    for part in ("<h2>wheel</h2>", "<h2>hopper</h2>", "right after sole closes", "<td>0.7811</td>", "Parameters"):
+        assert part in text
+    assert "NaN" not in text
+
+
+def test_periodic_gaits_and_optimal_ones_share_a_page(cycles, slip_gait, tmp_path):
+    page = write_report({**cycles, "slip": slip_gait}, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert page.count("<section") == 3  # without a table of one optimal gait alone
+
+
+def test_the_motion_of_a_periodic_gait_is_its_period(cycles):
+    wheel = cycles["wheel"]
+    assert wheel.motion.period == wheel.period
+    assert str(wheel.motion.sequence()) == wheel.sequence
+
+
+def test_a_notebook_shows_it(cycles):
+    assert "multiplier inside" in show_in_notebook(cycles["hopper"])
+
+
+def test_other_objects_are_refused(tmp_path):
+    with pytest.raises(InputError, match="must be a Gait"):
+        write_report({"a": 3}, tmp_path / "page.html")
+
+
+@pytest.mark.parametrize("script", ["hopper", "rimless_wheel"])
+def test_the_command_accepts_walking_scripts(script, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        main(["report", str(ROOT / "problems" / f"{script}.py")])
+    assert end.value.code in (0, None)
+    assert f"<h2>{script}</h2>" in (tmp_path / f"{script}.html").read_text(encoding="utf-8")
+
+
+def test_the_command_refuses_scripts_of_optimisations(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        main(["report", str(ROOT / "problems" / "monopod.py")])
+    assert end.value.code == 2
+    assert "'gaitopt solve' finds its gait" in " ".join(capsys.readouterr().err.split())

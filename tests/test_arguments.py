@@ -1,0 +1,106 @@
+"""Errors caused by wrong types name the argument; others stay as they are."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from gaitopt import InputError
+from gaitopt.arguments import check_arguments
+
+
+class Engine(Protocol):
+    def flow(self) -> None: ...
+
+
+class Scipy:
+    def flow(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("kind", "right", "wrong", "message"),
+    [
+        (float, [1.0, 2, np.float64(3), np.array(1.5)], ["6", None, True, 1j, float("nan"), np.zeros(2)], "a number"),
+        (int, [1, np.int64(2)], [1.5, True, "1"], "a whole number"),
+        (bool, [True, np.bool_(False)], [1, "yes"], "True or False"),
+        (str, ["a"], [b"a", 1, None], "a text"),
+        (str | Path | None, ["a", Path("a"), None], [1, b"a"], "a text or a path or None"),
+        (Literal["a", "b"], ["a"], ["c", 1], "'a' or 'b'"),
+        (Sequence[float], [[1.0], (1, 2), np.ones(2)], ["12", {1: 2}, ["a"], 3, {1}.__iter__()], "a sequence of"),
+        (tuple[int, int], [(1, 2), [1, 2]], [(1,), (1.5, 2), 1], "a sequence of a whole number"),
+        (Iterable[str], [["a"], iter("a")], ["a", 1], "a sequence of a text"),
+        (Mapping[str, float], [{"a": 1.0}, {}], [{1: 1.0}, {"a": "b"}, [1], None], "a mapping from a text to a number"),
+        (NDArray[np.float64], [np.ones(2), [1, 2]], [1.0, "a", [None], np.array([np.nan])], "an array of finite"),
+        (Callable[[int], int], [len], [1], "a function"),
+        (Engine, [Scipy()], [1, None], "an Engine"),
+        (Any, [1, None], [], ""),
+        ("NoSuchType", [1, None], [], ""),
+    ],
+)
+def test_types_and_their_names(kind, right, wrong, message):
+    def fail(value):
+        raise KeyError("inside")
+
+    fail.__annotations__["value"] = kind
+    checked = check_arguments(fail)
+    for value in right:
+        with pytest.raises(KeyError, match="inside"):
+            checked(value)
+    for value in wrong:
+        with pytest.raises(InputError, match=f"fail: value must be {message}.*, got "):
+            checked(value=value)
+
+
+def test_the_function_that_was_called_is_named_not_one_inside():
+    @check_arguments
+    def inner(width: float):
+        return width + 1
+
+    @check_arguments
+    def outer(height: float):
+        return inner(height)
+
+    with pytest.raises(InputError, match="outer: height must be a number, got 'a'"):
+        outer("a")
+
+    @check_arguments
+    def loose(height):
+        return inner(height)
+
+    with pytest.raises(InputError, match="inner: width must be a number, got 'a'"):
+        loose("a")
+
+
+def test_a_class_stays_a_class_and_a_call_that_succeeds_is_as_before():
+    @check_arguments
+    @dataclass(frozen=True)
+    class Mass:
+        value: float
+
+        def __post_init__(self):
+            object.__setattr__(self, "value", self.value + 0.0)
+
+    assert Mass(1).value == 1.0
+    assert isinstance(Mass(1), Mass)
+    with pytest.raises(InputError, match="Mass: value must be a number, got None"):
+        Mass(None)
+    with pytest.raises(TypeError, match="missing 1 required positional argument"):
+        Mass()
+
+
+def test_an_object_without_text_is_described_by_its_type():
+    class Silent:
+        def __repr__(self):
+            raise ValueError
+
+    @check_arguments
+    def double(width: float):
+        return 2 * width + 1
+
+    with pytest.raises(InputError, match="width must be a number, got a Silent"):
+        double(Silent())
