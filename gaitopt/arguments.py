@@ -162,7 +162,10 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
         if origin is Iterable and not isinstance(value, Sequence):
             return True  # which may be read once only
         if isinstance(value, np.ndarray):
-            return value.ndim > 0
+            kind = parts[0] if parts else Any
+            return value.ndim > 1 or (
+                value.ndim == 1 and all(_fits(item, kind) for item in value[:MOST_ITEMS].tolist())
+            )
         kinds = parts if origin is tuple and parts and parts[-1] is not ... else None
         if not isinstance(value, Sequence | set | frozenset) or (kinds is not None and len(value) != len(kinds)):
             return False

@@ -39,7 +39,7 @@ class Scipy:
         (Callable[[int], int], [len], [1], "a function"),
         (Engine, [Scipy()], [1, None], "an Engine"),
         (Any, [1, None], [], ""),
-        ("Unknown", [1, None], [], ""),
+        ("NoSuchType", [1, None], [], ""),
     ],
 )
 def test_types_and_their_names(kind, right, wrong, message):

@@ -1,5 +1,6 @@
 """The command line: one thin command per verb."""
 
+import errno
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ from rich.text import Text
 
 from gaitopt.cli import (
     basin_command,
+    design_command,
     exporting,
     feedback,
     impact_command,
@@ -24,8 +26,11 @@ from gaitopt.cli import (
 from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
-from gaitopt.errors import GaitoptError, ScriptError
+from gaitopt.errors import GaitoptError, InputError, ScriptError
 from gaitopt.interrupts import record_interrupts
+
+_REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
+"""Errors of the operating system that concern the path of a user, not gaitopt."""
 
 app = typer.Typer(
     name="gaitopt",
@@ -43,6 +48,7 @@ for command in (
     solving.solve,
     solving.show,
     solving.verify,
+    design_command.design,
     exporting.plot,
     exporting.animate,
     exporting.report,
@@ -99,11 +105,22 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         _report(words, "error", str(error))
         err.print(Text.assemble(("Error:", "red"), f" {error}"), soft_wrap=True)
         return 2
+    if (fact := _describe_system_error(error)) is not None:
+        return _explain(InputError(fact), words)
     if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):
         raise error
     _report(words, "error", error.format_message())  # a usage error of the command-line parser
     error.show()
     return int(error.exit_code)
+
+
+def _describe_system_error(error: Exception) -> str | None:
+    """Return a sentence on a file that the operating system refuses, or on memory; None for any other error."""
+    if isinstance(error, MemoryError):
+        return "The memory is insufficient for this command."
+    if isinstance(error, OSError) and isinstance(error.filename, str) and error.errno in _REFUSALS:
+        return f"Cannot read or write {error.filename:.200}: {error.strerror}."
+    return None
 
 
 def run_script(path: str) -> None:

@@ -59,11 +59,25 @@ def _read_diagram(path: Path) -> str:
     return f"{len(load_diagram(path).branches)} branches"
 
 
+def _read_optima(path: Path) -> str:
+    from gaitopt.continuation.optimal.optimal_file import load_optima
+
+    return f"optimal gaits over {load_optima(path).parameter}"
+
+
+def _read_front(path: Path) -> str:
+    from gaitopt.study.trade_offs.front_table import load_front
+
+    return f"{load_front(path).sizes['point']} points"
+
+
 _READERS: dict[str, Callable[[Path], str]] = {
     "gait": _read_gait,
     "sweep": _read_sweep,
     "basin": _read_basin,
     "branch diagram": _read_diagram,
+    "diagram of optimal gaits": _read_optima,
+    "front": _read_front,
 }
 
 

@@ -15,6 +15,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.versions import versions
@@ -34,6 +35,7 @@ class Correction(NamedTuple):
     iterations: int
 
 
+@check_arguments
 class Checkpoint:
     """Corrections of a trace in a file.
 

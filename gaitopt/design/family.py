@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from gaitopt.design.family_gaits import FamilyGaits
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class Family:
     """Several gaits of one walker, whose free parameters have the same values in all of them.

@@ -3,11 +3,13 @@
 from dataclasses import dataclass
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.status import Status
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FamilyGaits:
     """Gaits that share parameters of their walker.

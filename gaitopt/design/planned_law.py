@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.reference import reference
 from gaitopt.control.state_feedback import state_feedback
@@ -11,6 +12,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Unknown
 
 
+@check_arguments
 def planned_gains(gait: Gait) -> Array:
     """Return the gains K that were optimised with a gait, shape (n_u, 2 n_angles + 1).
 
@@ -33,6 +35,7 @@ def planned_gains(gait: Gait) -> Array:
     return gains
 
 
+@check_arguments
 def planned_law(gait: Gait) -> Law:
     """Return the law  u = u_ref(t) - K (x - x_ref(t))  whose constant gains K were optimised with a gait.
 

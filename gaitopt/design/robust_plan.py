@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.design.scenario_test import ScenarioWalker, Walk, walk_scenarios, worst_walk
 from gaitopt.design.scenarios import Scenario, Scenarios
@@ -27,6 +28,7 @@ QUICK = PushTest(starts=1, steps=1, resolution=1.0)
 """Verification of the tuned law in each round, which the scenarios replace."""
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RobustPlan:
     """One gait and one law for all scenarios.
@@ -73,6 +75,7 @@ class RobustPlan:
         return self.gait.solver.objective / self.nominal.solver.objective - 1
 
 
+@check_arguments
 def solve_scenarios(
     problem: GaitProblem,
     scenarios: Scenarios,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.design.scenarios import Scenario, Scenarios
 from gaitopt.errors import GaitoptError
@@ -25,6 +26,7 @@ SETTLED = 1e-3
 """Fraction of the tolerance below which a walk counts as returned before its last step."""
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Walk:
     """A walk in a scenario.
@@ -48,6 +50,7 @@ class Walk:
     distance: float
 
 
+@check_arguments
 @dataclass(frozen=True)
 class ScenarioTest:
     """Result of a test of a gait in random scenarios.
@@ -74,6 +77,7 @@ class ScenarioTest:
     failures: tuple[Walk, ...]
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False)
 class ScenarioWalker:
     """A gait under a law, and the walks that are tried with it.
@@ -121,6 +125,7 @@ class ScenarioWalker:
         return section.embed(section.project(planned) + self.scenarios.push * push)
 
 
+@check_arguments
 def walk_scenarios(walker: ScenarioWalker, scenarios: Sequence[Scenario], execution: Execution) -> list[Walk]:
     """Return the walks in some scenarios, in order.
 
@@ -140,6 +145,7 @@ def walk_scenarios(walker: ScenarioWalker, scenarios: Sequence[Scenario], execut
     return [walks[task.key] for task in tasks]
 
 
+@check_arguments
 def check_scenarios(
     gait: Gait,
     law: Law,

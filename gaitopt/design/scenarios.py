@@ -9,11 +9,13 @@ from typing import Any
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parameters import number_within, positive, whole_number
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Scenario:
     """One difference from a plan.
@@ -41,6 +43,7 @@ def _check_ranges(_: Any, attribute: Any, ranges: Mapping[str, tuple[float, floa
             raise InputError(f"ranges of {name} must be a pair (lower, upper), got {pair!r}.")
 
 
+@check_arguments
 @attrs.frozen(kw_only=True)
 class Scenarios:
     """Ranges of parameters and a ball of pushes, in all of which a gait is to walk as planned.

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 
 TERRAIN = "terrain"
@@ -32,6 +33,7 @@ class Piece(NamedTuple):
     friction: float | None
 
 
+@check_arguments
 @dataclass(frozen=True)
 class Terrain:
     """Steps in height and patches of other friction along the ground.

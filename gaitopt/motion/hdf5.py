@@ -19,11 +19,14 @@ READERS = {
     "gait": "load reads it",
     "sweep": "load_sweep reads it, and load_sweep_gait its gaits",
     "basin": "load_basin reads it",
+    "branch diagram": "load_diagram reads it",
+    "diagram of optimal gaits": "load_optima reads it",
+    "front": "load_front reads it, and load_front_gait its gaits",
 }
 """Functions that read each kind of file."""
 
 FIRST_WITH_CHECKSUM = {"gait": 5, "sweep": 2, "basin": 3, "branch diagram": 2}
-"""First version of each kind of file that has a checksum."""
+"""First version of a kind of file that has a checksum; kinds that are not listed have had one from the beginning."""
 
 _CACHED_SIZE = 1_000_000
 """Size from which a file is checked once, as long as it does not change [bytes]."""
@@ -162,7 +165,7 @@ def _check_format(file: h5py.File, path: Path, kind: str, version: int, *, intac
         raise ArchiveError(
             f"{path} has format version {file_version}; this gaitopt reads up to {version}. Upgrade gaitopt to read it."
         )
-    if not intact and file_version >= FIRST_WITH_CHECKSUM[kind]:
+    if not intact and file_version >= FIRST_WITH_CHECKSUM.get(kind, 1):
         raise ArchiveError(f"{path} has no checksum: it is damaged, or another program has changed it.")
 
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@check_arguments
 def plot_front(front: "xr.Dataset", *, style: FigureStyle | None = None) -> "Figure":
     """Draw the cost of a front over each of its other quantities, side by side.
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps
 from gaitopt.continuation.gait_source import AnyWalkProblem, GaitSource, make_gait_source
 from gaitopt.errors import InputError
@@ -38,6 +39,7 @@ class _ShownGait(NamedTuple):
         return f"gait-{self.branch}-{self.number}"
 
 
+@check_arguments
 def write_branch_page(
     diagram: BranchDiagram,
     problem: AnyWalkProblem,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import feedforward
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.energy import cost_of_transport, ledger
@@ -20,6 +21,7 @@ from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Status, Stop
 
 
+@check_arguments
 def replay_steps(gait: MultiStepGait, *, engine: Engine | None = None) -> Rollout:
     """Replay the torques of a gait of several steps in open loop, from its first state in the event-driven simulator.
 
@@ -60,6 +62,7 @@ def replay_steps(gait: MultiStepGait, *, engine: Engine | None = None) -> Rollou
     return replace(walks[-1], motion=motion, events=tuple(event for walk in walks for event in walk.events))
 
 
+@check_arguments
 def verify_steps(
     gait: MultiStepGait, *, tolerances: Tolerances | None = None, engine: Engine | None = None
 ) -> MultiStepGait:

@@ -23,6 +23,7 @@ SHARE = 0.1
 """Torque that costs 1 in time-varying feedback, as a share of the largest planned one: light feet need small gains."""
 
 
+@check_arguments
 def planar_lqr(
     gait: PlanarGait,
     *,

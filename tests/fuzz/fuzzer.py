@@ -52,6 +52,10 @@ def public_callables():
     return found
 
 
+COSTLY, SELDOM = ("plot_gait", "plot_motion", "plot_comparison", "animate", "assess_robustness", "solve", "search"), 8
+"""Functions that take seconds if they accept their arguments, and in how many rounds they are called once."""
+
+
 class Hang(BaseException):
     """A call that took too long."""
 
@@ -76,7 +80,10 @@ class Fuzzer:
     def draw(self, number):
         """Return the name and the arguments of a call: the names of odd values, True for a good one."""
         rng = np.random.default_rng([20261122, number])
-        name = list(self.callables)[number % len(self.callables)]
+        names = list(self.callables)
+        name, round_ = names[number % len(names)], number // len(names)
+        if round_ % SELDOM and name.rpartition(".")[2] in COSTLY:
+            name = names[int(rng.integers(len(names)))]
         parameters = inspect.signature(self.callables[name]).parameters.values()
         named = [p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
         odd = list(ODD)

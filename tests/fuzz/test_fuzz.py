@@ -1,5 +1,6 @@
 """A sample of odd calls and odd command lines; ``python -m tests.fuzz 20000`` makes more of them."""
 
+from tests.fuzz import command_lines
 from tests.fuzz.fuzzer import fuzz, public_callables
 
 
@@ -15,3 +16,11 @@ def test_every_public_verb_is_called():
     names = set(public_callables())
     assert {"gaitopt.solve", "gaitopt.sweep", "gaitopt.load", "gaitopt.simulation.simulate_planar"} <= names
     assert len(names) > 150
+
+
+def test_odd_command_lines_end_in_a_sentence(tmp_path, request):
+    command_lines.prepare(request.config.rootpath, tmp_path)
+    for number in range(60):
+        words = command_lines.draw(number)
+        outcome = command_lines.run(words, tmp_path)
+        assert outcome in ("status 0", "status 1", "status 2"), (outcome, words)

@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OptimalSpecial:
     """A special point of a branch of optimal gaits: strict complementarity or the second-order conditions fail there.
@@ -31,6 +33,8 @@ class OptimalSpecial:
         State after touchdown [rad, rad/s, m/s].
     turns : bool
         Whether the parameter turns back.
+    place : int
+        Number of gaits of the branch before this point.
 
     Examples
     --------
@@ -49,6 +53,7 @@ class OptimalSpecial:
     after: str
     state: Array = field(repr=False)
     turns: bool = False
+    place: int = 0
 
     def __str__(self) -> str:
         return f"{self.kind} at {self.value:.10g}" + (f": {self.constraint}" if self.constraint else "")
@@ -59,6 +64,7 @@ class OptimalSpecial:
         return self.kind.replace("_", " ")
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OptimalBranch:
     """A branch of optimal gaits of one contact sequence on one grid.
@@ -181,6 +187,7 @@ class OptimalBranch:
         return plain(facts | {"begin": self.begin, "end": self.end, "parent": self.parent})
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True)
 class CostBorder:
     """A value of the parameter at which another contact sequence has the lowest cost.
@@ -211,6 +218,7 @@ class CostBorder:
     crossing: bool = True
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OptimalDiagram:
     """Branches of the optimal gaits of a problem over one parameter.

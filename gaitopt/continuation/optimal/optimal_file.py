@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.optimal_branch import CostBorder, OptimalBranch, OptimalDiagram, OptimalSpecial
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.versions import versions
 
@@ -33,10 +35,11 @@ COLUMNS = {
 }
 """Arrays of a branch with one entry per gait, and their names in files."""
 
-SPECIAL = ("kind", "value", "width", "cost", "constraint", "before", "after", "turns")
+SPECIAL = ("kind", "value", "width", "cost", "constraint", "before", "after", "turns", "place")
 """Fields of a special point."""
 
 
+@check_arguments
 def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
     """Return a diagram of optimal gaits as a labelled dataset with the dimensions ``point`` and ``special``.
 
@@ -92,6 +95,7 @@ def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
     return xr.Dataset(points, {"coordinate": list(names)}, _attributes(diagram))
 
 
+@check_arguments
 def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
     """Write a diagram of optimal gaits to a NetCDF file atomically.
 
@@ -123,9 +127,11 @@ def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
         optimal_dataset(diagram).to_netcdf(temporary, mode="a", engine="h5netcdf")
+        append_checksum(temporary)
     return path
 
 
+@check_arguments
 def load_optima(path: str | Path) -> OptimalDiagram:
     """Read a diagram of optimal gaits from a NetCDF file.
 
@@ -192,6 +198,8 @@ def _plain(value: Any, name: str) -> Any:
     """Return an entry of the table of special points as text, number or truth value."""
     if name in ("value", "width", "cost"):
         return float(value)
+    if name == "place":
+        return int(value)
     return bool(value) if name == "turns" else str(value)
 
 

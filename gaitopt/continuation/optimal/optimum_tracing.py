@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.branch_recorder import BranchRecorder
 from gaitopt.continuation.optimal.branch_start import list_samples, start_branch
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
@@ -33,6 +34,7 @@ UNITS = {"speed": "m/s", "step_length": "m"}
 """Units of the parameters that do not belong to the robot or the ground."""
 
 
+@check_arguments
 @attrs.frozen(kw_only=True)
 class OptimumOptions:
     """Options of :func:`trace_optimum`.
@@ -69,6 +71,7 @@ class OptimumOptions:
     engine: Engine | None = None
 
 
+@check_arguments
 def trace_optimum(
     problem: GaitProblem,
     over: Mapping[str, tuple[float, float]],
@@ -261,8 +264,10 @@ def _join_sides(backward: OptimalBranch, forward: OptimalBranch) -> OptimalBranc
         for name, value in vars(backward).items()
         if isinstance(value, np.ndarray)
     }
-    special = tuple(map(_reverse, reversed(backward.special)))
-    return replace(forward, **arrays, special=(*special, *forward.special), begin=backward.end)
+    count = backward.values.size
+    before = [replace(_reverse(point), place=count - point.place) for point in reversed(backward.special)]
+    after = [replace(point, place=point.place + count - 1) for point in forward.special]
+    return replace(forward, **arrays, special=(*before, *after), begin=backward.end)
 
 
 def _reverse(point: OptimalSpecial) -> OptimalSpecial:

@@ -15,6 +15,7 @@ from enum import Enum
 import attrs
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.kkt_point import (
     KktLinearisation,
     KktPoint,
@@ -68,6 +69,7 @@ class PathKind(Enum):
         return self.key.replace("_", " ")
 
 
+@check_arguments
 @attrs.frozen(kw_only=True)
 class PathOptions:
     """Options of the continuation of optima.  Lengths are relative to the range and to the typical unknowns.

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.gait import Verification
 from gaitopt.motion.motion import Jump, Motion, Segment
@@ -11,6 +12,7 @@ from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 from gaitopt.status import Status
 
 
+@check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MultiStepGait:
     """An optimised gait of several steps.

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot
@@ -16,6 +17,7 @@ FOOT_SPEED = "foot_speed"
 """Name of the speed of the stance foot in a state after touchdown."""
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MultiStepProblem:
     """An optimal-control problem for several consecutive steps, each with its own sequence, friction and limits.
@@ -131,6 +133,7 @@ class MultiStepProblem:
                 raise InputError(f"footholds: the place of step {number} needs (lower, upper) [m], got {pair!r}.")
 
 
+@check_arguments
 def state_after_touchdown(gait: Gait) -> dict[str, float]:
     """Return the state of a gait after its touchdown by name, for the start or the end of a gait of several steps.
 

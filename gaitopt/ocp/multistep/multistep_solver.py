@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import full_coordinates
 from gaitopt.model.step_check import require_valid_step
@@ -30,6 +31,7 @@ MOST_DOUBLINGS = 2
 """Largest number of times that the intervals are doubled until the plan is accurate between its nodes."""
 
 
+@check_arguments
 def solve_steps(
     problem: MultiStepProblem, *, solver: Ipopt | None = None, observer: SolveObserver = silent
 ) -> MultiStepGait:

@@ -4,10 +4,12 @@ import math
 
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.parameters import as_float, number_within, positive
 
 
+@check_arguments
 @frozen(kw_only=True)
 class StabilityBound:
     """Bound on the largest modulus of the multipliers of a planned gait, and its weight in the objective.

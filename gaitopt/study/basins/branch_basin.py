@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.gait_lookup import gaits_at
 from gaitopt.continuation.gait_source import AnyCycle
@@ -38,6 +39,7 @@ class _Point(NamedTuple):
     push: FatalPush | None
 
 
+@check_arguments
 def basin_along_branch(
     problem: WalkProblem,
     diagram: BranchDiagram,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from attrs import field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
@@ -18,6 +19,7 @@ SPREADS = (0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007, 0.003)
 """Standard deviations of the changes of the best direction, one round of the refinement each."""
 
 
+@check_arguments
 @dataclass(frozen=True, kw_only=True)
 class FatalPush:
     """The smallest push after which a walker does not return to its gait.
@@ -50,6 +52,7 @@ class FatalPush:
     walks: int
 
 
+@check_arguments
 @frozen(kw_only=True)
 class PushSearch:
     """Options of the search for the smallest fatal push.
@@ -86,6 +89,7 @@ class PushSearch:
     seed: int = field(default=0, validator=whole_number(0))
 
 
+@check_arguments
 def find_fatal_push(
     walker: Walker, cycle: Cycle, search: PushSearch | None = None, *, guesses: Sequence[Array] = ()
 ) -> FatalPush:

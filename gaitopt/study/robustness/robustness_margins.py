@@ -17,7 +17,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
-from gaitopt.parameters import positive, whole_number
+from gaitopt.parameters import check_type, positive, whole_number
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
@@ -130,6 +130,13 @@ def assess_robustness(
     >>> [each.kind for each in assess_robustness(robot, law, cycle, walking=quick, test=push)]
     ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
+    for name, value, kind in (
+        ("walking", walking, WalkTest),
+        ("test", test, PushTest),
+        ("execution", execution, Execution),
+    ):
+        if value is not None:
+            check_type(name, value, kind, f"an object such as {kind.__name__}()")
     engine = engine or default_engine(law, robot)
     setting = _DisturbedGait(robot, law, cycle, engine, walking or WalkTest(), test or PushTest())
     kinds = ["push", "downhill slope", "uphill slope"]

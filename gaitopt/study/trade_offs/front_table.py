@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.checksum import append_checksum
+from gaitopt.motion.file_structure import check_structure, find_group
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
@@ -205,9 +209,11 @@ def write_front(front: Front, path: Path) -> "xr.Dataset":
                 gait = front.gait(index)
                 if gait is not None:
                     write_gait(file.create_group(f"{GAITS}/{number}"), gait, robots)
+        append_checksum(temporary)
     return table
 
 
+@check_arguments
 def load_front(path: str | Path) -> "xr.Dataset":
     """Read the table of a front.
 
@@ -223,9 +229,10 @@ def load_front(path: str | Path) -> "xr.Dataset":
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
-    return read_table(path, KIND, VERSION)
+    return read_table(path, KIND, VERSION, omit={GAITS})
 
 
+@check_arguments
 def load_front_gait(path: str | Path, point: int) -> Gait:
     """Read the gait of one point of a front, solved or not.
 
@@ -244,8 +251,12 @@ def load_front_gait(path: str | Path, point: int) -> Gait:
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
     count = load_front(path).sizes["point"]
-    with h5py.File(path, "r") as file:
-        if f"{GAITS}/{point}" not in file:
-            raise InputError(f"The front in {path} has no gait at point {point!r}; its points are 0 to {count - 1}.")
-        gait: Any = read_gait(file[f"{GAITS}/{point}"])
-        return gait
+    gait: Any = None
+    with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
+        group = find_group(file, f"{GAITS}/{point}")
+        if group is not None:
+            check_structure(group)
+            gait = read_gait(group)
+    if gait is None:
+        raise InputError(f"The front in {path} has no gait at point {point!r}; its points are 0 to {count - 1}.")
+    return gait

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, field, frozen
 
+from gaitopt.arguments import check_arguments
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.atomic import check_writable
@@ -53,6 +54,7 @@ def _check_bounds(options: "Pareto", attribute: Any, bounds: Mapping[str, tuple[
             raise InputError(f"bounds of {name} must be a pair (lower, upper), got {pair!r}.")
 
 
+@check_arguments
 @frozen(kw_only=True)
 class Pareto:
     """A trade-off between the cost of a problem and other quantities of its gaits.
