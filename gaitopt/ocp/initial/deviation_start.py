@@ -1,5 +1,7 @@
 """Initial values of the deviations: the solution of their equations, which are linear at a constant motion."""
 
+import warnings
+
 import numpy as np
 import scipy.sparse.linalg
 
@@ -31,7 +33,9 @@ def solve_deviations(transcription: Transcription, x: Array, data: Array) -> Arr
     for _ in range(STEPS):
         values, jacobian = transcription.nlp.derivatives["jac_g"](point, data)
         matrix = jacobian.sparse().tocsr()[places][:, columns]
-        change = scipy.sparse.linalg.spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
+        with warnings.catch_warnings():  # a singular matrix gives nan, which is checked below
+            warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
+            change = scipy.sparse.linalg.spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
         if not np.all(np.isfinite(change)):
             return x
         point[columns] += change
