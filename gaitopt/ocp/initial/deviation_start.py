@@ -3,7 +3,7 @@
 import warnings
 
 import numpy as np
-import scipy.sparse.linalg
+import scipy
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import LEAST_RADIUS
@@ -29,13 +29,13 @@ def solve_deviations(transcription: Transcription, x: Array, data: Array) -> Arr
     variables, rows = transcription.variables, transcription.constraints
     columns = np.concatenate([table.ravel() for key, table in variables.tables.items() if _base(key) in DEVIATIONS])
     places = np.concatenate([table.ravel() for key, table in rows.tables.items() if _base(key) in DEVIATION_GROUPS])
-    point = x.copy()
+    point, linear = x.copy(), scipy.sparse.linalg  # SciPy imports its parts when they are used
     for _ in range(STEPS):
         values, jacobian = transcription.nlp.derivatives["jac_g"](point, data)
         matrix = jacobian.sparse().tocsr()[places][:, columns]
         with warnings.catch_warnings():  # a singular matrix gives nan, which is checked below
-            warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
-            change = scipy.sparse.linalg.spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
+            warnings.simplefilter("ignore", linear.MatrixRankWarning)
+            change = linear.spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
         if not np.all(np.isfinite(change)):
             return x
         point[columns] += change
