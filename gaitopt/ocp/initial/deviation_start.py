@@ -1,9 +1,6 @@
 """Initial values of the deviations: the solution of their equations, which are linear at a constant motion."""
 
-import warnings
-
 import numpy as np
-import scipy
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import LEAST_RADIUS
@@ -26,16 +23,16 @@ def solve_deviations(transcription: Transcription, x: Array, data: Array) -> Arr
     x : (n_variables,) array
     data : (n_z,) array
     """
+    from scipy.sparse.linalg import spsolve  # whose import takes longer than a solve
+
     variables, rows = transcription.variables, transcription.constraints
     columns = np.concatenate([table.ravel() for key, table in variables.tables.items() if _base(key) in DEVIATIONS])
     places = np.concatenate([table.ravel() for key, table in rows.tables.items() if _base(key) in DEVIATION_GROUPS])
-    point, linear = x.copy(), scipy.sparse.linalg  # SciPy imports its parts when they are used
+    point = x.copy()
     for _ in range(STEPS):
         values, jacobian = transcription.nlp.derivatives["jac_g"](point, data)
         matrix = jacobian.sparse().tocsr()[places][:, columns]
-        with warnings.catch_warnings():  # a singular matrix gives nan, which is checked below
-            warnings.simplefilter("ignore", linear.MatrixRankWarning)
-            change = linear.spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
+        change = spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
         if not np.all(np.isfinite(change)):
             return x
         point[columns] += change
