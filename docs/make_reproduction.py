@@ -1,4 +1,4 @@
-"""Write docs/reproduction.md and docs/frontiers.md with their figures, from the scripts in problems/studies.
+"""Write the pages reproduction, frontiers and slipping_contacts of docs with their figures, from problems/studies.
 
 Run it with ``python docs/make_reproduction.py``; it takes a few minutes with the fast engine.  ``python
 docs/make_reproduction.py frontiers`` writes one page only.
@@ -33,6 +33,7 @@ ORDER = (
     "benchmarks",
 )
 FRONTIERS = ("frontier_friction", "frontier_energy", "frontier_speed_step", "frontier_ankle")
+CONTACTS = ("double_support", "slipping_landings")
 DOTS_PER_INCH, LARGEST_IMAGE = 110, 150_000
 NEGLIGIBLE = 1e-2
 """Fraction of a tolerance below which a difference is attributed to rounding."""
@@ -63,6 +64,16 @@ and is replayed by the event-driven simulator. All optima are local.
 `python docs/make_reproduction.py frontiers` writes this page.
 """
 
+CONTACTS_HEAD = """# Slip of several contacts
+
+This page compares gaits in which a contact slips by choice: the trailing foot in a double support, and the foot that
+lands in hopping and running. Every gait is an optimum, which is replayed by the event-driven simulator; gaits that fail
+the replay are listed as failed and are not shown. All optima are local: each point is warm-started from its neighbours
+in both directions.
+
+`python docs/make_reproduction.py contacts` writes this page.
+"""
+
 
 def main(pages):
     """Run the studies of the given pages and write the pages."""
@@ -72,6 +83,8 @@ def main(pages):
         write("reproduction", head(numbers), sections)
     if "frontiers" in pages:
         write("frontiers", FRONTIERS_HEAD, run(FRONTIERS)[0])
+    if "contacts" in pages:
+        write("slipping_contacts", CONTACTS_HEAD, run(CONTACTS)[0])
 
 
 def write(page, introduction, sections):
@@ -176,4 +189,4 @@ def _decimals(number):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or ("reproduction", "frontiers"))
+    main(sys.argv[1:] or ("reproduction", "frontiers", "contacts"))

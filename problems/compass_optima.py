@@ -4,7 +4,8 @@ Run it with ``gaitopt trace problems/compass_optima.py --over friction=0.10:0.25
 optimum and marks every friction at which a constraint becomes active or inactive.
 """
 
-from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+from gaitopt import GaitProblem, Limits, compass_biped
+from gaitopt.ocp import transcription_named
 
 
 def problem(
@@ -15,6 +16,7 @@ def problem(
     torque_limit=6.0,  # of ankle and hip each [N m]
     intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter); the branch keeps this grid
     sequence="stick | stick",  # contact sequence: phases | impact
+    transcription="collocation",  # or multiple_shooting
 ):
     """Return the problem: least squared torques; branches need a smooth objective."""
     return GaitProblem(
@@ -27,7 +29,7 @@ def problem(
         step_length=step_length,
         limits=Limits(torque=torque_limit),
         objective="torque_squared",
-        transcription=Collocation(intervals=intervals),
+        transcription=transcription_named(transcription)(intervals=intervals),
     )
 
 

@@ -69,7 +69,7 @@ def problem(
         speed=speed,
         step_length=step_length,
         objective=monopod.HopEffort(),
-        limits=PlanarLimits(coordinate={"leg": (0.35, 0.65), "pitch": (-0.5, 0.5)}, clearance=clearance),
+        limits=PlanarLimits(coordinate={"leg": (0.35, 0.65), "pitch": monopod.PITCH}, clearance=clearance),
         margins=Margins(touchdown_rate=0.1, slip_speed=0, normal_force=0),
         guess=hop_guess(step_length, step_length / speed),
         transcription=Collocation(intervals=(stance_intervals, flight_intervals)),

@@ -10,6 +10,9 @@ from gaitopt import Collocation, Margins
 from gaitopt.model.robots.monopod import monopod
 from gaitopt.ocp import Objective, PlanarLimits, PlanarProblem
 
+PITCH = (-0.5, 0.5)
+"""Bounds of the body's angle [rad].  The cost does not depend on its mean, which is undetermined without them."""
+
 
 @dataclass(frozen=True)
 class HopEffort(Objective):
@@ -44,7 +47,7 @@ def problem(
         speed=speed,
         step_length=step_length,
         objective=HopEffort(),
-        limits=PlanarLimits(coordinate={"s": (0.35, 0.65)}, clearance=clearance),
+        limits=PlanarLimits(coordinate={"s": (0.35, 0.65), "phi": PITCH}, clearance=clearance),
         margins=Margins(touchdown_rate=approach, slip_speed=0, normal_force=0),
         transcription=Collocation(
             intervals=tuple(flight_intervals if "flight" in phase else stance_intervals for phase in phases)

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from gaitopt.cli import (
     basin_command,
+    design_command,
     exporting,
     feedback,
     impact_command,
@@ -47,6 +48,7 @@ for command in (
     solving.solve,
     solving.show,
     solving.verify,
+    design_command.design,
     exporting.plot,
     exporting.animate,
     exporting.report,

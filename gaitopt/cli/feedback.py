@@ -61,7 +61,7 @@ def tune(
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
-    from gaitopt.cli.script import load_any_gait, require_single_support_gait
+    from gaitopt.cli.script import load_single_support_gait
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tune import tune_feedback
@@ -71,7 +71,7 @@ def tune(
     if output is not None:
         check_suffix(output, {".json": "tuned gains"})
         check_writable(output)
-    gait = require_single_support_gait(load_any_gait(file, problem)).require()
+    gait = load_single_support_gait(file, problem)
     with show_progress("tuning", hidden=json) as display:
         tuned = tune_feedback(
             gait,
@@ -125,14 +125,14 @@ def push(
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """
-    from gaitopt.cli.script import load_any_gait, require_single_support_gait
+    from gaitopt.cli.script import load_single_support_gait
     from gaitopt.control.law import feedforward
     from gaitopt.simulation.engine_choice import default_engine
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
 
     began = time.perf_counter()
-    gait = require_single_support_gait(load_any_gait(file, problem)).require()
+    gait = load_single_support_gait(file, problem)
     robot = gait.robot
     chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)

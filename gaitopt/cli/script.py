@@ -203,12 +203,38 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
     return problem
 
 
+def load_single_support_gait(file: Path, script: Path | None) -> Gait:
+    """Return the gait of a file for a command on feedback.
+
+    Raises
+    ------
+    InputError
+        If its robot has several contacts, or the file is a script.
+    """
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.stability.walk_problem import WalkProblem
+
+    if file.suffix == ".py" and file.is_file():
+        stated = read_script(file)()
+        if isinstance(stated, PlanarProblem):
+            raise InputError(
+                f"{file} has a robot with several contacts; 'gaitopt stability {file} --law lqr' designs and assesses "
+                "its feedback."
+            )
+        if isinstance(stated, WalkProblem | PlanarWalkProblem):
+            raise InputError(
+                f"{file} is a walking problem without optimisation; 'gaitopt stability {file}' assesses its gaits."
+            )
+    return require_single_support_gait(load_any_gait(file, script)).require()
+
+
 def require_single_support_gait(gait: object) -> Gait:
     """Return a gait, or raise InputError if its robot has several contacts."""
     if not isinstance(gait, Gait):
         raise InputError(
-            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law step-lqr' designs and "
-            "assesses its feedback."
+            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law lqr' (or step-lqr) designs "
+            "and assesses its feedback."
         )
     return gait
 
@@ -220,9 +246,15 @@ def any_walk_problem(script: Script) -> "WalkProblem | PlanarWalkProblem":
 
 def require_walk_problem(problem: object, script: Script) -> "WalkProblem | PlanarWalkProblem":
     """Return the walking problem that a script has returned; errors as :func:`gait_problem`."""
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
+    if isinstance(problem, PlanarProblem):
+        raise InputError(
+            f"{script.path} optimises a robot with several contacts; 'gaitopt solve' finds its gait, and 'gaitopt "
+            f"stability {script.path}' assesses it, with --law lqr under feedback."
+        )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
         raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")

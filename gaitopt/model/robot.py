@@ -17,7 +17,6 @@ from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry, count_coordinates
 from gaitopt.model.ground import GROUND
-from gaitopt.model.robot_formulation import formulate_robot
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.robot_serialisation import read_fields, write_record
 from gaitopt.model.terrain import refuse_terrain
@@ -222,9 +221,13 @@ class Robot(LazyRecord):
         return f"Robot({self.name!r}, angles={self.angles}, actuators={self.actuators})"
 
     def __str__(self) -> str:
+        from gaitopt.model.robot_formulation import formulate_robot
+
         return str(formulate_robot(self))
 
     def _repr_latex_(self) -> str:
+        from gaitopt.model.robot_formulation import formulate_robot
+
         return formulate_robot(self).latex
 
     @functools.cached_property

@@ -20,7 +20,6 @@ from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
 from gaitopt.ocp.statement.objective_names import objective_named
-from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
@@ -149,9 +148,13 @@ class GaitProblem:
         return clip_values(values, self.free)
 
     def __str__(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return str(formulate_gait_problem(self))
 
     def _repr_latex_(self) -> str:
+        from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
+
         return formulate_gait_problem(self).latex
 
     def replace(self, **changes: Any) -> "GaitProblem":

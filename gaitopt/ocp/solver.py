@@ -7,9 +7,6 @@ from gaitopt.errors import InputError
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.ocp.mode_search.homotopy import Homotopy
-from gaitopt.ocp.mode_search.open_infeasibility import conclude_proposal, conclude_without_pairs
-from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -27,6 +24,7 @@ from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
+    from gaitopt.ocp.mode_search.homotopy import Homotopy
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 RETRIES = 3
@@ -43,7 +41,7 @@ def solve(
     *,
     starts: int | None = None,
     solver: NlpSolver | None = None,
-    homotopy: Homotopy | None = None,
+    homotopy: "Homotopy | None" = None,
     observer: SolveObserver = silent,
 ) -> Gait: ...
 
@@ -66,7 +64,7 @@ def solve(
     *,
     starts: int | None = None,
     solver: NlpSolver | None = None,
-    homotopy: Homotopy | None = None,
+    homotopy: "Homotopy | None" = None,
     observer: SolveObserver = silent,
 ) -> Gait | PlanarGait:
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
@@ -131,7 +129,7 @@ def solve(
         solver = solver.start_clock()
     require_valid_step(problem.robot)
     if problem.sequence.is_open:
-        return _solve_open(problem, starts or 1, solver, homotopy or Homotopy(), observer)
+        return _solve_open(problem, starts or 1, solver, homotopy, observer)
     if problem.stability is not None and _is_new(problem):
         return _solve_with_stability(problem, starts, solver, observer)
     plans = InaccuratePlans()
@@ -178,9 +176,14 @@ def _solve_first(
 
 
 def _solve_open(
-    problem: GaitProblem, starts: int, solver: NlpSolver, homotopy: Homotopy, observer: SolveObserver
+    problem: GaitProblem, starts: int, solver: NlpSolver, homotopy: "Homotopy | None", observer: SolveObserver
 ) -> Gait:
     """Solve a problem with an open contact sequence from each start, or conclude why it is not solved."""
+    from gaitopt.ocp.mode_search.homotopy import Homotopy
+    from gaitopt.ocp.mode_search.open_infeasibility import conclude_proposal, conclude_without_pairs
+    from gaitopt.ocp.mode_search.sequence_proposal import solve_open_sequence
+
+    homotopy = homotopy or Homotopy()
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     gaits: list[Gait] = []
     while not _is_finished(gaits, [], starts):

@@ -8,6 +8,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram
 from gaitopt.errors import InputError
+from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -79,9 +80,10 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
 def _draw(upper: "Axes", lower: "Axes", branch: OptimalBranch, color: Any, *, angular: bool) -> None:
     """Draw one branch in both panels."""
     values = np.degrees(branch.values) if angular else branch.values
-    for begin, end, minimum in _pieces(branch):
+    for curve, costs, minimum in _pieces(branch):
         dashes = "-" if minimum else (0, (3, 1.5))
-        upper.plot(values[begin:end], branch.costs[begin:end], color=color, linestyle=dashes, label="_branch")
+        curve = np.degrees(curve) if angular else curve
+        upper.plot(curve, costs, color=color, linestyle=dashes, label="_branch")
     known = np.isfinite(branch.multipliers).any(axis=1)
     radii = np.nanmax(np.abs(branch.multipliers[known]), axis=1) if known.any() else np.empty(0)
     lower.plot(values[known], np.minimum(radii, 2 * LARGEST_SHOWN), color=color, label="_branch")
@@ -100,11 +102,19 @@ def _draw(upper: "Axes", lower: "Axes", branch: OptimalBranch, color: Any, *, an
         )
 
 
-def _pieces(branch: OptimalBranch) -> list[tuple[int, int, bool]]:
-    """Return the pieces of a branch that consist of minima or not; one ends at the first point of the next."""
-    changes = np.flatnonzero(np.diff(branch.minimum)) + 1
-    begins, ends = [0, *changes.tolist()], [*(changes + 1).tolist(), branch.values.size]
-    return [(begin, end, bool(branch.minimum[begin])) for begin, end in zip(begins, ends, strict=True)]
+def _pieces(branch: OptimalBranch) -> list[tuple[Array, Array, bool]]:
+    """Return values and costs of the pieces of a branch that consist of minima or not, special points included.
+
+    A piece ends at the first point of the next one.
+    """
+    places = [point.place for point in branch.special]
+    values = np.insert(branch.values, places, [point.value for point in branch.special])
+    costs = np.insert(branch.costs, places, [point.cost for point in branch.special])
+    last = branch.values.size - 1
+    minimum = np.insert(branch.minimum, places, [branch.minimum[min(place, last)] for place in places])
+    changes = np.flatnonzero(np.diff(minimum)) + 1
+    begins, ends = [0, *changes.tolist()], [*(changes + 1).tolist(), values.size]
+    return [(values[i:j], costs[i:j], bool(minimum[i])) for i, j in zip(begins, ends, strict=True)]
 
 
 def _legend_entries(axes: "Axes", colors: dict[str, Any]) -> tuple[list[Any], list[str]]:

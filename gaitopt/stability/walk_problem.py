@@ -7,7 +7,6 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.model.robot_formulation import formulate_robot
 from gaitopt.motion.contact_sequence import ContactSequence
 
 
@@ -58,7 +57,11 @@ class WalkProblem:
             )
 
     def __str__(self) -> str:
+        from gaitopt.model.robot_formulation import formulate_robot
+
         return str(formulate_robot(self.robot, self.parameters))
 
     def _repr_latex_(self) -> str:
+        from gaitopt.model.robot_formulation import formulate_robot
+
         return formulate_robot(self.robot, self.parameters).latex

@@ -20,6 +20,13 @@ JUMP_LINE = {"color": "0.55", "linewidth": 0.9, "linestyle": (0, (3, 2)), "label
 STICK_LINE = {"color": "0.2", "linewidth": 1.3}
 SLIP_WIDTH = 2.6
 
+TERMS = (
+    ("impact_loss", 1, "impact", "#0072B2", ""),
+    ("friction_loss", 1, "friction", "#E69F00", "///"),
+    ("braking_work", 2, "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
+)
+"""Terms of the absolute work of the motors on level ground: name, factor, label, colour, hatch."""
+
 
 def draw_by_mode(axes, horizontal, vertical, modes):
     """Plot the phases of a path: sticking phases thin and dark, slip phases wide and coloured by direction."""
@@ -39,6 +46,19 @@ def draw_jump(axes, start, end):
         xytext=tuple(middle - beyond),
         arrowprops={"arrowstyle": "-|>", "color": "0.55", "linewidth": 0.9, "mutation_scale": 9},
     )
+
+
+def stack_terms(axes, shift, width, heights):
+    """Plot stacked bars of the terms of the motors' work at 0, 1, ..., with negative terms below zero."""
+    places, tops = np.arange(len(heights[0])) + shift, {True: 0.0, False: 0.0}
+    for (_, _, label, color, hatch), height in zip(TERMS, heights, strict=True):
+        for up in (True, False):
+            part = np.where((height > 0) == up, height, 0.0)
+            style = {"color": color, "hatch": hatch, "edgecolor": "white", "linewidth": 0.5}
+            bars = axes.bar(places, part, width, bottom=tops[up], label=label if up else None, **style)
+            for bar in bars:
+                bar.sticky_edges.y.clear()
+            tops[up] = tops[up] + part
 
 
 def key_of_modes(figure, modes=(Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD), *others):

@@ -7,19 +7,13 @@ exceeds the cost of slip and braking, until friction is so high that slip would 
 """
 
 import numpy as np
-from drawing import STYLE, format_sequence
+from drawing import STYLE, TERMS, format_sequence, stack_terms
 from frontier_setup import walker
 
 from gaitopt import Execution, sweep
 from gaitopt.study import PublishedValue, Reproduction
 
 SLIP, STICK = "slip+ stick | slip+", "stick | stick"
-TERMS = (
-    ("impact_loss", 1, "impact", "#0072B2", ""),
-    ("friction_loss", 1, "friction", "#E69F00", "///"),
-    ("braking_work", 2, "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
-)
-"""Terms of the absolute work: name, factor, label, colour, hatch."""
 
 
 def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
@@ -29,10 +23,10 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
     with STYLE.figure(3.8) as figure:
         left, right = figure.subplots(1, 2)
         for sequence, shift in ((STICK, -0.2), (SLIP, 0.2)):
-            _stack(left, shift, 0.36, [terms[name].sel(sequence=sequence).values for name, *_ in TERMS])
+            stack_terms(left, shift, 0.36, [terms[name].sel(sequence=sequence).values for name, *_ in TERMS])
         left.set(xlabel=f"friction $\\mu$ (left bar {format_sequence(STICK)}, right bar {format_sequence(SLIP)})")
         left.set(ylabel="work of the motors over distance [J/m]", ylim=(0, None))
-        _stack(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
+        stack_terms(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
         right.plot(sum(map(_difference, terms.values())), "D", color="0.1", markeredgecolor="white", label="total")
         right.axhline(0, color="0.3", linewidth=0.8)
         right.margins(y=0.08)
@@ -50,19 +44,6 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
 
 def _difference(term):
     return term.sel(sequence=SLIP).values - term.sel(sequence=STICK).values
-
-
-def _stack(axes, shift, width, heights):
-    """Plot stacked bars of the terms at each friction, with negative terms below zero."""
-    places, tops = np.arange(len(heights[0])) + shift, {True: 0.0, False: 0.0}
-    for (_, _, label, color, hatch), height in zip(TERMS, heights, strict=True):
-        for up in (True, False):
-            part = np.where((height > 0) == up, height, 0.0)
-            style = {"color": color, "hatch": hatch, "edgecolor": "white", "linewidth": 0.5}
-            bars = axes.bar(places, part, width, bottom=tops[up], label=label if up else None, **style)
-            for bar in bars:
-                bar.sticky_edges.y.clear()
-            tops[up] = tops[up] + part
 
 
 def _numbers(table, terms):

@@ -26,7 +26,9 @@ def study(points=20, torque_limit=6.0, workers=1):  # [N m]
         )
         fronts[sequence] = trade_off.trace(problem, execution=Execution(workers=workers))
     numbers = [
-        check_optimum(f"{sequence}: cost of transport at the loosest bound", front.cost.values[0], OPTIMA[sequence])
+        check_optimum(
+            f"{sequence}: cost of transport at the loosest bound", front.cost.values[0], OPTIMA[sequence], 2e-3
+        )
         for sequence, front in fronts.items()
     ]
     return Reproduction(_figure(fronts), tuple(numbers), tuple(_remark(*item) for item in fronts.items()))

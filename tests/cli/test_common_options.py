@@ -45,6 +45,8 @@ def test_commands_and_python_verbs_have_the_same_names():
         "tune",
         "push",
         "impact",
+        "pareto",  # Pareto(...).trace
+        "design",  # solve, and Family(...).solve
     }
     assert set(COMMANDS) - other <= set(gaitopt.__all__)
 

@@ -14,7 +14,8 @@ from gaitopt.ocp import solve_planar
 from tests.ocp.multicontact_examples import walk
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
-KNEES, HOPPER, ROUND_FEET = (f"problems/{name}.py" for name in ("kneed_walker", "hopper", "round_feet"))
+NAMES = "kneed_walker", "hopper", "round_feet", "monopod"
+KNEES, HOPPER, ROUND_FEET, MONOPOD = (f"problems/{name}.py" for name in NAMES)
 
 
 def run(*arguments):
@@ -97,6 +98,11 @@ def test_the_table_lists_sequence_and_multipliers():
             ("basin", HOPPER, "--over", "body=0.6:0.7:2"),
             "has a robot with several contacts; 'gaitopt stability', 'gaitopt simulate' and 'gaitopt impact' accept it",
         ),
+        (("basin", MONOPOD, "--over", "y=0.6:0.7:2"), f"'gaitopt stability {MONOPOD}' assesses it, with --law lqr"),
+        (("simulate", MONOPOD), f"'gaitopt stability {MONOPOD}' assesses it, with --law lqr"),
+        (("tune", MONOPOD), f"'gaitopt stability {MONOPOD} --law lqr' designs and assesses its feedback"),
+        (("push", MONOPOD), f"'gaitopt stability {MONOPOD} --law lqr' designs and assesses its feedback"),
+        (("push", HOPPER), f"'gaitopt stability {HOPPER}' assesses its gaits"),
         (("solve", HOPPER), "is a walking problem without optimisation"),
         (("stability", HOPPER, "--set", "thrst=1"), "Did you mean 'thrust'"),
     ],
@@ -124,7 +130,7 @@ def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
 
 def test_commands_on_feedback_name_the_command_for_several_contacts():
     gait = solve_planar(walk(transcription=Collocation(intervals=10)))
-    with pytest.raises(InputError, match="several contacts; 'gaitopt stability SCRIPT --law step-lqr'"):
+    with pytest.raises(InputError, match="several contacts; 'gaitopt stability SCRIPT --law lqr'"):
         require_single_support_gait(gait)
 
 

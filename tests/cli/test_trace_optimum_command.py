@@ -68,3 +68,12 @@ def test_an_interrupt_keeps_the_gaits_followed(command, root, folder, monkeypatc
     assert result.status == 130
     assert result.json["complete"] is False
     assert len(result.json["branches"][0]["points"]) == 3
+
+
+def test_neighbouring_sequences_and_their_border_are_printed(command, root):
+    options = ["--set", "friction=0.14", "--set", "intervals=20", "--points", "4", "--replay", "0", "--neighbours"]
+    result = command("trace", root / OPTIMA, *options, "--over", "speed=0.62:0.66")
+    assert result.status == 0, result.err
+    assert "backward impact cone at touchdown" in result.out
+    assert "lowest cost: 'stick | stick' below speed = 0.6473140" in result.out
+    assert "'slip+ stick | slip+' above" in result.out

@@ -130,7 +130,7 @@ def test_the_optimal_cost_over_the_slope_touches_zero_at_the_passive_gait():
         friction=0.5,
         speed=passive.travel / passive.period,
         step_length=None,
-        transcription=Collocation(points=6, intervals=40),
+        transcription=Collocation(intervals=20),
     )
     options = OptimumOptions(points=8, replay=0)
     branch = trace_optimum(problem, {"slope": (0.6 * slope, 1.43 * slope)}, options=options).branches[0]

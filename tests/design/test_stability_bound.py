@@ -21,13 +21,12 @@ from gaitopt import (
     verify,
 )
 from gaitopt.design import planned_gains, planned_law
-from gaitopt.model.robots.compass_with_torso import compass_with_torso
 from gaitopt.ocp.bounds import nlp_data, transcribe_problem
 from gaitopt.ocp.initial.deviation_start import solve_deviations, spectral_radius
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.transcription.deviations import section_names
-from gaitopt.ocp.transcription.radius_condition import characteristic_coefficients, jury_conditions
+from gaitopt.ocp.transcription.radius_condition import MARGIN, characteristic_coefficients, jury_conditions
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
@@ -51,15 +50,21 @@ def bounded():
 
 
 def replayed_multipliers(gait, law, step=1e-5):
-    """Return the multipliers by central differences of the simulated return map, and its derivative."""
+    """Return the moduli of the multipliers by extrapolated central differences of the simulated return map.
+
+    Its second derivative is not continuous, because the torque is constant after the planned touchdown: the error of a
+    central difference is linear in the step.
+    """
     walker = make_walker(gait.robot, law, gait.motion.parameters, period=gait.period)
     first = gait.motion.segments[0]
     section = Section(gait.robot, walker.p, sliding=gait.sequence.impact.slips)
     return_map, z = ReturnMap(walker, section), section.project(np.concatenate([first.q[:, 0], first.v[:, 0]]))
-    columns = [
-        (return_map(z + step * unit).end - return_map(z - step * unit).end) / (2 * step) for unit in np.eye(z.size)
-    ]
-    return np.abs(np.linalg.eigvals(np.column_stack(columns)))
+
+    def difference(h):
+        ends = [(return_map(z + h * unit).end, return_map(z - h * unit).end) for unit in np.eye(z.size)]
+        return np.column_stack([(after - before) / (2 * h) for after, before in ends])
+
+    return np.abs(np.linalg.eigvals(2 * difference(step / 2) - difference(step)))
 
 
 @pytest.mark.parametrize(
@@ -135,8 +140,11 @@ def test_the_conditions_hold_if_and_only_if_all_zeros_are_in_the_circle(rng):
             sample = rng.normal(size=(size, size))
             radius = np.max(np.abs(np.linalg.eigvals(sample)))
             sample *= rng.uniform(0.8, 1.2) / radius
-            holds = np.min(conditions(sample).full()) >= 0
-            assert holds == (np.max(np.abs(np.linalg.eigvals(sample))) <= 1)
+            zeros = np.linalg.eigvals(sample)
+            allowed = size < 3 or abs(np.prod(zeros)) <= 1 - MARGIN
+            assert (np.min(conditions(sample).full()) >= 0) == (allowed and np.max(np.abs(zeros)) <= 1)
+        reciprocal = np.diag([2.0, 1.0, 0.5][:size])  # the conditions without a margin hold for these three
+        assert np.min(conditions(reciprocal).full()) < -1e-3
 
 
 @pytest.mark.parametrize(
@@ -146,7 +154,6 @@ def test_the_conditions_hold_if_and_only_if_all_zeros_are_in_the_circle(rng):
         ({"stability": StabilityBound(radius=0.5), "transcription": MultipleShooting()}, r"Collocation\(\)"),
         ({"stability": StabilityBound(radius=0.5), "sequence": "slip+ | slip+"}, "in which the foot sticks"),
         ({"stability": StabilityBound(radius=0.5), "sequence": "any | any"}, "closed|any"),
-        ({"stability": StabilityBound(radius=0.5), "robot": compass_with_torso()}, "at most 3 multipliers"),
     ],
 )
 def test_problems_without_a_bound(changes, reason):

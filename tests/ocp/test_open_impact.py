@@ -173,8 +173,12 @@ def test_a_failed_proposal_is_concluded(reference_problem, monkeypatch):
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 0)
     failed = solve(reference_problem(sequence=CLOSED[0], torque=0.3, intervals=10))
     assert failed.status is Status.INFEASIBLE
-    monkeypatch.setattr("gaitopt.ocp.solver.solve_open_sequence", lambda *arguments, homotopy: failed)
-    monkeypatch.setattr("gaitopt.ocp.solver.conclude_without_pairs", lambda problem, failure, *others: failure)
+    monkeypatch.setattr(
+        "gaitopt.ocp.mode_search.sequence_proposal.solve_open_sequence", lambda *arguments, homotopy: failed
+    )
+    monkeypatch.setattr(
+        "gaitopt.ocp.mode_search.open_infeasibility.conclude_without_pairs", lambda problem, failure, *others: failure
+    )
     gait = solve(reference_problem(sequence=OPEN, torque=0.3, intervals=10))
     assert gait.status is Status.INFEASIBLE
     assert gait.solver.message.endswith(f"with the proposed sequence '{CLOSED[0]}'")

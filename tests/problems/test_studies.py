@@ -21,6 +21,7 @@ SMALL = {
     "compass_force_ratio": {},
     "compass_multipliers": {"least": 0.1, "most": 0.2},
     "compass_portraits": {},
+    "double_support": {"steps": (0.8,), "frictions": (0.2,), "shown": 0.2},
     "feedback_figures": {"laws": ("lqr",), "evaluations": 2, "starts": 1, "steps": 4, "pushes": 2},
     "feedback_laws": {"names": ("stick | stick",), "laws": ("lqr",), "evaluations": 2, "starts": 2, "sizes": 2},
     "frontier_ankle": {"limits": (6.0,), "speeds": (0.6, 0.6, 1), "workers": 1},
@@ -39,6 +40,7 @@ SMALL = {
     "multi_step_gaits": {},
     "robust_gait": {"count": 2, "evaluations": 2},
     "trade_off_torque": {"points": 2},
+    "slipping_landings": {"hopping": (0.15,), "running": ()},
 }
 """Parameters that make each script quick."""
 
@@ -115,7 +117,13 @@ def test_every_study_is_tested_and_on_the_page():
     assert scripts == set(SMALL)
     pages = [
         ROOT / "docs" / name
-        for name in ("reproduction.md", "frontiers.md", "howto/trade_offs.md", "howto/multi_step.md")
+        for name in (
+            "reproduction.md",
+            "frontiers.md",
+            "slipping_contacts.md",
+            "howto/trade_offs.md",
+            "howto/multi_step.md",
+        )
     ]
     page = "".join(path.read_text(encoding="utf-8") for path in pages)
     assert all(

@@ -68,4 +68,4 @@ def test_the_command_refuses_scripts_of_optimisations(tmp_path, monkeypatch, cap
     with pytest.raises(SystemExit) as end:
         main(["report", str(ROOT / "problems" / "monopod.py")])
     assert end.value.code == 2
-    assert "solve it first and name the gait file" in " ".join(capsys.readouterr().err.split())
+    assert "'gaitopt solve' finds its gait" in " ".join(capsys.readouterr().err.split())

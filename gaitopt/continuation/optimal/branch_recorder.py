@@ -11,7 +11,6 @@ from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalSp
 from gaitopt.continuation.optimal.optimum_replay import (
     OptimumReplay,
     Replayer,
-    count_dependent,
     solve_result,
 )
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
@@ -57,7 +56,7 @@ class BranchRecorder:
         here = point.here
         self._add_extremum(here)
         if self._dependent is None:
-            self._dependent = count_dependent(here)
+            self._dependent = here.dependent
         replay = self.every and len(self.points) % self.every == 0
         self._replays.append(self._replayer.replay(here) if replay else None)
         self._states.append(self._replayer.project(here))
@@ -112,6 +111,7 @@ class BranchRecorder:
                 after=sides[1],
                 state=self._replayer.project(here),
                 turns=turns,
+                place=len(self.points),
             )
         )
 

@@ -34,6 +34,9 @@ MOST_ITERATIONS = 10
 SMALL_STEP = 1e-9
 """Scaled Newton step after which the iteration ends; the next one is below 1e-11."""
 
+NEGLIGIBLE = 1e-13
+"""Square of the distance of a unit gradient from the others below which it depends on them."""
+
 FAST = 0.05
 """Ratio of successive steps up to which the matrix of an earlier iteration is used."""
 
@@ -183,6 +186,18 @@ class KktLinearisation:
     def by_parameter(self) -> Array:
         """Derivative of the packed vector by the parameter along the curve; large near a turning point."""
         return -self.solve(self.column)
+
+    @functools.cached_property
+    def dependent(self) -> int:
+        """Number of active rows whose gradients depend on those of the others; 0 if LICQ is satisfied."""
+        sparse, sizes = scipy.sparse, self.nlp.sizes[self.active.free]
+        rows = self.values.jacobian[:, self.active.free].tocsr()[self.active.rows] @ sparse.diags(sizes)
+        lengths = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+        rows = sparse.diags(1 / np.maximum(lengths, np.finfo(float).tiny)) @ rows
+        products = (rows @ rows.T + NEGLIGIBLE * sparse.identity(rows.shape[0])).tocsc()
+        options = {"SymmetricMode": True}
+        factors = sparse.linalg.splu(products, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        return int(np.count_nonzero(np.abs(factors.U.diagonal()) < 10 * NEGLIGIBLE))
 
     @functools.cached_property
     def margins(self) -> Array:
@@ -377,6 +392,13 @@ def _take_step(
         step = -remainder / last
         residual = here.residual + step * here.column if step else here.residual
         return -factorised.solve(residual), step
+    along, nlp = here.by_parameter, here.nlp
+    count = here.active.free.size
+    steepness = worst(np.abs(along[:count]) / nlp.sizes[here.active.free], 0.0) * nlp.width
+    if steepness * STEEP < 1:  # far from a turning point the matrix itself is regular
+        change = here.solve(here.residual)
+        step = (float(row @ change) - remainder) / (last + float(row @ along))
+        return step * along - change, step
     return _solve_with_condition(here, row, last, -np.append(here.residual, remainder))
 
 

@@ -33,6 +33,8 @@ class OptimalSpecial:
         State after touchdown [rad, rad/s, m/s].
     turns : bool
         Whether the parameter turns back.
+    place : int
+        Number of gaits of the branch before this point.
 
     Examples
     --------
@@ -51,6 +53,7 @@ class OptimalSpecial:
     after: str
     state: Array = field(repr=False)
     turns: bool = False
+    place: int = 0
 
     def __str__(self) -> str:
         return f"{self.kind} at {self.value:.10g}" + (f": {self.constraint}" if self.constraint else "")

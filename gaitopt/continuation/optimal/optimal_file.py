@@ -35,7 +35,7 @@ COLUMNS = {
 }
 """Arrays of a branch with one entry per gait, and their names in files."""
 
-SPECIAL = ("kind", "value", "width", "cost", "constraint", "before", "after", "turns")
+SPECIAL = ("kind", "value", "width", "cost", "constraint", "before", "after", "turns", "place")
 """Fields of a special point."""
 
 
@@ -198,6 +198,8 @@ def _plain(value: Any, name: str) -> Any:
     """Return an entry of the table of special points as text, number or truth value."""
     if name in ("value", "width", "cost"):
         return float(value)
+    if name == "place":
+        return int(value)
     return bool(value) if name == "turns" else str(value)
 
 

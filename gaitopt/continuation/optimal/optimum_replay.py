@@ -19,7 +19,6 @@ from gaitopt.motion.versions import versions
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
-from gaitopt.ocp.nlp.second_order import check_second_order
 from gaitopt.ocp.solution.certification import certify
 from gaitopt.ocp.solution.grid_solve import GridSolution
 from gaitopt.ocp.solution.trajectory import read_parameters
@@ -91,16 +90,6 @@ def make_gait(here: KktLinearisation) -> Gait:
         solution=solution_of(solution.transcription, solution.outcome),
         certificate=Deferred(lambda: certify(solution)),
     )
-
-
-def count_dependent(here: KktLinearisation) -> int:
-    """Return the number of active constraints whose gradients depend on those of the others."""
-    solution, nlp = solve_result(here), here.nlp
-    outcome = solution.outcome
-    check = check_second_order(
-        nlp.transcription.nlp, outcome.x, outcome.multipliers, solution.data, solution.limits, nlp.sizes
-    )
-    return check.dependent
 
 
 class Replayer:

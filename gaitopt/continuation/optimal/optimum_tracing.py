@@ -264,8 +264,10 @@ def _join_sides(backward: OptimalBranch, forward: OptimalBranch) -> OptimalBranc
         for name, value in vars(backward).items()
         if isinstance(value, np.ndarray)
     }
-    special = tuple(map(_reverse, reversed(backward.special)))
-    return replace(forward, **arrays, special=(*special, *forward.special), begin=backward.end)
+    count = backward.values.size
+    before = [replace(_reverse(point), place=count - point.place) for point in reversed(backward.special)]
+    after = [replace(point, place=point.place + count - 1) for point in forward.special]
+    return replace(forward, **arrays, special=(*before, *after), begin=backward.end)
 
 
 def _reverse(point: OptimalSpecial) -> OptimalSpecial:

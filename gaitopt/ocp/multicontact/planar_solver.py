@@ -26,7 +26,7 @@ from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.solution.diagnosis import violations
@@ -44,6 +44,9 @@ SPREAD_OF_DURATIONS = 0.7
 
 BARRIER_NEARBY = 1e-4
 """Barrier parameter of a solve that starts near its solution."""
+
+MOST_NEARBY = 60
+"""Largest number of iterations of the solve with fixed durations that starts near its guess."""
 
 
 @check_arguments
@@ -155,10 +158,12 @@ class _Start:
         durations: Array | None = None,
         *,
         is_near: bool = False,
+        limit: int = MOST_ITERATIONS,
     ) -> GridResult:
         """Return the solution on the grid of a problem, with fixed durations if they are given.
 
         If the start is near the solution, the solver begins with a small barrier parameter, so that it stays there.
+        Ipopt ends after `limit` iterations at the latest.
         """
         started = time.perf_counter()
         with defer_interrupt():
@@ -173,7 +178,10 @@ class _Start:
         multipliers = (np.zeros(x.size), np.zeros(transcription.constraints.size)) if is_near else None
         raised = self.raised.get(transcription, {})
         bounds.g_lower[list(raised)] = list(raised.values())
-        outcome = self.solver.minimise(
+        solver = self.solver
+        if isinstance(solver, Ipopt) and limit < solver.max_iterations:
+            solver = evolve(solver, max_iterations=limit)
+        outcome = solver.minimise(
             transcription.nlp, x, planar_data(problem), bounds, self.observer, multipliers, BARRIER_NEARBY
         )
         self.iterations += outcome.iterations
@@ -197,8 +205,14 @@ class _Start:
         return result
 
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
-        """Return the solution of a problem, which is solved with fixed durations first."""
-        near = self.solve(problem, durations=durations)
+        """Return the solution of a problem, which is solved with fixed durations first.
+
+        The solver begins near the guess, with a small barrier parameter.  A guess from which it does not converge in a
+        few iterations is poor, and the solver may then leave it.
+        """
+        near = self.solve(problem, durations=durations, is_near=True, limit=MOST_NEARBY)
+        if not near.outcome.status.ok:
+            near = self.solve(problem, durations=durations)
         is_near = near.outcome.status.ok
         return self.solve(problem, near.outcome.x if is_near else None, is_near=is_near)
 

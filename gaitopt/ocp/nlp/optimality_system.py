@@ -171,8 +171,8 @@ def _compile(nlp: Nlp) -> _SystemFunctions:
     g, jacobian = nlp.derivatives["jac_g"](x, data)
     hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
     slope = gradient / nlp.typical + jacobian.T @ lam
-    values = ca.Function("optimality", [x, lam, data], [f, slope, g, jacobian, hessian])
-    changes = [ca.jtimes(part, data, direction) for part in (f, slope, g)]
+    values = ca.Function("optimality", [x, lam, data], [f, ca.densify(slope), ca.densify(g), jacobian, hessian])
+    changes = [ca.densify(ca.jtimes(part, data, direction)) for part in (f, slope, g)]
     slopes = ca.Function("data_slopes", [x, lam, data, direction], changes)
     active, fixed = ca.MX.sym("active", nlp.n_constraints), ca.MX.sym("fixed", nlp.n_variables)
     # The rows of the active constraints convexify the matrix, which then has a factorisation without pivoting.

@@ -7,7 +7,8 @@ zeros z^3 + a_2 z^2 + a_1 z + a_0 these are
     1 + a_2 + a_1 + a_0 >= 0,  1 - a_2 + a_1 - a_0 >= 0,  abs(a_0) <= 1,  1 - a_1 + a_0 a_2 - a_0^2 >= 0
 
 (Jury, Theory and Application of the z-Transform Method, 1964).  The last one is the product of 1 - z_i z_j over the
-pairs of zeros, so it has a simple zero where a complex pair reaches the circle.
+pairs of zeros, so it has a simple zero where a complex pair reaches the circle.  With abs(a_0) = 1 the conditions also
+hold for zeros such as 2, 1 and 1/2, so abs(a_0) is kept below 1 by a margin.
 """
 
 import math
@@ -19,6 +20,13 @@ from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Row, Unknown
 from gaitopt.ocp.transcription.deviations import SectionNames
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 
+MARGIN = 0.01
+"""Least distance of the product of three zeros from 1, in units of the bound to the third power."""
+
+STRICTNESS = 2e-7
+"""Least value of the other conditions, above the tolerance of a solver: where zeros coalesce on the circle, they change
+by the square root of a violation."""
+
 
 def radius_block(builder: NlpBuilder, section: SectionNames, weight: float) -> Block:
     """Return the block that bounds the spectral radius of the return map, with its weight in the objective."""
@@ -28,7 +36,7 @@ def radius_block(builder: NlpBuilder, section: SectionNames, weight: float) -> B
     matrix = ca.reshape(after, len(section.state), count)[section.kept, :]
     coefficients = characteristic_coefficients(matrix, count - section.vanishing)
     values = jury_conditions([c / radius ** (k + 1) for k, c in enumerate(coefficients)])
-    table = [Row(Key(Kind.RADIUS_CONDITION, str(i + 1)), 0.0, math.inf) for i in range(values.numel())]
+    table = [Row(Key(Kind.RADIUS_CONDITION, str(i + 1)), STRICTNESS, math.inf) for i in range(values.numel())]
     rows = builder.rows.add(Group.RADIUS, table, [STEP])
     return local.block("radius", values, rows, weight * radius if weight else None)
 
@@ -50,7 +58,9 @@ def characteristic_coefficients(matrix: ca.SX, degree: int) -> list[ca.SX]:
 
 
 def jury_conditions(a: list[ca.SX]) -> ca.SX:
-    """Return values that are nonnegative if the zeros of z^m + a[0] z^(m-1) + ... lie in the unit circle, m <= 3.
+    """Return values that are nonnegative only if the zeros of z^m + a[0] z^(m-1) + ... lie in the unit circle, m <= 3.
+
+    They are so for all such zeros whose product is at most 1 - MARGIN.
 
     Examples
     --------
@@ -65,7 +75,7 @@ def jury_conditions(a: list[ca.SX]) -> ca.SX:
     return ca.vertcat(
         1 + second + first + zeroth,
         1 - second + first - zeroth,
-        1 + zeroth,
-        1 - zeroth,
+        1 - MARGIN + zeroth,
+        1 - MARGIN - zeroth,
         1 - first + zeroth * second - zeroth**2,
     )

@@ -1,7 +1,7 @@
 """The grid of a front: bounds on quantities, and the tasks that solve it from both ends."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -60,11 +60,14 @@ class FrontEnds:
         Those that are bounded.
     starts : int
         Number of starts of each end.
+    tightest : mapping of str to float
+        Stated tightest bounds by quantity; the other quantities are made extreme.
     """
 
     problem: GaitProblem
     quantities: tuple[Quantity, ...]
     starts: int
+    tightest: Mapping[str, float] = field(default_factory=dict)
 
     def tasks(self) -> list[Task]:
         """Return the tasks that solve the ends; those of the quantities are also warm-started from the lowest cost."""
@@ -74,11 +77,14 @@ class FrontEnds:
         ]
 
     def solve(self, task: FrontTask, *gaits: Gait | None) -> Gait:
-        """Return the gait of lowest cost, or that of the best value of a quantity."""
+        """Return the gait of lowest cost, or that of the best value or tightest bound of a quantity."""
         if task.name == COST:
             return verify_best(self.problem, solve_cold(self.problem, self.starts))
-        extreme = next(quantity.extreme for quantity in self.quantities if quantity.name == task.name)
-        problem = self.problem.replace(objective=extreme)
+        quantity = next(quantity for quantity in self.quantities if quantity.name == task.name)
+        if quantity.restrict is not None and task.name in self.tightest:
+            problem = quantity.restrict(self.problem, self.tightest[task.name])
+        else:
+            problem = self.problem.replace(objective=quantity.extreme)
         solved = [solve_start(problem, gait) for gait in gaits if gait is not None and gait.status.ok]
         return best([*solved, *solve_cold(problem, self.starts)])
 

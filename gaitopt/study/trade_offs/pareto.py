@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import GaitoptError, InputError
@@ -23,7 +23,7 @@ from gaitopt.study.storage.gait_store import GaitStore, check_same_study
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.trade_offs.front_grid import FrontEnds, FrontGrid, solve_front_task, space_bounds
 from gaitopt.study.trade_offs.front_table import Front, load_front, measure_point, tabulate_front, write_front
-from gaitopt.study.trade_offs.quantity import COST, QUANTITIES, Quantity, quantity_named
+from gaitopt.study.trade_offs.quantity import COST, QUANTITIES, Quantity, quantity_named, restrict_speed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +61,8 @@ class Pareto:
     """A trade-off between the cost of a problem and other quantities of its gaits.
 
     The front is computed by bounds: at each of several bounds on every quantity, the cost is minimised.  Chains of
-    warm starts lead from the gait of lowest cost to the tightest bounds and back.
+    warm starts lead from the gait of lowest cost to the tightest bounds and back.  All points have the same grid: that
+    of the problem, or 40 intervals of a sticking phase if it states none.
 
     Attributes
     ----------
@@ -148,10 +149,7 @@ class Pareto:
         check_type("problem", problem, GaitProblem, "a GaitProblem(...)")
         problem.sequence.require_closed("A trade-off")
         require_valid_step(problem.robot)
-        base = problem
-        for quantity in self.bounded:
-            if quantity.name == "speed":  # a stated speed is the lowest one of the front
-                base = quantity.restrict(base, problem.speed_range.lower or 1e-3)  # type: ignore[misc]
+        base = self._front_problem(problem)
         key = study_key(
             base,
             objectives=list(self.objectives),
@@ -162,11 +160,23 @@ class Pareto:
         find = functools.partial(self._find, base, key, execution or Execution())
         return tabulate_front(find({})) if path is None else _resume_file(Path(path), key, find)
 
+    def _front_problem(self, problem: GaitProblem) -> GaitProblem:
+        """Return the problem of all points on one grid, with the stated speed as the lowest one of the front.
+
+        Nodes that follow the torques would change the cost from point to point by more than it differs between ends.
+        """
+        counts = problem.transcription.intervals_for(problem.sequence)
+        base = problem.replace(transcription=evolve(problem.transcription, intervals=counts))
+        if "speed" in self.objectives:
+            base = restrict_speed(base, problem.speed_range.lower or 1e-3)
+        return base
+
     def _find(
         self, problem: GaitProblem, key: dict[str, Any], execution: Execution, kept: MutableMapping[str, Gait]
     ) -> Front:
         """Solve the ends, then the front between them, then measure what is not bounded."""
-        ends = FrontEnds(problem, self.bounded, self.starts)
+        tightest = {name: pair[quantity_named(name).sign < 0] for name, pair in self.bounds.items()}
+        ends = FrontEnds(problem, self.bounded, self.starts, tightest)
         planned = ends.tasks()
         quiet = Execution(workers=execution.workers, executor=execution.executor, prepare=execution.prepare)
         running = run_tasks(solve_front_task, planned, ends, known=kept, execution=quiet)

@@ -1,0 +1,142 @@
+"""The command on design: parameters of a walker optimised with one gait or a family of gaits."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gaitopt.cli.options import Json, Quiet, ScriptFile, Setting, Verbose
+from gaitopt.cli.output import INTERRUPTED, err, out, print_json, report_file, verdict_text
+from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.design.family_gaits import FamilyGaits
+    from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.progress import HomotopyIteration, Iteration
+
+
+def design(
+    script: ScriptFile,
+    setting: Setting = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the gait files.", show_default="SCRIPT"),
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Optimise parameters of a walker together with its gaits, replay the gaits, and save them.
+
+    The script returns a Family, or a GaitProblem with free parameters.  Exit status 0 if all gaits are solved and
+    verified, 1 otherwise.
+
+    Example: gaitopt design walker.py --set friction=0.2 -o walker
+    """
+    from gaitopt.cli.script import read_script
+    from gaitopt.motion.archive import save
+    from gaitopt.motion.atomic import check_writable
+
+    stated = read_script(script, setting)()
+    folder = output or Path(script.stem)
+    paths = [folder / f"{script.stem}_{number}.h5" for number in range(1, _count_gaits(stated, script) + 1)]
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in paths:
+        check_writable(path)
+    try:
+        with show_progress(f"{stated.name}: building", hidden=json) as display:
+            result = _solve(stated, display, verbose=verbose)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    ok = result.status.ok and all(gait.status.ok for gait in result.gaits)
+    written = [save(gait, path) for gait, path in zip(result.gaits, paths, strict=True)] if ok else []
+    if json:
+        print_json(result.summarise() | {"files": [str(path) for path in written]})
+    else:
+        _print_family(result)
+        for path in written:
+            report_file(path)
+        if not ok:
+            out.print("not all gaits are solved and verified; nothing was written")
+    raise typer.Exit(0 if ok else 1)
+
+
+def _count_gaits(stated: object, script: Path) -> int:
+    """Return the number of gaits that a script states; InputError unless it has free parameters."""
+    from gaitopt.design.family import Family
+    from gaitopt.ocp.problem import GaitProblem
+
+    if isinstance(stated, Family):
+        return len(stated.problems)
+    if isinstance(stated, GaitProblem) and stated.free_ranges:
+        return 1
+    kind = "a GaitProblem without free parameters" if isinstance(stated, GaitProblem) else type(stated).__name__
+    raise InputError(
+        f"problem() of {script} must return a Family, or a GaitProblem with free={{...}}; it returned {kind}."
+    )
+
+
+def _solve(stated: Any, display: Display, *, verbose: bool) -> "FamilyGaits":
+    """Return the replayed gaits of a family, or of one problem."""
+    from dataclasses import replace
+
+    from gaitopt.design.family import Family
+    from gaitopt.simulation.verification import verify
+
+    def observe(step: "Iteration | HomotopyIteration") -> None:
+        text = f"iteration {step.number:3d}   objective {step.objective:.6f}"
+        display.describe(text)
+        if verbose:
+            err.print(text)
+
+    result = stated.solve(observer=observe) if isinstance(stated, Family) else _solve_one(stated, observe)
+    display.describe("replaying in the event-driven simulator")
+    gaits = tuple(verify(gait) if gait.status.ok else gait for gait in result.gaits)
+    return replace(result, gaits=gaits)
+
+
+def _solve_one(problem: "GaitProblem", observe: Any) -> "FamilyGaits":
+    """Return the gait of one problem with free parameters."""
+    from gaitopt.design.family_gaits import FamilyGaits
+    from gaitopt.ocp.solver import solve
+
+    gait = solve(problem, observer=observe)
+    return FamilyGaits(
+        gaits=(gait,),
+        design=gait.design,
+        weights=(1.0,),
+        objective=gait.solver.objective,
+        status=gait.status,
+        message=gait.solver.message,
+        iterations=gait.solver.iterations,
+        solve_seconds=gait.solver.solve_seconds,
+    )
+
+
+def _print_family(result: "FamilyGaits") -> None:
+    """Print the parameters and a table of the gaits."""
+    from rich import box
+    from rich.table import Table
+
+    out.print(f"status: {result.status.key}, {result.message}, {result.iterations} iterations")
+    out.print("design: " + ", ".join(f"{name} {value:.6g}" for name, value in result.design.items()))
+    out.print(f"objective: {result.objective:.6g}")
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for column in ("gait", "sequence", "speed [m/s]", "step [m]", "friction", "slope [rad]", "objective", "replay"):
+        table.add_column(column, no_wrap=True)
+    for number, gait in enumerate(result.gaits, start=1):
+        passed = gait.verification is not None and gait.verification.passed
+        values = gait.motion.parameters
+        table.add_row(
+            str(number),
+            str(gait.sequence),
+            f"{gait.speed:.4g}",
+            f"{gait.step_length:.4g}",
+            f"{values['friction']:.4g}",
+            f"{values['slope']:.4g}",
+            f"{gait.solver.objective:.6g}",
+            verdict_text("passed" if passed else gait.status.key, passed),
+        )
+    out.print(table)

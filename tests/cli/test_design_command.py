@@ -1,0 +1,52 @@
+"""gaitopt design: families and single problems with free parameters."""
+
+import pytest
+
+from gaitopt import load
+
+SCRIPT = """
+from gaitopt import Collocation, Family, GaitProblem, Limits, compass_biped
+
+
+def problem(speeds=(0.6, 0.65), torque=6.0, family=True, free=(1.0, 3.0)):
+    base = GaitProblem(
+        robot=compass_biped(), sequence="stick | stick", friction=0.2, speed=speeds[0], step_length=0.45,
+        limits=Limits(torque=torque), objective="torque_squared", transcription=Collocation(intervals=20),
+        free={"hip_mass": free} if free else {},
+    )
+    return Family([base.replace(speed=speed) for speed in speeds]) if family else base
+"""
+
+
+def test_a_family_is_solved_replayed_and_saved(command, script, folder):
+    run = command("design", script(SCRIPT), "--json")
+    assert run.status == 0, run.err
+    assert run.json["status"] == "solved"
+    assert 1.0 < run.json["design"]["hip_mass"] < 3.0
+    assert [gait["speed"] for gait in run.json["gaits"]] == pytest.approx([0.6, 0.65])
+    for file in run.json["files"]:
+        gait = load(folder / file)
+        assert gait.verification.passed
+        assert gait.motion.parameters["hip_mass"] == pytest.approx(run.json["design"]["hip_mass"])
+
+
+def test_a_single_problem_is_a_family_of_one(command, script, folder):
+    run = command("design", script(SCRIPT), "--set", "family=False", "-o", "here")
+    assert run.status == 0, run.err
+    assert "design: hip_mass " in run.out
+    assert "passed" in run.out
+    assert 1.0 < load(folder / "here" / "own_1.h5").design["hip_mass"] < 3.0
+
+
+def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):
+    run = command("design", script(SCRIPT), "--set", "torque=0.1")
+    assert run.status == 1
+    assert "nothing was written" in run.out
+    assert not list((folder / "own").glob("*.h5"))
+
+
+@pytest.mark.parametrize("setting", ["free=None", "speeds=(0.6,)"])
+def test_a_problem_without_free_parameters_is_refused(command, script, setting):
+    run = command("design", script(SCRIPT), "--set", setting, "--set", f"family={setting != 'free=None'}")
+    assert run.status == 2
+    assert "free" in run.err or "at least two problems" in run.err
