@@ -1,4 +1,7 @@
-"""Co-design against a grid of designs, and a radius of 0.5 in open loop; with ``--frozen=all`` only, as they take minutes."""
+"""Co-design against a grid of designs, and a radius of 0.5 in open loop.
+
+With ``--frozen=all`` only, as they take minutes.
+"""
 
 import itertools
 

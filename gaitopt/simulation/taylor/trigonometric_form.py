@@ -17,11 +17,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
+from scipy.linalg import qr
 
 from gaitopt.model.assembly import contact_functions
 from gaitopt.model.robot import Robot
-from gaitopt.motion.motion import Array
 
 FIT_TOLERANCE = 1e-10
 """Values below this fraction of the largest one count as rounding."""
@@ -133,24 +132,14 @@ def _fit_terms(function: ca.Function, robot: Robot, rng: np.random.Generator) ->
         )
     terms: list[Terms] = [{}] * present.shape[1]
     for which in {tuple(np.flatnonzero(column)) for column in present.T} - {()}:
-        chosen = _select_rows(table[:, which])
+        # Pivoting selects as many angles as there are harmonics, at which the harmonics differ most.
+        chosen = qr(table[:, which].T, pivoting=True, mode="economic")[2][: len(which)]
         inverse = ca.DM(np.linalg.inv(table[np.ix_(chosen, which)]))
         columns = [function(points[k], p) for k in chosen]
         for i in np.flatnonzero([tuple(np.flatnonzero(column)) == which for column in present.T]):
             solved = inverse @ ca.vertcat(*[column[int(i)] for column in columns])
             terms[i] = {harmonics[k]: solved[j] for j, k in enumerate(which)}
     return terms
-
-
-def _select_rows(table: Array) -> NDArray[np.intp]:
-    """Return as many rows as there are columns, at which these differ most: the pivots of a QR factorisation."""
-    rest, chosen = table.copy(), list[int]()
-    for _ in range(table.shape[1]):
-        sizes = np.linalg.norm(rest, axis=1)
-        chosen.append(int(np.argmax(sizes)))
-        unit = rest[chosen[-1]] / sizes[chosen[-1]]
-        rest -= np.outer(rest @ unit, unit)
-    return np.array(chosen)
 
 
 def _list_candidates(function: ca.Function) -> list[Harmonic]:
