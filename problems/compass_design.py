@@ -10,7 +10,7 @@ from gaitopt.ocp import transcription_named
 
 def problem(
     least_com=0.4,  # bounds of the distance of a leg's mass from its foot [m]
-    most_com=1.2,
+    most_com=1.0,
     least_hip_mass=1.0,  # bounds of the hip mass [kg]
     most_hip_mass=3.0,
     friction=0.14,  # Coulomb coefficient

@@ -29,6 +29,17 @@ class FamilyGaits:
     iterations : int
         Number of iterations of the NLP of all gaits.
     solve_seconds : float
+
+    Examples
+    --------
+    >>> from gaitopt import Status, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> result = FamilyGaits(
+    ...     gaits=(gait,), design={"hip_mass": 2.0}, weights=(1.0,), objective=gait.solver.objective,
+    ...     status=Status.SOLVED, message="converged", iterations=0, solve_seconds=0.0,
+    ... )
+    >>> result.summarise()["design"], len(result.costs)
+    ({'hip_mass': 2.0}, 1)
     """
 
     gaits: tuple[Gait, ...]

@@ -23,7 +23,7 @@ from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution
 from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
-from gaitopt.ocp.solution.single_start import make_gait
+from gaitopt.ocp.solution.single_start import assemble_gait
 from gaitopt.ocp.solver import solve
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
@@ -169,7 +169,7 @@ class _Member:
             self.problem.without_guess(), self.method, self.transcription, self.limits, self.data, outcome
         )
         structure = self.transcription.structure
-        return make_gait(solution, {"intervals": list(structure.counts), "transcription": self.method.name})
+        return assemble_gait(solution, {"intervals": list(structure.counts), "transcription": self.method.name})
 
 
 def _solve_jointly(
@@ -224,7 +224,7 @@ def _join_bounds(layout: JointLayout, members: Sequence[_Member]) -> Bounds:
 
 
 def _part(layout: JointLayout, outcome: NlpResult, number: int, weight: float) -> NlpResult:
-    """Return the result of one gait, its multipliers per unit of its own objective."""
+    """Return the result of one gait, with multipliers per unit of the objective of this gait."""
     columns, rows = layout.columns[number], layout.rows[number]
     if layout.worst_case:
         share = -outcome.multipliers[1][len(outcome.g) - len(layout.nlps) + number]

@@ -25,7 +25,11 @@ def planned_gains(gait: Gait) -> Array:
 
     Examples
     --------
-    See :func:`planned_law`.
+    >>> from gaitopt import load
+    >>> planned_gains(load("docs/examples/compass_slip.h5"))
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: The gait has no gains: its problem needs stability=StabilityBound(gain_limit=...).
     """
     check_gait(gait)
     table = None if gait.solution is None else gait.solution.unknowns.get(Unknown.GAIN.value)

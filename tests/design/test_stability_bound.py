@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+import scipy
 
 from gaitopt import (
     Collocation,
@@ -130,6 +131,29 @@ def test_the_radius_may_be_part_of_the_objective():
     assert 0.5 < radius < 0.9
     torque = solve(PROBLEM.replace(stability=StabilityBound(radius=radius))).solver.objective
     assert gait.solver.objective == pytest.approx(torque + 4.0 * radius, rel=1e-6)
+
+
+@pytest.mark.parametrize("sequence", ["stick | stick", "slip+ stick | slip+"])
+def test_plan_and_gains_together_beat_gains_tuned_afterwards(sequence):
+    """Objective: squared torques plus radius.  Afterwards, the gains of the optimal plan are tuned for the radius."""
+    problem = PROBLEM.replace(sequence=sequence, transcription=Collocation(intervals=20))
+    plan = solve(problem)
+    problem = problem.replace(stability=StabilityBound(weight=1.0, gain_limit=0.3), guess=WarmStart(plan))
+    together = solve(problem)
+    assert together.status.ok
+    transcription = transcribe_problem(problem, problem.transcription)
+    x = transfer_solution(plan.solution, transcription, np.zeros(transcription.variables.size))[0]
+    data, gains = nlp_data(transcription, problem, x), transcription.variables[Unknown.GAIN][:, 0]
+
+    def radius(values):
+        x[gains] = np.clip(values, -0.3, 0.3)
+        return spectral_radius(transcription, solve_deviations(transcription, x, data))
+
+    tuned = scipy.optimize.minimize(
+        radius, planned_gains(together).ravel(), method="Nelder-Mead", options={"maxfev": 300}
+    )
+    assert tuned.fun < assess_stability(plan).radius - 0.05
+    assert together.solver.objective < plan.solver.objective + tuned.fun - 0.01
 
 
 def test_the_conditions_hold_if_and_only_if_all_zeros_are_in_the_circle(rng):

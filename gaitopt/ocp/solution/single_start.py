@@ -72,7 +72,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, start.guess), nlp_data(transcription, problem)
         )
-    gait = make_gait(solution, start.describe(solution), remarks)
+    gait = assemble_gait(solution, start.describe(solution), remarks)
     known = gait.solution and replace(gait.solution, cost_factor=cost_factor(start, solution))
     report = gait.solver.replace_fields(
         iterations=start.iterations,
@@ -83,7 +83,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
     return gait.replace_fields(solver=report, solution=known)
 
 
-def make_gait(solution: GridSolution, details: dict[str, object], remarks: tuple[str, ...] = ()) -> Gait:
+def assemble_gait(solution: GridSolution, details: dict[str, object], remarks: tuple[str, ...] = ()) -> Gait:
     """Return the gait of a solution on one grid.
 
     Parameters

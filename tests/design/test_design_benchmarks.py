@@ -1,0 +1,45 @@
+"""Co-design against a grid of designs, and a radius of 0.5 in open loop; with ``--frozen=all`` only, as they take minutes."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from gaitopt import Collocation, GaitProblem, Limits, StabilityBound, WarmStart, assess_stability, compass_biped, solve
+
+PROBLEM = GaitProblem(
+    robot=compass_biped(),
+    sequence="slip+ stick | slip+",
+    friction=0.14,
+    speed=0.633,
+    step_length=0.4713,
+    limits=Limits(torque=6),
+    objective="torque_squared",
+)
+
+
+@pytest.fixture(autouse=True)
+def long(request):
+    if request.config.getoption("frozen") != "all":
+        pytest.skip("computed with --frozen=all")
+
+
+def test_the_optimum_costs_at_most_as_much_as_every_design_of_a_grid():
+    free = {"leg_com": (0.4, 1.2), "hip_mass": (1.0, 4.0)}
+    optimum = solve(PROBLEM.replace(free=free)).solver.objective
+    designs = itertools.product(*(np.linspace(*ends, 15).tolist() for ends in free.values()))
+    gaits = [solve(PROBLEM.fix_parameters(dict(zip(free, design, strict=True)))) for design in designs]
+    assert all(gait.status.ok for gait in gaits)
+    assert optimum <= min(gait.solver.objective for gait in gaits)
+
+
+def test_a_slipping_gait_has_a_radius_of_a_half_without_feedback():
+    """With the masses of the standard walker no gait of this speed and step length was found below 0.56."""
+    problem = PROBLEM.replace(objective="cost_of_transport", transcription=Collocation(intervals=40))
+    gait, problem = solve(problem), problem.replace(free={"leg_com": (0.4, 1.2), "hip_mass": (1.0, 3.0)})
+    gait = solve(problem.replace(guess=WarmStart(gait)))
+    for radius in (0.6, 0.56, 0.53, 0.51, 0.5):
+        gait = solve(problem.replace(stability=StabilityBound(radius=radius), guess=WarmStart(gait)))
+        assert gait.status.ok
+    assert assess_stability(gait).radius <= 0.5 + 1e-6
+    assert gait.cost_of_transport == pytest.approx(0.01407, rel=0.01)  # own value
