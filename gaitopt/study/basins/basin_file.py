@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from gaitopt.arguments import check_arguments
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import append_checksum
-from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
@@ -220,6 +219,7 @@ def load_basin(path: str | Path) -> "xr.Dataset":
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
+    from gaitopt.motion.hdf5 import read_hdf5
     from gaitopt.study.storage.netcdf_file import read_table
 
     with read_hdf5(path, KIND, VERSION) as file:
