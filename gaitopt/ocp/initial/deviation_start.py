@@ -1,7 +1,6 @@
 """Initial values of the deviations: the solution of their equations, which are linear at a constant motion."""
 
 import numpy as np
-import scipy.sparse.linalg
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import LEAST_RADIUS
@@ -24,6 +23,8 @@ def solve_deviations(transcription: Transcription, x: Array, data: Array) -> Arr
     x : (n_variables,) array
     data : (n_z,) array
     """
+    from scipy.sparse.linalg import spsolve  # whose import takes longer than a solve
+
     variables, rows = transcription.variables, transcription.constraints
     columns = np.concatenate([table.ravel() for key, table in variables.tables.items() if _base(key) in DEVIATIONS])
     places = np.concatenate([table.ravel() for key, table in rows.tables.items() if _base(key) in DEVIATION_GROUPS])
@@ -31,7 +32,7 @@ def solve_deviations(transcription: Transcription, x: Array, data: Array) -> Arr
     for _ in range(STEPS):
         values, jacobian = transcription.nlp.derivatives["jac_g"](point, data)
         matrix = jacobian.sparse().tocsr()[places][:, columns]
-        change = scipy.sparse.linalg.spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
+        change = spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
         if not np.all(np.isfinite(change)):
             return x
         point[columns] += change
