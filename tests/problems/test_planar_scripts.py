@@ -108,10 +108,10 @@ def test_the_solve_of_the_quadruped_does_not_depend_on_rounding_errors():
     gravity = problem.parameters["gravity"]
     gaits = [
         solve_planar(problem.replace(parameters={**problem.parameters, "gravity": gravity * (1 + k * 1e-10)}))
-        for k in range(4)
+        for k in range(3)
     ]
     assert all(gait.status.ok and gait.solver.iterations < 100 for gait in gaits)
-    assert [gait.solver.objective for gait in gaits] == pytest.approx([2.911515] * 4, abs=1e-5)
+    assert [gait.solver.objective for gait in gaits] == pytest.approx([2.911515] * 3, abs=1e-5)
 
 
 def test_the_knee_of_the_kneed_walker_strikes_before_its_foot_lands():
