@@ -58,7 +58,7 @@ class BranchFollower:
         self.low, self.high = min(ends), max(ends)
         self.end = ""
         self.beyond: CurvePoint | None = None
-        self._previous: CurvePoint | None = None
+        self._bend = np.zeros(stepper.scales.size)
         self._brackets = list[tuple[CurvePoint, CurvePoint]]()
 
     def follow(self, start: CurvePoint) -> Iterator[CurvePoint | SpecialPoint]:
@@ -98,7 +98,8 @@ class BranchFollower:
             if not same or self._distance(shown, following) >= SHORTEST_INTERVAL:
                 yield following
                 shown = following
-            self._previous, point = point, following
+            self._bend = self.stepper.bend(point, following)
+            point = following
         self.end = "most_points"
 
     def _advance(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
@@ -108,7 +109,7 @@ class BranchFollower:
         modest = float(np.max(np.abs(point.multipliers), initial=0.0)) < LARGEST_MULTIPLIER
         by_value = point.derivative[:, -1] if modest else None
         while step >= options.shortest_step:
-            following = stepper.correct(stepper.predict(point, step, self._previous), point.tangent, by_value)
+            following = stepper.correct(stepper.predict(point, step, self._bend), point.tangent, by_value)
             if following is not None and self._is_neighbour(point, following, step):
                 return following, stepper.adapt(step, point, following)
             step /= 2
