@@ -1,7 +1,6 @@
 from typing import Any
 
 from gaitopt.continuation.diagram_file import load_diagram as load_diagram
-from gaitopt.continuation.optimal.optimum_tracing import trace_optimum as trace_optimum
 from gaitopt.continuation.tracing import trace as trace
 from gaitopt.control.computed_torque import computed_torque as computed_torque
 from gaitopt.control.joint_pd import joint_pd as joint_pd
@@ -82,8 +81,6 @@ from gaitopt.stability.assessment import assess_stability as assess_stability
 from gaitopt.stability.cycle_search import find_cycles as find_cycles
 from gaitopt.stability.gain_sensitivity import gain_sensitivity as gain_sensitivity
 from gaitopt.stability.recovery import PushTest as PushTest
-from gaitopt.stability.recovery import largest_recovery as largest_recovery
-from gaitopt.stability.recovery import recovery as recovery
 from gaitopt.stability.walk_problem import WalkProblem as WalkProblem
 from gaitopt.status import Status as Status
 from gaitopt.status import Stop as Stop

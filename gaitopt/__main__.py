@@ -1,14 +1,28 @@
 """``python -m gaitopt`` and ``gaitopt`` run the command line."""
 
+import os
+import signal
+from types import FrameType
+
 from gaitopt.cli.collection import collect_rarely
 
 
 def main() -> None:
     """Import the commands and run the one that the command line names."""
     with collect_rarely():
+        former = signal.getsignal(signal.SIGINT)
+        if former is signal.default_int_handler:
+            signal.signal(signal.SIGINT, _exit_at_once)
         from gaitopt.cli import app
 
+        signal.signal(signal.SIGINT, former)
         app.main()
+
+
+def _exit_at_once(number: int, frame: FrameType | None) -> None:
+    """End the process while the commands are imported, where an exception could be taken for a missing package."""
+    os.write(2, b"Interrupted; nothing was written.\n")
+    os._exit(128 + number)
 
 
 if __name__ == "__main__":

@@ -157,12 +157,12 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
             _fits(key, parts[0]) and _fits(item, parts[1]) for key, item in items if len(parts) == 2
         )
     if origin in (Sequence, Iterable, list, tuple, set, frozenset):
+        if isinstance(value, np.ndarray):
+            value = value[:MOST_ITEMS].tolist() if value.ndim else None
         if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
             return False
         if origin is Iterable and not isinstance(value, Sequence):
             return True  # which may be read once only
-        if isinstance(value, np.ndarray):
-            return value.ndim > 1 or (value.ndim == 1 and _fits(value[:MOST_ITEMS].tolist(), Sequence[parts or Any]))
         kinds = parts if origin is tuple and parts and parts[-1] is not ... else None
         if not isinstance(value, Sequence | set | frozenset) or (kinds is not None and len(value) != len(kinds)):
             return False

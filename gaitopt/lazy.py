@@ -1,13 +1,14 @@
 """Fields of dataclasses that are evaluated when they are first read."""
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Generic, Self, TypeVar, overload
 
+from gaitopt.locks import ForkSafeLock
+
 T = TypeVar("T")
 
-_ONE_AT_A_TIME = threading.RLock()
+_ONE_AT_A_TIME = ForkSafeLock()
 
 
 @dataclass(frozen=True, eq=False)

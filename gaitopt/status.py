@@ -87,7 +87,10 @@ class Stop(Enum):
         "A foot on ground of infinite friction would have to slip: its normal force vanishes but not its tangential "
         "force, and it cannot leave the ground. Use a finite coefficient of friction."
     )
-    AMBIGUOUS = "Several motions satisfy the friction law here; the simulation ends there."
+    AMBIGUOUS = (
+        "Several motions satisfy the friction law here, such as a foot that sticks and one that leaves the ground if "
+        "friction is large; the simulation ends there."
+    )
     STUMBLED = (
         "A foot hit the front of a step in the ground, or slid onto ground of infinite friction; the simulation ends "
         "there."

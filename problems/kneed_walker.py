@@ -3,6 +3,9 @@
 A thigh and a shank per leg, point masses and point feet (as in Chen, MIT 2007).  The stance knee is straight; the swing
 knee is released at touchdown and latches at its strike in mid-swing.  Run it with ``gaitopt stability
 problems/kneed_walker.py``.
+
+From other states, a simulation may end as ambiguous at a knee strike.  With large friction, two outcomes may satisfy
+the impact law there: the stance foot sticks, or it leaves the ground.
 """
 
 import math

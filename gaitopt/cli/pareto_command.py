@@ -22,7 +22,8 @@ Objectives = Annotated[
     typer.Option(
         metavar="NAME,NAME,...",
         help="cost, which is the objective of the script, and at least one of peak_torque, peak_friction_demand "
-        "and speed, which are bounded, or spectral_radius and recovered_push, which are measured in open loop.",
+        "and speed, which are bounded, spectral_radius, which is measured unless --bounds states its range, or "
+        "recovered_push, which is measured; both in open loop.",
     ),
 ]
 Ranges = Annotated[

@@ -211,6 +211,10 @@ def load_single_support_gait(file: Path, script: Path | None) -> Gait:
     InputError
         If its robot has several contacts, or the file is a script.
     """
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.stability.walk_problem import WalkProblem
+
     if file.suffix == ".py" and file.is_file():
         stated = read_script(file)()
         if isinstance(stated, PlanarProblem):

@@ -50,6 +50,15 @@ SecondRange = Annotated[
         help="Second parameter, over which the special points of the first branch are followed as curves.",
     ),
 ]
+DiagramOutput = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="NC/HTML/PNG/PDF/SVG",
+        help="File of the diagram, a page on which a click on a point plays its gait, or the figure.",
+    ),
+]
 OptimalPoints = Annotated[
     int, typer.Option("--points", min=2, help="Equally spaced values of the parameter, for optimal gaits.")
 ]
@@ -90,15 +99,7 @@ def trace(
     deflate: Annotated[
         bool, typer.Option("--deflate", help="Also search for further gaits at the same parameters and follow them.")
     ] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="NC/HTML/PNG/PDF/SVG",
-            help="File of the diagram, a page on which a click on a point plays its gait, or the figure.",
-        ),
-    ] = None,
+    output: DiagramOutput = None,
     points: OptimalPoints = 50,
     replay: ReplayInterval = 1,
     sequences: OptimalSequences = None,
@@ -339,6 +340,7 @@ def _write(diagram: "BranchDiagram", path: Path, problem_of: "Callable[[], AnyWa
         write_branch_page(diagram, problem_of(), path)
         return
     from gaitopt.plot.branch_figure import plot_branches
+    from gaitopt.plot.curve_figure import plot_curves
     from gaitopt.plot.saving import save_figure
 
-    save_figure(plot_branches(diagram), path)
+    save_figure(plot_curves(diagram) if diagram.curves else plot_branches(diagram), path)

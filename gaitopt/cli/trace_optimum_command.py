@@ -61,6 +61,8 @@ def trace_optima(
     if ranges[1] is not None or request.feedback is not None:
         option = "--second" if ranges[1] is not None else "--law"
         raise InputError(f"{option} is not accepted for branches of optimal gaits; the script states a GaitProblem.")
+    if output is not None and output.suffix.lower() == ".html":
+        raise InputError(f"Branches of optimal gaits are written as .nc, .png, .pdf or .svg, not as {output.name!r}.")
     further = tuple(sequence for text in sequences or [] for sequence in split_sequences(text))
     engine = None if request.engine == "auto" else engine_of(request)
     options = OptimumOptions(points=points, replay=replay, sequences=further, neighbours=neighbours, engine=engine)
@@ -131,7 +133,7 @@ def report_optima(diagram: "OptimalDiagram", path: Path | None, *, json: bool, s
     if json:
         print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
     else:
-        _print(diagram)
+        print_optima(diagram)
         if path is not None:
             report_file(path)
     if not diagram.complete:
@@ -152,7 +154,7 @@ def _write(diagram: "OptimalDiagram", path: Path) -> None:
     save_figure(plot_optima(diagram), path)
 
 
-def _print(diagram: "OptimalDiagram") -> None:
+def print_optima(diagram: "OptimalDiagram") -> None:
     """Print branches, their special points in order, and the contact sequences of lowest cost."""
     unit = "" if diagram.unit in ("", "1") else f" [{diagram.unit}]"
     parameter = Text(f"{diagram.parameter}{unit}")

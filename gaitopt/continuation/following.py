@@ -19,6 +19,8 @@ DEPARTURES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 
 SHORTEST_INTERVAL = 1e-6
 """Scaled distance of consecutive points of a branch; the steps toward an end become much shorter."""
+LARGEST_MULTIPLIER = 3.0
+"""Modulus of a multiplier below which the derivative by the parameter at the last point is used at the next one."""
 LOCATED = 1e-6
 """Scaled distance of the neighbours of a change of structure that counts as located."""
 SLOW = "no_touchdown"
@@ -56,7 +58,7 @@ class BranchFollower:
         self.low, self.high = min(ends), max(ends)
         self.end = ""
         self.beyond: CurvePoint | None = None
-        self._bend = np.zeros(stepper.scales.size)
+        self._previous: CurvePoint | None = None
         self._brackets = list[tuple[CurvePoint, CurvePoint]]()
 
     def follow(self, start: CurvePoint) -> Iterator[CurvePoint | SpecialPoint]:
@@ -96,17 +98,17 @@ class BranchFollower:
             if not same or self._distance(shown, following) >= SHORTEST_INTERVAL:
                 yield following
                 shown = following
-            self._bend = self.stepper.bend(point, following)
-            point = following
+            self._previous, point = point, following
         self.end = "most_points"
 
     def _advance(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
         """Return the next point and the step after it; None if the corrector fails for the shortest step."""
         stepper, options = self.stepper, self.stepper.options
+        # The errors of Newton's method with the derivative of a point nearby grow with the multipliers.
+        modest = float(np.max(np.abs(point.multipliers), initial=0.0)) < LARGEST_MULTIPLIER
+        by_value = point.derivative[:, -1] if modest else None
         while step >= options.shortest_step:
-            following = stepper.correct(
-                stepper.predict(point, step, self._bend), point.tangent, point.derivative[:, -1]
-            )
+            following = stepper.correct(stepper.predict(point, step, self._previous), point.tangent, by_value)
             if following is not None and self._is_neighbour(point, following, step):
                 return following, stepper.adapt(step, point, following)
             step /= 2

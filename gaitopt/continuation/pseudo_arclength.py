@@ -22,6 +22,11 @@ FLOOR = 1e-13
 """Scaled residual below which Newton's method ends."""
 NEARBY_ITERATIONS = 3
 """Iterations with the derivative by the parameter of a point nearby, before it is computed."""
+SLOW_CONVERGENCE = 0.05
+"""Reduction of the residual in an iteration above which the derivative by the parameter is computed again: its error
+grows with the multipliers."""
+LONGEST_EXTRAPOLATION = 3.0
+"""Largest step relative to the distance of the last two points for which their cubic is followed."""
 LONGEST_NEWTON_STEP = 1.0
 """Scaled Newton step above which the correction is abandoned."""
 
@@ -124,24 +129,28 @@ class Stepper:
         towards[-1] = math.copysign(1.0, direction)
         return self.correct(np.append(z, value) / self.scales, towards)
 
-    def predict(self, point: CurvePoint, step: float, bend: Array | float = 0.0) -> Array:
-        """Return the scaled coordinates at a step along the tangent, shape (n + 1,).
+    def predict(self, point: CurvePoint, step: float, previous: CurvePoint | None = None) -> Array:
+        """Return the scaled coordinates at a step beyond a point, shape (n + 1,).
+
+        They follow the cubic through both points with their tangents; without a previous point of the same smooth
+        piece, the tangent.
 
         Parameters
         ----------
         point : CurvePoint
         step : float
-        bend : (n + 1,) array, optional
-            Rate of the tangent along the branch, see :meth:`bend`.
+        previous : CurvePoint, optional
         """
-        return self.position(point) + step * point.tangent + step**2 / 2 * np.asarray(bend)
-
-    def bend(self, point: CurvePoint, following: CurvePoint) -> Array:
-        """Return the rate of the tangent between two points of the same smooth piece, otherwise zero."""
-        distance = float(np.linalg.norm(self.position(following) - self.position(point)))
-        if point.sample.structure != following.sample.structure or not distance:
-            return np.zeros(self.scales.size)
-        return np.asarray((following.tangent - point.tangent) / distance)
+        end = self.position(point)
+        if previous is None or previous.sample.structure != point.sample.structure:
+            return end + step * point.tangent
+        start = self.position(previous)
+        length = float(np.linalg.norm(end - start))
+        if step > LONGEST_EXTRAPOLATION * length:
+            return end + step * point.tangent
+        t = 1 + step / length
+        cubic = (2 * t**3 - 3 * t**2 + 1) * start + (3 * t**2 - 2 * t**3) * end
+        return np.asarray(cubic + length * ((t**3 - 2 * t**2 + t) * previous.tangent + (t**3 - t**2) * point.tangent))
 
     def position(self, point: CurvePoint) -> Array:
         """Return the scaled coordinates of a point, shape (n + 1,)."""
@@ -197,7 +206,8 @@ class Stepper:
                 reached = iteration if reached is None else reached
                 if error >= best / 4 or error <= FLOOR:
                     return self._make_point(z, value, sample, normal, reached)
-            best, by_value, x = min(best, error), derivative[:, -1], x + step
+            slow = math.isfinite(best) and error > SLOW_CONVERGENCE * best
+            best, by_value, x = min(best, error), None if slow else derivative[:, -1], x + step
         return None
 
     def _make_point(

@@ -23,7 +23,7 @@ from gaitopt.continuation.tracing import TraceOptions
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 
-REACHES = (0.2, 0.05, 0.8, 3.0)
+REACHES = (0.2, 0.05, 0.8, 3.0, 12.0)
 """Distances from the predicted point at which a search along the line begins, relative to the step, in order."""
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.03, 0.1, 1e-3
 """Step lengths in the plane of the parameters, relative to their ranges."""

@@ -16,6 +16,10 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
+from gaitopt.parameters import Parameter
+
+MOST_ROWS = 1_000_000
+"""Largest number of rows of data and of latched values of a law."""
 
 INPUTS = ("clock", "q", "v", "latched", "slide", "data")
 OUTPUTS = ("torque", "bounds", "guards")
@@ -55,6 +59,8 @@ def law_inputs(robot: Robot | PlanarRobot, *, data: int = 0, latched: int = 0) -
     >>> law_inputs(compass_biped(), data=2).q.shape
     (4, 1)
     """
+    for name, size in (("data", data), ("latched", latched)):
+        Parameter(name, 0, "1", "", lower=0, upper=MOST_ROWS, whole=True).check(size)
     return _symbols(robot.n_q, latched, data)
 
 

@@ -90,6 +90,15 @@ class ScenarioWalker:
     engine : Engine
     seed : int
         Seed of the pushes.
+
+    Examples
+    --------
+    >>> from gaitopt import ScipyEngine, feedforward, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> law = feedforward(gait.robot, gait.motion)
+    >>> walker = ScenarioWalker(gait, law, Scenarios(steps=2), ScipyEngine(), 0)
+    >>> walker.walk(Scenario()).distance < 1e-4
+    True
     """
 
     gait: Gait
@@ -133,6 +142,15 @@ def walk_scenarios(walker: ScenarioWalker, scenarios: Sequence[Scenario], execut
     ------
     GaitoptError
         If worker processes repeatedly terminate.
+
+    Examples
+    --------
+    >>> from gaitopt import ScipyEngine, feedforward, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> law = feedforward(gait.robot, gait.motion)
+    >>> walker = ScenarioWalker(gait, law, Scenarios(steps=2), ScipyEngine(), 0)
+    >>> [walk.steps for walk in walk_scenarios(walker, [Scenario({"friction": 0.01})], Execution())]
+    [0]
     """
     tasks = [Task(f"{number:06d}", scenario) for number, scenario in enumerate(scenarios)]
     walks: dict[str, Walk] = {}

@@ -1,7 +1,6 @@
 """Robots: frozen records of named CasADi Functions, and the symbols of their expressions."""
 
 import functools
-import threading
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -13,6 +12,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.locks import ForkSafeLock
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry, count_coordinates
@@ -326,4 +326,4 @@ class Robot(LazyRecord):
 _RESTORED: "weakref.WeakValueDictionary[str, Robot]" = weakref.WeakValueDictionary()
 """Robots of this process by the digest of their record."""
 
-_LOCK = threading.RLock()
+_LOCK = ForkSafeLock()

@@ -4,7 +4,6 @@ import functools
 import hashlib
 import json
 import math
-import threading
 import weakref
 import zlib
 from collections.abc import Mapping
@@ -12,6 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from gaitopt.errors import ArchiveError
+from gaitopt.locks import ForkSafeLock
 from gaitopt.parameters import Parameter
 
 _LEVEL = 6
@@ -21,7 +21,7 @@ _NUMBERS = ("default", "lower", "upper")
 """Of a parameter."""
 
 _RECORDS: "weakref.WeakValueDictionary[str, RobotRecord]" = weakref.WeakValueDictionary()
-_LOCK = threading.Lock()
+_LOCK = ForkSafeLock()
 
 
 @dataclass(frozen=True, eq=False)

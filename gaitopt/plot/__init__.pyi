@@ -1,6 +1,7 @@
 from gaitopt.plot.animation import animate as animate
 from gaitopt.plot.branch_figure import plot_branches as plot_branches
 from gaitopt.plot.comparison_figure import plot_comparison as plot_comparison
+from gaitopt.plot.curve_figure import plot_curves as plot_curves
 from gaitopt.plot.front_figure import plot_front as plot_front
 from gaitopt.plot.gait_figure import plot_gait as plot_gait
 from gaitopt.plot.gait_figure import plot_motion as plot_motion

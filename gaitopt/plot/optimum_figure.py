@@ -46,7 +46,8 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
 
     Examples
     --------
-    >>> from gaitopt import Collocation, GaitProblem, Limits, compass_biped, trace_optimum
+    >>> from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+    >>> from gaitopt.continuation import trace_optimum
     >>> problem = GaitProblem(robot=compass_biped(), sequence="stick | stick", friction=0.25, speed=0.6,
     ...                       step_length=0.45, limits=Limits(torque=6), objective="torque_squared",
     ...                       transcription=Collocation(intervals=10))

@@ -219,7 +219,7 @@ def draw_pushes(robot: Robot, p: Array, section: Section, test: PushTest) -> Ite
     >>> from gaitopt import rimless_wheel
     >>> wheel = rimless_wheel()
     >>> p = wheel.vector(wheel.resolve({}))
-    >>> next(draw_pushes(wheel, p, Section(wheel, p), PushTest(starts=3))).shape
+    >>> next(draw_pushes(wheel, p, Section(wheel, p, sliding=False), PushTest(starts=3))).shape
     (1,)
     """
     rng, scale = np.random.default_rng(test.seed), push_scale(robot, p, section)

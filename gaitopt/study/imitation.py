@@ -15,6 +15,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import cost_of_transport
 from gaitopt.motion.gait import Gait, SolverReport, cone_margin
 from gaitopt.motion.motion import Motion, Segment
+from gaitopt.ocp.transcription.method import check_count
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.assessment import assess_stability
@@ -185,6 +186,7 @@ def controlled_gait(gait: Gait, law: Law, *, samples: int = 100) -> Gait:
     >>> str(limited.sequence), abs(limited.cost_of_transport - gait.cost_of_transport) < 1e-5
     ('slip+ stick | slip+', True)
     """
+    check_count("samples", samples, 1, 1_000_000)
     cycle = assess_stability(gait, law)
     walker = make_walker(gait.robot, law, cycle.parameters, period=gait.period)
     motion = record_walk(walker, cycle.section.embed(cycle.z), 1).motion

@@ -17,13 +17,16 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.parameters import positive
+from gaitopt.parameters import Parameter, positive
 from gaitopt.simulation.hybrid_automaton import Stride, Walker, make_walker
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 from gaitopt.tuning.riccati import LinearInterval, discrete_gains, periodic_gains
+
+MOST_WINDOWS = 20
+"""Largest number of windows of a step."""
 
 
 @check_arguments
@@ -133,6 +136,7 @@ def step_lqr(
     >>> step_lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'step_lqr'
     """
+    Parameter("windows", 2, "1", "", lower=1, upper=MOST_WINDOWS, whole=True).check(windows)
     weights = weights or LqrWeights()
     base, first = law or feedforward(robot, motion), motion.segments[0]
     p = robot.vector(motion.parameters)

@@ -15,13 +15,12 @@ from gaitopt import (
     compass_biped,
     computed_torque,
     feedforward,
-    largest_recovery,
-    recovery,
     solve,
     tune_feedback,
     verify,
 )
 from gaitopt.simulation.hybrid_automaton import make_walker
+from gaitopt.stability import largest_recovery, recovery
 from gaitopt.study import controlled_gait, imitate
 from gaitopt.tuning import controller_family_named
 

@@ -9,8 +9,8 @@ import statistics
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, GaitProblem, Limits, compass_biped, solve, trace_optimum
-from gaitopt.continuation import OptimumOptions
+from gaitopt import Collocation, GaitProblem, Limits, compass_biped, solve
+from gaitopt.continuation import OptimumOptions, trace_optimum
 from tests.benchmarks.conftest import timed
 
 POINTS, COLD, SAME_COST = 100, 30, 1e-6

@@ -46,7 +46,7 @@ def test_commands_and_python_verbs_have_the_same_names():
         "push",
         "impact",
         "pareto",  # Pareto(...).trace
-        "design",  # solve, and solve_family of a Family
+        "design",  # solve, and Family(...).solve
     }
     assert set(COMMANDS) - other <= set(gaitopt.__all__)
 

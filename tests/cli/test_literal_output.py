@@ -25,12 +25,13 @@ from gaitopt.cli import (
     planar_walks,
     setup,
     study_output,
+    trace_optimum_command,
     trace_output,
     walk_output,
 )
 from gaitopt.cli.app import app
 from gaitopt.cli.script import call_script
-from gaitopt.continuation import SpecialCurve, SpecialKind
+from gaitopt.continuation import OptimalBranch, OptimalDiagram, OptimalSpecial, SpecialCurve, SpecialKind
 from gaitopt.control.law import passive
 from gaitopt.model import ClosedContact, solve_multicontact_impact
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
@@ -170,7 +171,52 @@ def diagram():
     trace_output.print_diagram(dataclasses.replace(branches, unit="m/s", curves=(curve,)))
 
 
+def optima():
+    point = OptimalSpecial(
+        kind="activation",
+        value=0.2,
+        width=1e-16,
+        cost=1.0,
+        constraint="force [N]",
+        before="",
+        after="",
+        state=np.ones(1),
+    )
+    numbers, flags = np.ones(2), np.ones(2, dtype=bool)
+    branch = OptimalBranch(
+        sequence="stick | stick",
+        names=("th1",),
+        values=numbers,
+        costs=numbers,
+        cost_slopes=numbers,
+        cost_errors=numbers,
+        states=np.ones((2, 1)),
+        multipliers=np.ones((2, 1), dtype=complex),
+        replayed=flags,
+        passed=flags,
+        state_errors=numbers,
+        negative=np.zeros(2, dtype=int),
+        dependent=np.zeros(2, dtype=int),
+        strictness=numbers,
+        active=np.zeros(2, dtype=int),
+        special=(point,),
+        end="range_end [s]",
+    )
+    trace_optimum_command.print_optima(
+        OptimalDiagram(
+            robot="robot",
+            objective="objective",
+            parameter="speed",
+            unit="m/s",
+            parameters={},
+            ends=(0.1, 0.2),
+            branches=(branch,),
+        )
+    )
+
+
 TABLES = {
+    "print_optima": optima,
     "print_diagram": diagram,
     "print_gait": gaits,
     "print_planar_cycles": planar_cycles,

@@ -14,13 +14,12 @@ from gaitopt import (
     compass_biped,
     find_cycles,
     solve,
-    trace_optimum,
     verify,
 )
-from gaitopt.continuation import OptimumOptions, load_optima, save_optima
+from gaitopt.continuation import OptimumOptions, load_optima, save_optima, trace_optimum
 from gaitopt.continuation.optimal.branch_start import start_branch
-from gaitopt.continuation.optimal.kkt_point import Metric, at_value, correct, find_tangent
-from gaitopt.continuation.optimal.optimum_replay import make_gait
+from gaitopt.continuation.optimal.kkt_correction import Metric, at_value, correct, find_tangent
+from gaitopt.continuation.optimal.optimum_replay import make_optimal_gait
 from gaitopt.continuation.optimal.sequence_neighbours import list_neighbours
 from gaitopt.errors import ArchiveError
 
@@ -72,7 +71,7 @@ def test_every_point_is_replayed_and_certified(branch):
 
 
 def test_a_point_of_a_branch_is_a_gait_that_verify_accepts(low_friction):
-    gait = verify(make_gait(low_friction))
+    gait = verify(make_optimal_gait(low_friction))
     assert gait.verification.passed
     assert gait.certificate.strict
 

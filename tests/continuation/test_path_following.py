@@ -7,7 +7,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktPoint, Metric, at_value, correct, find_tangent
+from gaitopt.continuation.optimal.kkt_correction import Metric, at_value, correct, find_tangent
+from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import Line, ParametricNlp
 from gaitopt.continuation.optimal.path_following import PathChange, PathFollower, PathKind, PathOptions, PathPoint
 from gaitopt.ocp.nlp.block import Block

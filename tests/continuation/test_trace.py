@@ -227,3 +227,20 @@ def test_options_are_checked():
         TraceOptions(doublings=-1)
     with pytest.raises(InputError, match="longest_step"):
         ArclengthOptions(longest_step=0)
+
+
+def test_a_branch_with_large_multipliers_is_followed_in_long_steps():
+    start = {"th1": -0.01277558, "th1_rate": -0.10316025, "th2_rate": -0.12494771, "foot_speed": 0.36494445}
+    parameters = {"slope": math.radians(1), "friction": 0.03}
+    (gait,) = find_cycles(compass_biped(), parameters, starts=[start])
+    assert gait.radius == pytest.approx(196.333, abs=1e-3)
+    branch = trace(WalkProblem(robot=compass_biped(), parameters=parameters), {"friction": (0.03, 0.027)}, start=gait)
+    branch = branch.branches[0]
+    assert branch.end == "range_end"
+    assert branch.values.size < 50
+    (other,) = find_cycles(
+        compass_biped(),
+        parameters | {"friction": 0.027},
+        starts=[dict(zip(branch.names, branch.states[-1], strict=True))],
+    )
+    assert np.abs(branch.multipliers[-1]) == pytest.approx(np.abs(other.multipliers), rel=1e-5)

@@ -7,6 +7,7 @@ import pytest
 
 from gaitopt import InputError, WalkProblem, load_diagram, rimless_wheel, trace
 from gaitopt.continuation import save_diagram, trace_curve
+from gaitopt.continuation.gait_source import make_gait_source
 
 SLOPE = math.radians(13)
 
@@ -36,6 +37,12 @@ def test_the_curve_of_lost_stick_is_the_slope_of_friction(wheel, diagram):
     friction, slope = curve.values.T
     assert len(friction) > 5
     assert friction == pytest.approx(np.tan(slope), abs=1e-9)
+    for state, value in zip(curve.states, curve.values, strict=True):
+        at = WalkProblem(robot=rimless_wheel(), parameters={"slope": value[1]})
+        source = make_gait_source(at, {"friction": (0.4, 0.2)})
+        gait = source.gait_near(value[0] + 1e-6, dict(zip(diagram.branches[0].names, state, strict=True)), 1)
+        residual = source.start(gait, value[0] + 1e-6).family.evaluate(state, value[0]).residual
+        assert np.max(np.abs(residual)) < 1e-9
     assert (curve.begin, curve.end) == ("range_end", "range_end")
 
 

@@ -24,7 +24,7 @@ ODD = (
     *("http://127.0.0.1:9", "lqr", "[bold]"),
 )
 
-SHORT = {"push": ["--starts", "1"], "tune": ["--gain", "nonsense=1"]}
+SHORT = {"push": ["--starts", "1"], "tune": ["--gain", "nonsense=1"], "animate": ["--steps", "1", "--slow", "0.2"]}
 """Options without which a command takes minutes."""
 
 

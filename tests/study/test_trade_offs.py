@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitopt import Execution, InputError, solve
+from gaitopt import Collocation, Execution, InputError, solve
 from gaitopt.plot import plot_front
 from gaitopt.study import Pareto, load_front, load_front_gait
 from gaitopt.study.storage.gait_store import GaitStore
@@ -50,6 +50,15 @@ def test_speed_is_bounded_from_below_and_multipliers_are_measured():
     table = trade.trace(quick_problem(speed=0.6))
     assert table.speed.values == pytest.approx([0.64, 0.7], rel=1e-6)
     assert np.all(np.isfinite(table.spectral_radius.values))
+
+
+def test_the_spectral_radius_is_bounded_if_its_range_is_stated():
+    problem = quick_problem(sequence="slip+ stick | slip+", transcription=Collocation(intervals=(8, 16)))
+    trade = Pareto(objectives=("cost", "spectral_radius"), points=2, bounds={"spectral_radius": (0.73, 0.76)})
+    assert [quantity.name for quantity in trade.bounded] == ["spectral_radius"]
+    table = trade.trace(problem)
+    assert table.spectral_radius.values == pytest.approx([0.76, 0.73], abs=1e-5)
+    assert (table.front == 1).all()
 
 
 def test_friction_demand_is_bounded_while_the_foot_sticks():

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import evolve
 
-from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktLinearisation, KktPoint, at_value, correct
+from gaitopt.continuation.optimal.kkt_correction import at_value, correct
+from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktLinearisation, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp, find_number, make_parametric_nlp
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait

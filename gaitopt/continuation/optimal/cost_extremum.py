@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import scipy  # which imports its parts when they are used
 
-from gaitopt.continuation.optimal.kkt_point import KktLinearisation, at_value, correct
+from gaitopt.continuation.optimal.kkt_correction import at_value, correct
+from gaitopt.continuation.optimal.kkt_point import KktLinearisation
 
 FLAT = 1e-9
 """Change of the cost over the range of the parameter, relative to its typical size, that is due to rounding errors."""

@@ -55,7 +55,8 @@ def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
 
     Examples
     --------
-    >>> from gaitopt import Collocation, GaitProblem, Limits, compass_biped, trace_optimum
+    >>> from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+    >>> from gaitopt.continuation import trace_optimum
     >>> problem = GaitProblem(robot=compass_biped(), sequence="stick | stick", friction=0.25, speed=0.6,
     ...                       step_length=0.45, limits=Limits(torque=6), objective="torque_squared",
     ...                       transcription=Collocation(intervals=10))
@@ -113,7 +114,8 @@ def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
     Examples
     --------
     >>> import tempfile
-    >>> from gaitopt import Collocation, GaitProblem, Limits, compass_biped, trace_optimum
+    >>> from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+    >>> from gaitopt.continuation import trace_optimum
     >>> problem = GaitProblem(robot=compass_biped(), sequence="stick | stick", friction=0.25, speed=0.6,
     ...                       step_length=0.45, limits=Limits(torque=6), objective="torque_squared",
     ...                       transcription=Collocation(intervals=10))

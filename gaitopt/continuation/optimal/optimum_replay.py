@@ -66,7 +66,7 @@ def solve_result(here: KktLinearisation) -> GridSolution:
     return GridSolution(problem, nlp.method, nlp.transcription, limits, here.data, outcome)
 
 
-def make_gait(here: KktLinearisation) -> Gait:
+def make_optimal_gait(here: KktLinearisation) -> Gait:
     """Return an optimum of a branch as a gait, which can be saved and warm-starts :func:`gaitopt.solve`."""
     solution = solve_result(here)
     method = {"transcription": solution.method.name, "intervals": list(solution.transcription.structure.counts)}

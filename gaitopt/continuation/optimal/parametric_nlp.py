@@ -154,6 +154,8 @@ def make_parametric_nlp(
         If there is no such number, the problem is invalid at an end of the range, or its objective has kinks.
     """
     problem = problem.without_guess()
+    if problem.stability is not None:
+        raise InputError("Branches of optimal gaits need a problem without a bound on its stability.")
     number = find_number(problem, name)
     values = ends[0], ends[1], 0.5 * (ends[0] + ends[1])
     problems = [number.change(value) for value in values]

@@ -16,9 +16,7 @@ import attrs
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.optimal.kkt_point import (
-    KktLinearisation,
-    KktPoint,
+from gaitopt.continuation.optimal.kkt_correction import (
     Metric,
     at_distance,
     at_value,
@@ -26,6 +24,7 @@ from gaitopt.continuation.optimal.kkt_point import (
     correct,
     find_tangent,
 )
+from gaitopt.continuation.optimal.kkt_point import KktLinearisation, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.arguments import check_arguments, check_vector
+from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -78,8 +79,10 @@ def solve_impact(robot: Robot, q: np.ndarray, v: np.ndarray, p: np.ndarray) -> I
     ('stick', True)
     """
     q, v = check_vector("q", q, robot.n_q), check_vector("v", v, robot.n_q)
-    values = np.asarray(p, dtype=float).tobytes()
-    return _touchdown(robot, values, threading.get_ident()).solve(np.concatenate((q, v)))[0]
+    values = np.asarray(p, dtype=float)
+    if values.shape != (len(robot.parameters),):
+        raise InputError(f"p must be the vector of {len(robot.parameters)} parameters, got the shape {values.shape}.")
+    return _touchdown(robot, values.tobytes(), threading.get_ident()).solve(np.concatenate((q, v)))[0]
 
 
 class TouchdownMap:

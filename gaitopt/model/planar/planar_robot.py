@@ -1,7 +1,6 @@
 """Planar robots with any contacts: frozen records of named CasADi Functions of minimal coordinates."""
 
 import functools
-import threading
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.locks import ForkSafeLock
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.newton_euler import NewtonEuler
@@ -186,4 +186,4 @@ class PlanarRobot(LazyRecord):
 _RESTORED: "weakref.WeakValueDictionary[str, PlanarRobot]" = weakref.WeakValueDictionary()
 """Robots of this process by the digest of their record."""
 
-_LOCK = threading.RLock()
+_LOCK = ForkSafeLock()

@@ -1,5 +1,7 @@
 """Initial values of the deviations: the solution of their equations, which are linear at a constant motion."""
 
+import warnings
+
 import numpy as np
 
 from gaitopt.motion.motion import Array
@@ -23,7 +25,7 @@ def solve_deviations(transcription: Transcription, x: Array, data: Array) -> Arr
     x : (n_variables,) array
     data : (n_z,) array
     """
-    from scipy.sparse.linalg import spsolve  # takes as long to import as a short solve
+    from scipy.sparse.linalg import MatrixRankWarning, spsolve  # whose import takes longer than a solve
 
     variables, rows = transcription.variables, transcription.constraints
     columns = np.concatenate([table.ravel() for key, table in variables.tables.items() if _base(key) in DEVIATIONS])
@@ -32,7 +34,9 @@ def solve_deviations(transcription: Transcription, x: Array, data: Array) -> Arr
     for _ in range(STEPS):
         values, jacobian = transcription.nlp.derivatives["jac_g"](point, data)
         matrix = jacobian.sparse().tocsr()[places][:, columns]
-        change = spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
+        with warnings.catch_warnings():  # a singular matrix gives nan, which is checked below
+            warnings.simplefilter("ignore", MatrixRankWarning)
+            change = spsolve(matrix.tocsc(), -np.asarray(values).ravel()[places])
         if not np.all(np.isfinite(change)):
             return x
         point[columns] += change

@@ -21,6 +21,7 @@ from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.ocp.solution.trajectory import check_between_nodes, reconstruct_motion
 from gaitopt.ocp.statement.initial_guess import LinearGuess
+from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.parameters import check_type
 from gaitopt.progress import SolveObserver, silent
@@ -95,8 +96,6 @@ def solve_steps(
 
 def _initial_point(transcription: MultiStepTranscription, plans: tuple[Motion, ...] | None) -> Array:
     """Return the initial point: the guess of each step, or its motion in an earlier solution."""
-    from gaitopt.ocp.statement.warm_start import FromMotion
-
     pieces = []
     for number, (step, problem) in enumerate(zip(transcription.steps, transcription.problem.steps, strict=True)):
         guess = problem.guess or LinearGuess()

@@ -49,7 +49,7 @@ def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds
         free = np.minimum(x - bounds.x_lower, bounds.x_upper - x) > AT_BOUND
         rows = SparseMatrix.read(jacobian).select(equal, free)
         right = np.concatenate([np.zeros(rows.shape[1]), unmet])
-        correction = factorise(rows, NEGLIGIBLE)(right[:, None])[: rows.shape[1], 0]
+        correction = factorise(rows, NEGLIGIBLE, corrections=2)(right[:, None])[: rows.shape[1], 0]
         x = x.copy()
         x[free] += correction
     return outcome

@@ -15,6 +15,7 @@ from attrs import evolve, field, frozen
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
+from gaitopt.locks import ForkSafeLock
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
@@ -57,7 +58,7 @@ less time at 4000 unknowns, but 7 % more at 500."""
 MOST_ITERATIONS = 2**31 - 1
 """Largest iteration count of Ipopt, a 32-bit integer."""
 
-ONE_AT_A_TIME = threading.RLock()
+ONE_AT_A_TIME = ForkSafeLock()
 """Lock of all solves: Ipopt with MUMPS is not thread-safe, so parallel solves need processes."""
 
 

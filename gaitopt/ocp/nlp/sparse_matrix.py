@@ -1,4 +1,4 @@
-"""Sparse matrices of numbers, and projections onto the null space of their rows, without the import of SciPy."""
+"""Sparse matrices of numbers, and systems of equations with them, for small ones without the import of SciPy."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,6 +12,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 
 Solve = Callable[[Array], Array]
+
+MANY_ENTRIES = 50_000
+"""Number of entries above which SciPy's SuperLU takes less time than CasADi, its import included."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,19 +95,39 @@ class SparseMatrix:
         return np.sqrt(np.bincount(self.rows, self.values**2, self.shape[0]))
 
 
-def factorise(rows: SparseMatrix, regularisation: float) -> Solve:
+def factorise(rows: SparseMatrix, regularisation: float, corrections: int = 0) -> Solve:
     """Return the solver of ``[[I, R^T], [R, -regularisation I]] x = b`` for a matrix R and right sides b, (n + m, k).
 
-    The matrix is quasi-definite: it has a factorisation L D L^T without pivoting, for dependent rows, too.
+    The matrix is quasi-definite: it has a factorisation L D L^T without pivoting, for dependent rows, too.  The errors
+    are those of rounding divided by the regularisation; each correction by the residual squares them.
+
+    Parameters
+    ----------
+    rows : SparseMatrix
+    regularisation : float
+    corrections : int
     """
     m, n = rows.shape
     unit, below = np.arange(n + m), n + rows.rows
-    matrix = SparseMatrix(
+    system = SparseMatrix(
         np.concatenate([unit, below, rows.columns]),
         np.concatenate([unit, rows.columns, below]),
         np.concatenate([np.ones(n), np.full(m, -regularisation), rows.values, rows.values]),
         (n + m, n + m),
-    ).write()
+    )
+    solve = _factorise_by_superlu(system) if rows.values.size > MANY_ENTRIES else _factorise_by_casadi(system)
+
+    def solve_and_correct(right: Array) -> Array:
+        solution = solve(right)
+        for _ in range(corrections):
+            solution += solve(right - system.times(solution))
+        return solution
+
+    return solve_and_correct
+
+
+def _factorise_by_casadi(system: SparseMatrix) -> Solve:
+    matrix = system.write()
     with defer_interrupt():
         factors = ca.Linsol("kkt", "ldl", matrix.sparsity())
         factors.sfact(matrix)
@@ -113,5 +136,19 @@ def factorise(rows: SparseMatrix, regularisation: float) -> Solve:
     def solve(right: Array) -> Array:
         with defer_interrupt():
             return np.array(factors.solve(matrix, ca.DM(right)))
+
+    return solve
+
+
+def _factorise_by_superlu(system: SparseMatrix) -> Solve:
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.linalg import splu
+
+    matrix = coo_matrix((system.values, (system.rows, system.columns)), shape=system.shape).tocsc()
+    # Pivots on the diagonal leave a factor with an eighth of the entries.
+    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+    def solve(right: Array) -> Array:
+        return np.asarray(factors.solve(right))
 
     return solve

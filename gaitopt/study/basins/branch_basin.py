@@ -30,7 +30,7 @@ SAME = 1e-3
 """Largest difference of the last point of a walk from a gait to which it converged."""
 
 
-class _Point(NamedTuple):
+class _BasinPoint(NamedTuple):
     """Result at one value of the parameter."""
 
     value: float
@@ -96,7 +96,7 @@ def basin_along_branch(
     if not 0 <= branch < len(diagram.branches) or diagram.branches[branch].steps > 1:
         raise InputError(f"The diagram must have a branch {branch} of gaits of one step.")
     measure = _measure_with(problem, diagram, branch, balls or PushTest(), radius, search or PushSearch(), engine)
-    points, guess = list[_Point](), None
+    points, guess = list[_BasinPoint](), None
     for value in values:
         point = measure(float(value), guess)
         if point is None:
@@ -117,12 +117,12 @@ def _measure_with(
     radius: float,
     search: PushSearch,
     engine: Engine | None,
-) -> Callable[[float, Array | None], _Point | None]:
+) -> Callable[[float, Array | None], _BasinPoint | None]:
     """Return the function that computes the result at one value, from the direction of the push before it."""
     robot, law = problem.robot, problem.law or passive(problem.robot)
     engine = engine or default_engine(law, robot)
 
-    def measure(value: float, guess: Array | None) -> _Point | None:
+    def measure(value: float, guess: Array | None) -> _BasinPoint | None:
         gaits = {
             number: gaits_at(problem, diagram, value, branch=number, engine=engine)
             for number in range(len(diagram.branches))
@@ -138,7 +138,7 @@ def _measure_with(
             endings[_name_ending(classify_walk(walker, z), gaits, section)] += 1
         guesses = () if guess is None or guess.size != cycle.z.size else (guess,)
         pushed = find_fatal_push(walker, cycle, search, guesses=guesses) if cycle.stable else None
-        return _Point(value, cycle, endings, pushed)
+        return _BasinPoint(value, cycle, endings, pushed)
 
     return measure
 
@@ -155,7 +155,7 @@ def _name_ending(ending: WalkEnding, gaits: Mapping[int, tuple[AnyCycle, ...]], 
     return ending.label
 
 
-def _make_dataset(diagram: BranchDiagram, points: list[_Point]) -> "xr.Dataset":
+def _make_dataset(diagram: BranchDiagram, points: list[_BasinPoint]) -> "xr.Dataset":
     import xarray as xr
 
     endings = list(dict.fromkeys(name for point in points for name in sorted(point.endings)))

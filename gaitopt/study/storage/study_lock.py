@@ -35,7 +35,10 @@ def lock_study(path: Path) -> Iterator[None]:
     >>> Path("frontier.nc.lock").exists()
     False
     """
-    target = Path(os.path.realpath(path))
+    try:
+        target = Path(os.path.realpath(path))
+    except (OSError, ValueError) as error:
+        raise ArchiveError(f"Cannot write {str(path)!r}: {error}.") from None
     file = target / f"study{SUFFIX}" if target.is_dir() else target.with_name(target.name + SUFFIX)
     handle = _acquire(path, file)
     try:
@@ -57,8 +60,9 @@ def _acquire(path: Path, file: Path) -> int:
     while True:
         try:
             handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
-        except OSError as error:
-            raise ArchiveError(f"Cannot write {path}: {error.strerror or error} ({file}).") from None
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise ArchiveError(f"Cannot write {str(path)!r}: {reason} ({str(file)!r}).") from None
         try:
             _lock(handle)
         except OSError:

@@ -33,17 +33,16 @@ def _as_names(names: Iterable[str]) -> tuple[str, ...]:
     return (names,) if isinstance(names, str) else tuple(names)
 
 
-def _check_objectives(_: Any, attribute: Any, names: tuple[str, ...]) -> None:
+def _check_objectives(options: "Pareto", attribute: Any, names: tuple[str, ...]) -> None:
     if len(names) < 2 or names[0] != COST or len(set(names)) < len(names):
         raise InputError(
             f"objectives must be '{COST}' and at least one other quantity, without repetitions, got {list(names)}."
         )
-    quantities = [quantity_named(name) for name in names]
-    if not any(quantity.restrict for quantity in quantities):
-        bounded = ", ".join(name for name, quantity in QUANTITIES.items() if quantity.restrict)
+    if not any(quantity.name in options.bounds or quantity.extreme for quantity in options.quantities):
+        bounded = ", ".join(name for name, quantity in QUANTITIES.items() if quantity.extreme)
         raise InputError(
             f"{' and '.join(names[1:])} can only be measured: add a quantity along which the front is computed, one "
-            f"of {bounded}."
+            f"of {bounded}, or state bounds of spectral_radius."
         )
 
 
@@ -68,8 +67,8 @@ class Pareto:
     ----------
     objectives : tuple of str
         ``"cost"``, the objective of the problem, and one or more of ``peak_torque``, ``peak_friction_demand`` and
-        ``speed``, which are bounded, and of ``spectral_radius`` and ``recovered_push``, which are measured in open
-        loop.
+        ``speed``, which are bounded, of ``spectral_radius``, which is bounded if its bounds are stated and measured
+        otherwise, and of ``recovered_push``, which is measured; both in open loop.
     points : int
         Number of bounds of each quantity.
     bounds : mapping of str to (float, float)
@@ -100,8 +99,8 @@ class Pareto:
 
     @property
     def bounded(self) -> tuple[Quantity, ...]:
-        """The quantities that are bounded."""
-        return tuple(quantity for quantity in self.quantities if quantity.restrict is not None)
+        """The quantities that are bounded; the others are measured."""
+        return tuple(each for each in self.quantities if each.extreme is not None or each.name in self.bounds)
 
     def trace(
         self, problem: GaitProblem, *, execution: Execution | None = None, path: str | Path | None = None
@@ -206,7 +205,8 @@ class Pareto:
 
     def _measure(self, grid: FrontGrid, kept: Mapping[str, Gait], execution: Execution) -> dict[str, dict[str, float]]:
         """Return the measured quantities of each solved point by the key of the point."""
-        measured = tuple(quantity.name for quantity in self.quantities[1:] if quantity.restrict is None)
+        bounded = {quantity.name for quantity in self.bounded}
+        measured = tuple(quantity.name for quantity in self.quantities[1:] if quantity.name not in bounded)
         keys = [task.key for task in grid.tasks() if task.argument.kind == "point"]
         tasks = [Task(key, kept[key]) for key in keys if measured and key in kept and kept[key].status.ok]
         values: dict[str, dict[str, float]] = {}

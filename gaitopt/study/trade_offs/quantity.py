@@ -14,6 +14,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.criteria import PeakFrictionDemand, PeakTorque
 from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.statement.objective import Objective
+from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.recovery import PushTest, largest_recovery
@@ -46,7 +47,7 @@ class Quantity:
     restrict : callable or None
         Returns a problem with a bound on the quantity; None if the quantity is only measured.
     extreme : Objective or None
-        Objective whose optimum has the best value of the quantity.
+        Objective whose optimum has the best value of the quantity; without one, a bound needs a stated range.
 
     Examples
     --------
@@ -135,6 +136,12 @@ def restrict_speed(problem: GaitProblem, value: float) -> GaitProblem:
     return problem.replace(speed=(min(max(value, stated.lower), upper), upper))
 
 
+def restrict_radius(problem: GaitProblem, value: float) -> GaitProblem:
+    """Return a problem in which the spectral radius of the return map in open loop is at most a value."""
+    bound = problem.stability or StabilityBound(radius=value)
+    return problem.replace(stability=evolve(bound, radius=min(bound.radius, value)))
+
+
 def measure_radius(gait: Gait) -> float:
     """Return the spectral radius of the return map under the torques of the gait in open loop; nan if it has none."""
     try:
@@ -176,7 +183,9 @@ QUANTITIES = {
             PeakFrictionDemand(),
         ),
         Quantity("speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, Pace()),
-        Quantity("spectral_radius", "1", "spectral radius of the return map in open loop", 1, measure_radius),
+        Quantity(
+            "spectral_radius", "1", "spectral radius of the return map in open loop", 1, measure_radius, restrict_radius
+        ),
         Quantity("recovered_push", "rad/s", "largest ball of recovered pushes in open loop", -1, measure_recovery),
     )
 }

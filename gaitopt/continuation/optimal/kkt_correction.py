@@ -1,0 +1,172 @@
+"""Newton's method and tangents on the curves of the optimality conditions.
+
+One more equation selects a point of a curve: a value of the parameter, a distance along the tangent, or the zero of the
+multiplier or of the slack of one constraint.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy  # which imports its parts when they are used
+
+from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktLinearisation, KktPoint
+from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
+from gaitopt.motion.motion import Array
+from gaitopt.reductions import worst
+
+MOST_ITERATIONS = 10
+"""Largest number of Newton steps."""
+
+SMALL_STEP = 1e-9
+"""Scaled Newton step after which the iteration ends; the next one is below 1e-11."""
+
+FAST = 0.05
+"""Ratio of successive steps up to which the matrix of an earlier iteration is used."""
+
+STEEP = 1e-3
+"""Share of the parameter in the unit tangent below which the extended system is solved."""
+
+LARGEST_RESIDUAL = 1e-9
+"""Largest residual of the optimality conditions, scaled objective."""
+
+LARGEST_STEP = 30.0
+"""Scaled Newton step above which the iteration is abandoned."""
+
+Condition = Callable[[KktLinearisation], tuple[Array, float, float]]
+"""Function that returns the derivatives of an equation (by the packed vector, by the parameter) and its residual."""
+
+
+def at_value(value: float) -> Condition:
+    """Return the condition that the parameter has a value."""
+
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
+        return np.zeros(here.active.count), 1.0, here.point.value - value
+
+    return condition
+
+
+def at_zero_margin(index: int) -> Condition:
+    """Return the condition that the multiplier of an active constraint, or the slack of an inactive one, is zero."""
+
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
+        return *here.differentiate_margin(index), float(here.margins[index])
+
+    return condition
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """Weights of the squared length of a tangent: unknowns in their typical sizes, parameter relative to its range."""
+
+    nlp: ParametricNlp
+
+    def weigh(self, active: ActiveSet) -> tuple[Array, float]:
+        """Return the weights of the packed vector and of the parameter."""
+        weights = np.zeros(active.count)
+        weights[: active.free.size] = self.nlp.sizes[active.free] ** -2.0 / self.nlp.size
+        return weights, self.nlp.width**-2.0
+
+
+def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> Condition:
+    """Return the condition that a point lies in the plane through a predicted point, normal to the tangent."""
+
+    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
+        weights, weight = metric.weigh(here.active)
+        row, last = weights * tangent[0], weight * tangent[1]
+        distance = here.pack(here.point.x - predicted.x, here.point.multipliers - predicted.multipliers)
+        return row, last, float(row @ distance + last * (here.point.value - predicted.value))
+
+    return condition
+
+
+def correct(
+    nlp: ParametricNlp,
+    start: KktPoint,
+    active: ActiveSet,
+    condition: Condition,
+    factorised: KktLinearisation | None = None,
+) -> KktLinearisation | None:
+    """Return the point of the curve of an active set that satisfies a condition; None if Newton's method fails.
+
+    At a given value of the parameter one matrix is used as long as the steps decrease fast.
+
+    Parameters
+    ----------
+    nlp : ParametricNlp
+    start : KktPoint
+    active : ActiveSet
+    condition : Condition
+    factorised : KktLinearisation, optional
+        A nearby point of the same active set, whose matrix is used first.
+    """
+    sizes = np.concatenate([nlp.sizes[active.free], np.ones(active.rows.size)])
+    here, before = KktLinearisation(nlp, start, active), math.inf
+    factorised = here if factorised is None else factorised
+    for _ in range(MOST_ITERATIONS):
+        row, last, remainder = condition(here)
+        change, step = _take_step(here, factorised, row, last, remainder)
+        scale = sizes + np.abs(here.pack(here.point.x, here.point.multipliers))
+        size = worst(np.abs(change) / scale, abs(step) / nlp.width)
+        if not size < LARGEST_STEP:
+            return None
+        here = KktLinearisation(nlp, here.move(change, here.point.value + step), active)
+        if size < SMALL_STEP:
+            return here if worst(np.abs(here.residual)) < LARGEST_RESIDUAL else None
+        if np.any(row) or size > FAST * before:
+            factorised = here
+        before = size
+    return None
+
+
+def _take_step(
+    here: KktLinearisation, factorised: KktLinearisation, row: Array, last: float, remainder: float
+) -> tuple[Array, float]:
+    """Return the Newton step of the packed vector and of the parameter; nan if the matrix is singular."""
+    if not np.any(row):  # the parameter is given
+        step = -remainder / last
+        residual = here.residual + step * here.column if step else here.residual
+        return -factorised.solve(residual), step
+    along, nlp = here.by_parameter, here.nlp
+    count = here.active.free.size
+    steepness = worst(np.abs(along[:count]) / nlp.sizes[here.active.free], 0.0) * nlp.width
+    if steepness * STEEP < 1:  # far from a turning point the matrix itself is regular
+        change = here.solve(here.residual)
+        step = (float(row @ change) - remainder) / (last + float(row @ along))
+        return step * along - change, step
+    return _solve_with_condition(here, row, last, -np.append(here.residual, remainder))
+
+
+def _solve_with_condition(here: KktLinearisation, row: Array, last: float, right: Array) -> tuple[Array, float]:
+    """Return the solution of the system extended by one equation, which is regular at turning points too."""
+    matrix = scipy.sparse.bmat([[here.matrix, here.column[:, None]], [row[None, :], np.array([[last]])]], format="csc")
+    try:
+        solution = scipy.sparse.linalg.splu(matrix).solve(right)
+    except RuntimeError:  # singular
+        solution = np.full(right.size, np.nan)
+    return solution[:-1], float(solution[-1])
+
+
+def find_tangent(
+    here: KktLinearisation, metric: Metric, near: tuple[Array, float] | None = None
+) -> tuple[Array, float]:
+    """Return the unit tangent of the curve at a point: of the packed vector, and of the parameter.
+
+    Parameters
+    ----------
+    here : KktLinearisation
+    metric : Metric
+    near : (Array, float), optional
+        Tangent of a nearby point of the same active set, whose direction is kept; otherwise toward larger values.
+    """
+    weights, weight = metric.weigh(here.active)
+    packed, last = here.by_parameter, 1.0
+    length = math.sqrt(float(weights @ packed**2) + weight)
+    if near is not None and not math.sqrt(weight) > STEEP * length:
+        right = np.append(np.zeros(packed.size), 1.0)
+        packed, last = _solve_with_condition(here, weights * near[0], weight * near[1], right)
+        length = math.sqrt(float(weights @ packed**2) + weight * last**2)
+    elif near is not None and float(weights @ (packed * near[0])) + weight * near[1] < 0:
+        length = -length
+    return packed / length, last / length
