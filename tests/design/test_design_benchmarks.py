@@ -1,4 +1,4 @@
-"""Co-design against a grid of designs, and a radius of 0.5 in open loop; with ``--frozen=all`` only: they take minutes."""
+"""Co-design against a grid of designs, and a radius of 0.5 in open loop; both with ``--frozen=all`` only."""
 
 import itertools
 
