@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.errors import InputError
@@ -19,6 +20,7 @@ ANGLES = ("slope",)
 """Parameters that are shown in degrees."""
 
 
+@check_arguments
 def plot_curves(diagram: BranchDiagram, *, style: FigureStyle | None = None) -> "Figure":
     """Draw the curves of special points of a diagram, which bound the regions of its gait types.
 
