@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.linalg import qr
 
 from gaitopt.model.assembly import contact_functions
 from gaitopt.model.robot import Robot
@@ -130,6 +129,8 @@ def _fit_terms(function: ca.Function, robot: Robot, rng: np.random.Generator) ->
         present |= np.abs(coefficients) > np.maximum(
             FIT_TOLERANCE * np.abs(coefficients).max(axis=0), 1e-13 * np.abs(values).max()
         )
+    from scipy.linalg import qr  # whose import takes longer than a short solve
+
     terms: list[Terms] = [{}] * present.shape[1]
     for which in {tuple(np.flatnonzero(column)) for column in present.T} - {()}:
         # Pivoting selects as many angles as there are harmonics, at which the harmonics differ most.
