@@ -91,7 +91,7 @@ def _report(table: "xr.Dataset", files: dict[str, Path | None], *, json: bool, s
         written = {kind: None if file is None else str(file) for kind, file in files.items()}
         print_json(front_facts(table) | written | {"seconds": seconds})
     else:
-        _print(table)
+        print_front(table)
         for file in files.values():
             if file is not None:
                 report_file(file)
@@ -132,7 +132,7 @@ def front_facts(table: "xr.Dataset") -> dict[str, Any]:
     return {"complete": bool(table.attrs["complete"]), "objectives": names, "points": points}
 
 
-def _print(table: "xr.Dataset") -> None:
+def print_front(table: "xr.Dataset") -> None:
     """Print a front as a table, the knee in green and dominated gaits in yellow, and the reasons of failures."""
     from rich import box
     from rich.table import Table

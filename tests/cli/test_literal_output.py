@@ -21,6 +21,7 @@ from gaitopt.cli import (
     impact_command,
     listing,
     output,
+    pareto_command,
     planar_walk_output,
     planar_walks,
     setup,
@@ -215,6 +216,14 @@ def optima():
     )
 
 
+def front():
+    columns = {"cost": [1.0, 2.0, 3.0], "peak_torque": [3.0, 2.0, 1.0], "front": [1, 1, 0], "knee": [0, 1, 0]}
+    columns |= {"status": ["solved", "solved", "lost [s]"], "reason": ["", "", "no gait [rad]"]}
+    table = xr.Dataset({name: ("point", values) for name, values in columns.items()})
+    table.peak_torque.attrs["units"] = "N m"
+    pareto_command.print_front(table.assign_attrs(objectives=["cost", "peak_torque"], objective="cost_of_transport"))
+
+
 TABLES = {
     "print_optima": optima,
     "print_diagram": diagram,
@@ -224,6 +233,7 @@ TABLES = {
     "print_cycles": cycles,
     "print_walk": walk,
     "print_numbers": numbers,
+    "print_front": front,
     "print_sweep": sweep,
     "print_ranking": ranking,
     "print_comparison": lambda: study_output.print_comparison(compare({"[s]": gait()})),
