@@ -17,6 +17,7 @@ from rich.text import Text
 import gaitopt
 from gaitopt import Collocation, assess_stability, load, load_diagram, rimless_wheel, solve
 from gaitopt.cli import (
+    design_command,
     feedback_output,
     impact_command,
     listing,
@@ -42,6 +43,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.recovery import Recovery
 from gaitopt.stability.section import Section
+from gaitopt.status import Status
 from gaitopt.study.comparison import compare
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait
 from gaitopt.tuning.record import Tuning
@@ -224,7 +226,16 @@ def front():
     pareto_command.print_front(table.assign_attrs(objectives=["cost", "peak_torque"], objective="cost_of_transport"))
 
 
+def family():
+    gaits = (dataclasses.replace(gait(), verification=None),)
+    result = types.SimpleNamespace(
+        status=Status.SOLVED, message="done [s]", iterations=3, design={"hip_mass": 2.0}, objective=1.0, gaits=gaits
+    )
+    design_command._print_family(result)
+
+
 TABLES = {
+    "_print_family": family,
     "print_optima": optima,
     "print_diagram": diagram,
     "print_gait": gaits,
