@@ -51,6 +51,7 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
         "speed": gait.speed,
         "step_length": gait.step_length,
         "period": gait.period,
+        "design": {},  # which problems of several contacts do not have
         "phases": [_phase_facts(motion, segment) for segment in motion.segments],
         "events": [event_facts(motion, event) for event in motion.events],
         "friction_margin": friction_margin(gait),
