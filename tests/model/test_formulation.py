@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from gaitopt import CostOfTransport, GaitProblem, Limits, TorqueSquared, WalkProblem, compass_biped
+from gaitopt import CostOfTransport, GaitProblem, Limits, StabilityBound, TorqueSquared, WalkProblem, compass_biped
 from gaitopt.model import kneed_walker, monopod
 from gaitopt.model.formulation import Formula, Formulation, bound, latex_name
 from gaitopt.ocp import PlanarProblem
@@ -47,6 +47,11 @@ def test_free_parameters_are_unknowns():
     printed = lines(gait_problem(free={"hip_mass": (1, 4)}))
     assert printed["also over"] == "1 ≤ hip_mass ≤ 4 kg"
     assert "hip_mass" not in printed["parameters"]
+
+
+def test_a_bound_on_the_radius_is_stated():
+    printed = lines(gait_problem(sequence="stick | stick", stability=StabilityBound(radius=0.5)))
+    assert printed["stability"] == "max |λ_i| of the return map ≤ 0.5"
 
 
 @pytest.mark.parametrize("sequence", ["stick | stick", "any | any", "slip- | slip-", "slip+ slip- | slip+"])

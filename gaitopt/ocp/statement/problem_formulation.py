@@ -65,6 +65,7 @@ def formulate_gait_problem(problem: Any) -> Formulation:
             *_touchdown(problem),
             Formula("next step", "(q, v)(0) = S (q⁻, v⁺), S exchanges the legs", r"(q, v)(0) = S\, (q^-, v^+)"),
             *_targets(problem),
+            *_stability(problem),
             *_torque_limits(limits.torques(robot.actuators), robot.actuators),
             *collect("torque rates", _rate_limits(problem)),
             *collect("angles", [bound(name, low, high, "rad") for name, (low, high) in angles]),
@@ -136,6 +137,13 @@ def formulate_objective(objective: Objective) -> Formula:
 def _free_parameters(problem: Any) -> tuple[Formula, ...]:
     units = {each.name: each.unit for each in problem.robot.parameters}
     return collect("also over", [bound(name, low, high, units[name]) for name, (low, high) in problem.free.items()])
+
+
+def _stability(problem: Any) -> tuple[Formula, ...]:
+    if problem.stability is None:
+        return ()
+    text, latex = r"max |λ_i| of the return map", r"\max_i |\lambda_i|"
+    return collect("stability", [bound(text, -math.inf, problem.stability.radius, "1", latex)])
 
 
 def _phase(problem: Any, number: int) -> list[Formula]:
