@@ -10,13 +10,14 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
-from gaitopt.errors import InputError
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
 from gaitopt.motion.versions import versions
 
@@ -80,14 +81,11 @@ class Checkpoint:
                 f"{self.path} belongs to another trace; delete it, or write this trace to a file of another name."
             )
         self._records = [json.loads(line) for line in lines[1:]]
-        self.stored, self._place = len(self._records), 0
+        self.stored, self._place, self._header = len(self._records), 0, header
         try:
-            self._file: IO[str] = self.path.open("w", encoding="utf-8")
-            for line in [header, *lines[1:]]:
-                self._file.write(f"{line}\n")
-            self._file.flush()
-        except OSError as error:
-            raise InputError(f"The checkpoint {self.path} is not writable: {error.strerror}.") from None
+            self._rewrite()
+        except (ArchiveError, OSError) as error:
+            raise InputError(f"The checkpoint {self.path} is not writable: {error}") from None
 
     def __enter__(self) -> "Checkpoint":
         return self
@@ -95,11 +93,10 @@ class Checkpoint:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._file.close()
+        """Keep the file: every correction is in it already."""
 
     def delete(self) -> None:
         """Delete the file, when the trace is complete."""
-        self._file.close()
         self.path.unlink(missing_ok=True)
 
     def recall(self, guess: Array, normal: Array) -> tuple[bool, Correction | None]:
@@ -117,11 +114,7 @@ class Checkpoint:
     def discard(self) -> None:
         """Discard the corrections that were not recalled: the trace differs from the stored one."""
         self._records = self._records[: self._place]
-        self._file.seek(0)
-        header = self.path.read_text(encoding="utf-8").splitlines()[0]
-        self._file.truncate()
-        self._file.write("\n".join([header, *map(json.dumps, self._records), ""]))
-        self._file.flush()
+        self._rewrite()
 
     def record(self, guess: Array, normal: Array, correction: Correction | None) -> None:
         """Add the result of a correction to the file."""
@@ -129,8 +122,13 @@ class Checkpoint:
         record = {"key": _key(guess, normal), "point": point}
         self._records.append(record)
         self._place += 1
-        self._file.write(f"{json.dumps(record)}\n")
-        self._file.flush()
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(f"{json.dumps(record)}\n")
+
+    def _rewrite(self) -> None:
+        """Write the whole file, in one step."""
+        with write_atomically(self.path) as temporary:
+            temporary.write_text("\n".join([self._header, *map(json.dumps, self._records), ""]), encoding="utf-8")
 
     def _read_lines(self) -> list[str]:
         """Return the complete lines of the file; the last one may have been interrupted."""

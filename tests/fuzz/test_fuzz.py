@@ -1,5 +1,6 @@
 """A sample of odd calls and odd command lines; ``python -m tests.fuzz 20000`` makes more of them."""
 
+from gaitopt.cli.output import out
 from tests.fuzz import command_lines
 from tests.fuzz.fuzzer import fuzz, public_callables
 
@@ -18,7 +19,8 @@ def test_every_public_verb_is_called():
     assert len(names) > 150
 
 
-def test_odd_command_lines_end_in_a_sentence(tmp_path, request):
+def test_odd_command_lines_end_in_a_sentence(tmp_path, request, monkeypatch):
+    monkeypatch.setattr(out, "quiet", False)  # which a command line that is refused in its midst does not restore
     command_lines.prepare(request.config.rootpath, tmp_path)
     for number in range(60):
         words = command_lines.draw(number)

@@ -5,10 +5,9 @@ from collections import Counter
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.linalg import qr
 
 from gaitopt import Coordinates, Drawing, Mode, Parameter, RigidLink, StepEnd, assemble, compass_biped, rimless_wheel
-from gaitopt.simulation.taylor.trigonometric_form import _select_rows, to_trigonometric_form
+from gaitopt.simulation.taylor.trigonometric_form import to_trigonometric_form
 
 MODES = [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD]
 PARAMETERS = [
@@ -122,10 +121,3 @@ def test_light_legs_lose_no_digits(rng):
 def test_a_robot_that_is_no_sum_of_waves_stays_as_it_is():
     robot = pulled()
     assert to_trigonometric_form(robot) is robot
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_angles_are_those_of_a_factorisation_with_pivoting(seed):
-    rng = np.random.default_rng(seed)
-    table = np.cos(rng.uniform(-3, 3, (30, 1)) * np.arange(1, 9) + rng.uniform(0, 6, 8))
-    assert _select_rows(table).tolist() == qr(table.T, pivoting=True, mode="economic")[2][:8].tolist()
