@@ -153,7 +153,7 @@ def resolve_problem(statement, changes):
     The cost is flat: at the default tolerance, states differ by 1.4e-6 while the cost differs by 5e-10.
     """
     problem = make_problem(statement | changes, WarmStart(solve_statement(statement)))
-    return tabulate_gait(verify(solve(problem, solver=Newton(fallback=Ipopt(tolerance=1e-10)))))
+    return tabulate_gait(verify(solve(problem, solver=Newton(fallback=Ipopt(tolerance=1e-9)))))
 
 
 def describe_cycle(cycle):
