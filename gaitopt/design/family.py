@@ -89,8 +89,8 @@ class Family:
         """Find the parameters and the gaits of least weighted cost.
 
         One NLP of all gaits is solved on the coarsest grids, from gaits with the parameters at their start values.
-        Then each gait is solved with the optimal parameters on a grid refined for it, and the NLP of all gaits again
-        on these grids, until the parameters no longer change.
+        Each gait is then solved with the optimal parameters on a grid refined for it, and the NLP of all gaits is
+        solved again on these grids, until the parameters no longer change.
 
         Parameters
         ----------

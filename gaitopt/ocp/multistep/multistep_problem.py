@@ -23,21 +23,21 @@ class MultiStepProblem:
     """An optimal-control problem for several consecutive steps, each with its own sequence, friction and limits.
 
     Each step is stated by a :class:`gaitopt.GaitProblem`.  The impact of its sequence is the touchdown that begins the
-    step, on its own ground; for the last touchdown before a stated end it is that of the last step.  The sum of the
-    objectives of the steps is minimised.
+    step, on the ground of the step; the last touchdown before a stated end has the impact of the last step.  The sum of
+    the objectives of the steps is minimised.
 
     Attributes
     ----------
     steps : tuple of GaitProblem
-        The steps in order; they have the same robot with the same parameters, the ground may differ.
+        The steps in order, with the same robot and the same parameters; the ground may differ.
     start : mapping of str to float or None
         Known coordinates of the first state, which is that of a pose after touchdown: angles [rad], their rates
-        ``NAME_rate`` [rad/s] and ``foot_speed`` [m/s].  Coordinates that are not named are free.  None, together with
-        `end`, for a gait that repeats after these steps.
+        ``NAME_rate`` [rad/s] and ``foot_speed`` [m/s].  Coordinates that are not named are free.  None for `start` and
+        `end` means that the gait repeats after these steps.
     end : mapping of str to float or None
         Known coordinates of the state after the last touchdown, as for `start`; an empty mapping leaves it free.
     footholds : mapping of int to (float, float)
-        Bounds of the place of the stance foot at the start of a step, counted from the place of the first step [m];
+        Bounds of the position of the stance foot at the start of a step, relative to that of the first step [m];
         steps are counted from 0.
     name : str
 
