@@ -70,8 +70,8 @@ class Family:
                 raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
             if problem.free != problems[0].free or not problem.free:
                 raise InputError(
-                    f"All problems of a Family must have the same free parameters, at least one: problem {number} has "
-                    f"free={problem.free}, the first one free={problems[0].free}."
+                    f"All problems of a Family must have the same free parameters, and at least one: problem "
+                    f"{number} has free={problem.free}, problem 1 has free={problems[0].free}."
                 )
         object.__setattr__(self, "problems", problems)
         object.__setattr__(self, "weights", self._normalise_weights(len(problems)))

@@ -73,7 +73,10 @@ class MultiStepProblem:
         for number, step in enumerate(self.steps):
             step.sequence.require_closed("A gait of several steps")
             if step.robot is not first.robot or dict(step.parameters) != dict(first.parameters):
-                raise InputError(f"Step {number + 1} has a different robot from step 1: all steps need the same robot.")
+                raise InputError(
+                    f"Step {number + 1} has a different robot from step 1, or other parameters of it; all steps need "
+                    "the same robot with the same parameters."
+                )
             if len(set(step.slope_range)) > 1:
                 raise InputError(f"Step {number + 1} has a free slope; steps of a multi-step gait need a fixed slope.")
         if (self.start is None) is not (self.end is None):
@@ -126,8 +129,8 @@ class MultiStepProblem:
         for number, pair in self.footholds.items():
             if isinstance(number, bool) or number not in range(1, len(self.steps)):
                 raise InputError(
-                    f"footholds: steps are counted from 0 and the first has place 0, so a step must be one of "
-                    f"{list(range(1, len(self.steps)))}, got {number!r}."
+                    f"footholds: the step must be one of {list(range(1, len(self.steps)))}, got {number!r}; steps are "
+                    "counted from 0, and the first one is at place 0."
                 )
             if len(pair) != 2 or not all(map(math.isfinite, pair)) or pair[0] > pair[1]:
                 raise InputError(f"footholds: the place of step {number} needs (lower, upper) [m], got {pair!r}.")
