@@ -66,10 +66,10 @@ and is replayed by the event-driven simulator. All optima are local.
 
 CONTACTS_HEAD = """# Slip of several contacts
 
-This page compares gaits in which a contact slips by choice: the trailing foot in a double support, and the foot that
-lands in hopping and running. Every gait is an optimum, which is replayed by the event-driven simulator; gaits that fail
-the replay are listed as failed and are not shown. All optima are local: each point is warm-started from its neighbours
-in both directions.
+This page compares gaits in which the slip of a contact is planned: that of the trailing foot in a double support, and
+that of the landing foot in hopping and running. Every gait is an optimum, which is replayed by the event-driven
+simulator; gaits that fail the replay are listed as failed and are not shown. All optima are local: each point is
+warm-started from its neighbours in both directions.
 
 `python docs/make_reproduction.py contacts` writes this page.
 """

@@ -46,17 +46,17 @@ STEPS = (1e-6, 1e-7, 1e-8)
 
 HEAD = """# Catalogue
 
-What works for each problem script and its robot. `python -m tests.matrix` writes this page by running every script in
-`problems`.
+Results of the checks of each problem script and its robot. `python -m tests.matrix` writes this page by running every
+script in `problems`.
 
 - *check*: `check_robot` or `check_planar` of the robot.
 - *gait*: the optimal gait, or the first periodic gait of a passive robot.
-- *replay*: largest error of the state after a step in the simulator under the planned torques (at most 1e-6); of a
-  passive gait the change of the state over a period.
+- *replay*: largest error of the state after a step in the simulator under the planned torques (at most 1e-6); for a
+  passive gait, the change of the state over a period.
 - *multipliers*: largest difference of the return map's exact derivative from central differences, relative to the
-  largest entry (at most 1e-5), and the spectral radius in open loop; under feedback if open loop magnifies rounding
-  errors too much for differences. The best of the steps 1e-6, 1e-7 and 1e-8 counts, or of the limits for a step of
-  zero by linear extrapolation from two of them: where the force of a foot vanishes at lift-off, second derivatives
+  largest entry (at most 1e-5), and the spectral radius in open loop; under feedback if the open loop magnifies rounding
+  errors too much for differences. The smallest difference counts, over the steps 1e-6, 1e-7 and 1e-8 and over linear
+  extrapolations from two of them to a step of zero: where the force of a foot vanishes at lift-off, second derivatives
   jump, and the error of a difference is proportional to its step.
 - *law that stabilises it*: the feedback, and the spectral radius with it. A gait of a robot with several contacts is
   planned again with a foot clearance of {clearance:g} m and a least impulse of {impulse:g} N s where the gait of

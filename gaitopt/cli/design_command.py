@@ -72,7 +72,7 @@ def _count_gaits(stated: object, script: Path) -> int:
         return len(stated.problems)
     if isinstance(stated, GaitProblem) and stated.free_ranges:
         return 1
-    kind = "a GaitProblem without free parameters" if isinstance(stated, GaitProblem) else type(stated).__name__
+    kind = "a GaitProblem without free parameters" if isinstance(stated, GaitProblem) else f"a {type(stated).__name__}"
     raise InputError(
         f"problem() of {script} must return a Family, or a GaitProblem with free={{...}}; it returned {kind}."
     )

@@ -22,7 +22,7 @@ Standing = Annotated[
     typer.Option(
         "--on",
         metavar="CONTACT",
-        help="Motionless contact on the ground, which determines the coordinates and rates that are not named "
+        help="Stationary contact with the ground, which determines the coordinates and rates that are not named "
         "(repeatable).",
         show_default="that of the script, or the first foot",
     ),
@@ -75,7 +75,9 @@ def _read_state(
     robot = problem.robot
     unknown = [name for name in values if name not in robot.state_names]
     if unknown:
-        raise InputError(f"Robot {robot.name!r} has no state {unknown[0]!r}. {suggest(unknown[0], robot.state_names)}")
+        raise InputError(
+            f"Robot {robot.name!r} has no state coordinate {unknown[0]!r}. {suggest(unknown[0], robot.state_names)}"
+        )
     infinite = [name for name, value in values.items() if not math.isfinite(value)]
     if infinite:
         raise InputError(f"--state {infinite[0]} must be a finite number, got {values[infinite[0]]:g}.")

@@ -89,7 +89,7 @@ Patch = Annotated[
     typer.Option(
         "--patch",
         metavar="BEGIN:END:FRICTION",
-        help="Patch of the ground with another friction between two places in m (repeatable).",
+        help="Patch of the ground with another friction coefficient between two places in m (repeatable).",
     ),
 ]
 
@@ -212,7 +212,7 @@ CycleStarts = Annotated[
     int, typer.Option("--starts", min=1, max=100000, help="Number of random starts in the search for periodic gaits.")
 ]
 CyclePeriod = Annotated[
-    int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits of a script [steps].")
+    int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits to search for [steps].")
 ]
 PushStarts = Annotated[
     int, typer.Option("--starts", min=1, max=100000, help="Number of random starts used for verification.")

@@ -21,9 +21,9 @@ Objectives = Annotated[
     str,
     typer.Option(
         metavar="NAME,NAME,...",
-        help="cost, which is the objective of the script, and at least one of peak_torque, peak_friction_demand "
-        "and speed, which are bounded, spectral_radius, which is measured unless --bounds states its range, or "
-        "recovered_push, which is measured; both in open loop.",
+        help="Quantities of the front: cost, the objective of the script, and at least one of peak_torque, "
+        "peak_friction_demand and speed (bounded), spectral_radius (bounded if --bounds states its range, otherwise "
+        "measured) and recovered_push (measured). The last two refer to the gait in open loop.",
     ),
 ]
 Ranges = Annotated[
@@ -31,7 +31,7 @@ Ranges = Annotated[
     typer.Option(
         "--bounds",
         metavar="NAME=LOWER:UPPER",
-        help="Range of the bounds of a quantity (repeatable), SI units.",
+        help="Range of the bound on a quantity, in SI units (repeatable).",
         show_default="from the gait of lowest cost to the best value",
     ),
 ]
@@ -40,12 +40,12 @@ Ranges = Annotated[
 def pareto(
     script: ScriptFile,
     objectives: Objectives = "cost,peak_torque",
-    points: Annotated[int, typer.Option(min=2, max=1000, help="Number of bounds of each quantity.")] = 20,
+    points: Annotated[int, typer.Option(min=2, max=1000, help="Number of values of the bound on each quantity.")] = 20,
     bounds: Ranges = None,
-    starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts of the gaits at the ends.")] = 1,
+    starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts at the ends of the front.")] = 1,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="NC", help="File of the results; the same command again resumes."),
+        typer.Option("--output", "-o", metavar="NC", help="File of the results. Run the same command again to resume."),
     ] = None,
     figure: Annotated[Path | None, typer.Option(metavar="PNG/PDF/SVG", help="File of the figure.")] = None,
     setting: Setting = None,
@@ -55,9 +55,9 @@ def pareto(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Trace the front of gaits between the cost and other quantities, with the knee of the front.
+    """Compute the Pareto front of gaits between the cost and other quantities, and mark its knee.
 
-    At each of several bounds on a quantity the cost is minimised, warm-started from both ends of the front; every gait
+    The cost is minimised at each of several bounds on a quantity, warm-started from both ends of the front; every gait
     is replayed.  Exit status 0 if there is a gait, 1 otherwise.
 
     Example: gaitopt pareto problems/compass_slip.py --objectives cost,peak_torque -o front.nc --figure front.png
@@ -69,7 +69,7 @@ def pareto(
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
     if not isinstance(problem, GaitProblem):
-        raise InputError(f"pareto requires a GaitProblem, problem() of {script} returned {type(problem).__name__}.")
+        raise InputError(f"pareto requires a GaitProblem; problem() of {script} returned {type(problem).__name__}.")
     for file in (output, figure):
         if file is not None:
             check_writable(file)

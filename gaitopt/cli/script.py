@@ -90,7 +90,8 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
     if not path.is_file():
         folder = path.parent
         scripts = [str(folder / other.name) for other in sorted(folder.glob("*.py"))] if folder.is_dir() else []
-        raise InputError(f"There is no problem script {path}. {suggest(str(path), scripts)}")
+        nearest = suggest(str(path), scripts) if scripts else f"The folder {folder} contains no scripts."
+        raise InputError(f"There is no problem script {path}. {nearest}")
     name = f"problem script {path.stem}"  # not the name of any module the script may want to import
     if path.suffix != ".py":
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")

@@ -56,14 +56,17 @@ DiagramOutput = Annotated[
         "--output",
         "-o",
         metavar="NC/HTML/PNG/PDF/SVG",
-        help="File of the diagram, a page on which a click on a point plays its gait, or the figure.",
+        help="File of the diagram (.nc), of a page on which a click on a point plays its gait (.html), or of a figure.",
     ),
 ]
 OptimalPoints = Annotated[
-    int, typer.Option("--points", min=2, help="Equally spaced values of the parameter, for optimal gaits.")
+    int, typer.Option("--points", min=2, help="Number of equally spaced values of the parameter, for optimal gaits.")
 ]
 ReplayInterval = Annotated[
-    int, typer.Option("--replay", min=0, help="Every how many points an optimal gait is replayed; 0 for none.")
+    int,
+    typer.Option(
+        "--replay", min=0, help="Number of points from one replayed optimal gait to the next; 0 for no replay."
+    ),
 ]
 OptimalSequences = Annotated[
     list[str] | None,
@@ -72,7 +75,8 @@ OptimalSequences = Annotated[
 Neighbours = Annotated[
     bool,
     typer.Option(
-        "--neighbours", help="Also follow optimal gaits of the sequences that begin where a contact mode is to change."
+        "--neighbours",
+        help="Also follow optimal gaits of the neighbouring sequences where a contact mode is about to change.",
     ),
 ]
 TABLE, PAGE = ".nc", ".html"
@@ -95,7 +99,9 @@ def trace(
     over: Over,
     second: SecondRange = None,
     setting: Setting = None,
-    doublings: Annotated[int, typer.Option(min=0, max=8, help="Number of branches of doubled period to follow.")] = 0,
+    doublings: Annotated[
+        int, typer.Option(min=0, max=8, help="Number of successive branches of doubled period to follow.")
+    ] = 0,
     deflate: Annotated[
         bool, typer.Option("--deflate", help="Also search for further gaits at the same parameters and follow them.")
     ] = False,
@@ -117,7 +123,8 @@ def trace(
 ) -> None:
     """Follow a periodic gait over a parameter, through folds, period doublings and changes of the contact sequence.
 
-    A script is traced from its first stable gait at FROM, a saved gait from its own parameter in both directions.
+    A script is traced from its first stable gait at FROM, a saved gait in both directions from
+    the value of the parameter in its file.
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
 

@@ -1,7 +1,8 @@
 """Continuation of gaits over a parameter.
 
-:func:`trace_branch` follows a periodic gait over a parameter and locates the values at which its contact sequence or
-its stability changes, and the end of the branch.
+:func:`trace` follows periodic gaits over a parameter and locates the values at which their contact sequence or their
+stability changes, and the ends of each branch.  :func:`trace_optimum` follows optimal gaits and locates the values at
+which constraints become active or inactive.
 """
 
 from gaitopt.lazy_exports import export_lazily

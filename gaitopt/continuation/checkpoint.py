@@ -45,7 +45,7 @@ class Checkpoint:
     path : str or Path
         File, which is created if it does not exist.
     request : mapping
-        What is traced, as plain data.
+        Definition of the trace, as plain data.
 
     Attributes
     ----------

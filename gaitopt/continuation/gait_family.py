@@ -100,7 +100,7 @@ class GaitFamily:
         return MapSample(residual, structure, passage)
 
     def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
-        """Return the derivative of the residual: exact by z, a central difference by the parameter."""
+        """Return the derivative of the residual: exact for z, a central difference for the parameter."""
         walker, section, linearisation = self._walker(value)
         if self._latest.get("sample") is not sample:
             return_map = ReturnMap(walker, section, self.steps, linearisation)
@@ -204,7 +204,7 @@ class GaitFamily:
 
     @functools.cached_property
     def _latest(self) -> dict[str, Any]:
-        """The last sample whose derivative was computed, and its derivative by the state."""
+        """The last sample whose derivative was computed, and its derivative with respect to the state."""
         return {}
 
     @functools.cached_property

@@ -24,7 +24,7 @@ def gaits_at(
     Parameters
     ----------
     problem : WalkProblem or PlanarWalkProblem
-        The problem whose diagram it is.
+        The problem for which the diagram was computed.
     diagram : BranchDiagram
     value : float
         Parameter in SI units.

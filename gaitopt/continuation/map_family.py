@@ -52,7 +52,7 @@ class MapFamily(Protocol):
         ...
 
     def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
-        """Return the derivative of the residual by (z, value), shape (n, n + 1); nan if it does not exist.
+        """Return the derivative of the residual with respect to (z, value), shape (n, n + 1); nan if it does not exist.
 
         Parameters
         ----------

@@ -115,7 +115,7 @@ class ChartAt:
         self._slopes = FastCall(contact_slopes(robot), p)
 
     def constraint_rows(self, y: Array) -> Array:
-        """Return the derivatives of the constrained quantities by the state (q, v), shape (m, 2 n_q)."""
+        """Return the derivatives of the constrained quantities with respect to the state (q, v), shape (m, 2 n_q)."""
         rows, chart = self.chart.rows, self.chart
         gaps, normal, tangential = self._slope_rows(y)
         travel = [] if chart.travel is None else [np.eye(1, y.size, chart.travel)]
@@ -139,7 +139,7 @@ class ChartAt:
         return np.concatenate([y[list(self.chart.entries)], self._speeds(y)[list(self.chart.speeds)]])
 
     def embedding(self, y: Array) -> Array:
-        """Return the derivative of the state by the coordinates, shape (2 n_q, n_z)."""
+        """Return the derivative of the state with respect to the coordinates, shape (2 n_q, n_z)."""
         matrix, chart = self._matrix(y), self.chart
         right = np.zeros((matrix.shape[0], chart.size))
         first, n_e = matrix.shape[0] - len(chart.entries), len(chart.entries)
@@ -150,7 +150,7 @@ class ChartAt:
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
 
     def reading(self, y: Array) -> Array:
-        """Return the derivative of the coordinates by the state, shape (n_z, 2 n_q)."""
+        """Return the derivative of the coordinates with respect to the state, shape (n_z, 2 n_q)."""
         selection = np.eye(y.size)[list(self.chart.entries)]
         return np.vstack([selection, self._slope_rows(y)[2][list(self.chart.speeds)]])
 
@@ -176,7 +176,7 @@ class ChartAt:
         return [part.reshape(2 * n, -1).T for part in self._slopes(y[:n], y[n:])]
 
     def _matrix(self, y: Array) -> Array:
-        """Return the derivatives of constraints and coordinates by the state, shape (m, 2 n_q)."""
+        """Return the derivatives of constraints and coordinates with respect to the state, shape (m, 2 n_q)."""
         return np.vstack([self.constraint_rows(y), np.eye(y.size)[list(self.chart.entries)]])
 
 

@@ -107,7 +107,7 @@ class PlanarFamily:
         return MapSample(following - z, name_rollouts(rollouts), tuple(rollouts))
 
     def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
-        """Return the derivative of the residual: exact by z, a central difference by the parameter."""
+        """Return the derivative of the residual: exact for z, a central difference for the parameter."""
         if self._latest.get("sample") is not sample:
             automaton, chart = self._at(value)
             by_z = np.eye(self.size)
@@ -214,7 +214,7 @@ class PlanarFamily:
 
     @functools.cached_property
     def _latest(self) -> dict[str, Any]:
-        """The last sample whose derivative was computed, and its derivative by the state."""
+        """The last sample whose derivative was computed, and its derivative with respect to the state."""
         return {}
 
     @functools.cached_property

@@ -21,7 +21,7 @@ from gaitopt.reductions import worst
 FLOOR = 1e-13
 """Scaled residual below which Newton's method ends."""
 NEARBY_ITERATIONS = 3
-"""Iterations with the derivative by the parameter of a point nearby, before it is computed."""
+"""Iterations with the derivative with respect to the parameter of a point nearby, before it is computed."""
 SLOW_CONVERGENCE = 0.05
 """Reduction of the residual in an iteration above which the derivative by the parameter is computed again: its error
 grows with the multipliers."""

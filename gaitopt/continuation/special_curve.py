@@ -24,7 +24,7 @@ class SpecialCurve:
     before, after : str
         Contact sequences on both sides.
     begin, end : str
-        Reasons for which the curve ends: ``"closed"``, ``"range_end"``, or that no such point was found beyond.
+        Reasons for which the curve ends: ``"closed"``, ``"range_end"``, or a text if no such point was found beyond.
 
     Examples
     --------

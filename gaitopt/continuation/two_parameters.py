@@ -50,7 +50,7 @@ def trace_curve(
     Parameters
     ----------
     problem : WalkProblem or PlanarWalkProblem
-        The problem whose diagram it is; its value of the second parameter is that of the diagram.
+        The problem for which the diagram was computed, with the same value of the second parameter.
     diagram : BranchDiagram
     second : mapping of str to (float, float)
         Second parameter and its range in SI units.  The first parameter stays within the range of the diagram.

@@ -70,8 +70,8 @@ class Family:
                 raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
             if problem.free != problems[0].free or not problem.free:
                 raise InputError(
-                    f"All problems of a Family must have the same free parameters, at least one: problem {number} has "
-                    f"free={problem.free}, the first one free={problems[0].free}."
+                    f"All problems of a Family must have the same free parameters, and at least one: problem "
+                    f"{number} has free={problem.free}, problem 1 has free={problems[0].free}."
                 )
         object.__setattr__(self, "problems", problems)
         object.__setattr__(self, "weights", self._normalise_weights(len(problems)))
@@ -89,8 +89,8 @@ class Family:
         """Find the parameters and the gaits of least weighted cost.
 
         One NLP of all gaits is solved on the coarsest grids, from gaits with the parameters at their start values.
-        Then each gait is solved with the optimal parameters on a grid refined for it, and the NLP of all gaits again
-        on these grids, until the parameters no longer change.
+        Each gait is then solved with the optimal parameters on a grid refined for it, and the NLP of all gaits is
+        solved again on these grids, until the parameters no longer change.
 
         Parameters
         ----------

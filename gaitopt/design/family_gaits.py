@@ -57,7 +57,7 @@ class FamilyGaits:
         return tuple(gait.solver.objective for gait in self.gaits)
 
     def summarise(self) -> dict[str, Any]:
-        """Return the facts of the family as plain data for JSON."""
+        """Return the results of the family as plain data for JSON."""
         facts: dict[str, Any] = plain(
             {
                 "status": self.status.key,

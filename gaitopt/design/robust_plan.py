@@ -1,4 +1,4 @@
-"""Robust plans: one gait and one law for all scenarios, found by adding the worst violated scenario."""
+"""Robust plans: one gait and one law for all scenarios, found by adding the most violated scenario."""
 
 from dataclasses import dataclass, field
 
@@ -42,9 +42,9 @@ class RobustPlan:
     nominal : Gait
         The optimum without scenarios.
     nominal_law : Law
-        The law tuned for it.
+        The law tuned for the nominal optimum.
     chosen : tuple of Scenario
-        Scenarios that were added, the worst violated one in each round.
+        Scenarios that were added, the most violated one in each round.
     violated : Walk or None
         The worst walk among the candidates that is not survived; None if the plan is robust.
 
@@ -85,11 +85,11 @@ def solve_scenarios(
     search: GainSearchOptions | None = None,
     execution: Execution | None = None,
 ) -> RobustPlan:
-    """Find one gait and one law for all scenarios, by adding the worst violated scenario until none is left.
+    """Find one gait and one law for all scenarios, by adding the most violated scenario until all are survived.
 
     In each round the gait is planned for the lowest friction of the chosen scenarios, other parameters being those of
-    the problem, and the gains of the law are tuned for the worst of the chosen scenarios.  The law does not know the
-    scenario.
+    the problem, and the gains of the law are tuned for the worst of the chosen scenarios.  The law does
+    not know the scenario.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ class ScenarioTest:
 @check_arguments
 @dataclass(frozen=True, eq=False)
 class ScenarioWalker:
-    """A gait under a law, and the walks that are tried with it.
+    """A gait under a law, and its walks in scenarios.
 
     Attributes
     ----------
@@ -209,7 +209,7 @@ def check_scenarios(
 
 
 def worst_walk(walks: Sequence[Walk], tolerance: float) -> Walk | None:
-    """Return the walk that violates its tolerance most, of the walks that end early the shortest; None if none does.
+    """Return the shortest walk that ends early, otherwise the one that violates the tolerance most, or None.
 
     Examples
     --------

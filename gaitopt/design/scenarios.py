@@ -1,4 +1,4 @@
-"""Scenarios: the differences from its plan that a gait is to survive, such as another friction and a push."""
+"""Scenarios: differences from the plan that a gait must survive, such as another friction coefficient and a push."""
 
 import itertools
 import math
@@ -46,7 +46,7 @@ def _check_ranges(_: Any, attribute: Any, ranges: Mapping[str, tuple[float, floa
 @check_arguments
 @attrs.frozen(kw_only=True)
 class Scenarios:
-    """Ranges of parameters and a ball of pushes, in all of which a gait is to walk as planned.
+    """Ranges of parameters and a ball of pushes, for all of which a gait must remain close to its plan.
 
     A gait survives a scenario if the walk, which begins in the planned state after touchdown plus the push, is within
     `tolerance` of that state after `steps` steps.
@@ -95,7 +95,7 @@ class Scenarios:
         return [Scenario(parameters, push) for parameters in grid for push in pushes]
 
     def draw(self, count: int, seed: int, *, pushed: bool) -> list[Scenario]:
-        """Return random scenarios, uniform in the ranges, each with another push or all without one."""
+        """Return random scenarios, uniform in the ranges, each with a different push or all without one."""
         rng = np.random.default_rng(seed)
         drawn = []
         for number in range(count):
@@ -104,7 +104,7 @@ class Scenarios:
         return drawn
 
     def check_problem(self, problem: GaitProblem) -> None:
-        """Raise InputError unless all ranges are those of parameters of a problem."""
+        """Raise InputError unless every range belongs to a parameter of the problem."""
         for name in self.ranges:
             if name not in problem.values:
                 raise InputError(f"Scenarios: there is no parameter {name!r}. {suggest(name, problem.values)}")

@@ -78,7 +78,9 @@ class Terrain:
                 raise InputError(f"The friction of a patch must be at least 0, got {friction!r}.")
         for (_, end, _), (begin, _, _) in itertools.pairwise(self.patches):
             if begin < end:
-                raise InputError(f"Patches must not overlap: one begins at {begin:g} m, before {end:g} m.")
+                raise InputError(
+                    f"Patches must not overlap: one begins at {begin:g} m, before another ends at {end:g} m."
+                )
 
     @functools.cached_property
     def pieces(self) -> tuple[Piece, ...]:

@@ -283,7 +283,9 @@ def _from_single_support(sequence: ContactSequence, robot: "PlanarRobot") -> Pha
 def _check_contact(text: str, robot: "PlanarRobot", name: str, mode: Mode) -> None:
     """Raise SequenceError unless a contact exists and can have a mode."""
     if name not in robot.contact_names:
-        raise SequenceError(f"The sequence {text!r} names {name!r}. {suggest(name, robot.contact_names)}")
+        raise SequenceError(
+            f"The sequence {text!r} names {name!r}, which is not a contact. {suggest(name, robot.contact_names)}"
+        )
     contact = robot.contacts[robot.contact_index(name)]
     accepted = _accepted_modes(contact)
     if mode.value not in accepted:

@@ -3,7 +3,7 @@
 A compass biped with motors at ankle and hip walks at 0.633 m/s with the least integral of squared torques. In the
 double support, the trailing foot is dragged forward while the front foot sticks. In the gaits with single support, the
 trailing foot leaves the ground at touchdown, and the front foot sticks or first slips forward. All gaits keep margins
-to slip, to other outcomes of the impact and to grazing touchdowns. Percentages are the saving by double support
+to slip, to other outcomes of the impact and to grazing touchdowns. Percentages are the saving of double support
 relative to the better of the other two; "only" marks points where neither of them was found, and "none" those without a
 double support. Below, the work of the motors and where it goes: left bar single support, middle bar slipping landing,
 right bar double support.

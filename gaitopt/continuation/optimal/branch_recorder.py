@@ -30,7 +30,7 @@ class BranchRecorder:
     ----------
     nlp : ParametricNlp
     every : int
-        Every how many points a gait is replayed; 0 for none.
+        Number of points from one replayed gait to the next; 0 for no replay.
     engine : Engine or None
         Engine of the replays.
     cost_factor : float

@@ -21,7 +21,7 @@ class OptimalSpecial:
     kind : str
         ``"activation"``: a slack vanishes and the constraint becomes active; ``"deactivation"``: its multiplier
         vanishes and it becomes inactive; ``"turning_point"``: the reduced Hessian is singular; ``"cost_extremum"``: the
-        derivative of the optimal cost by the parameter is zero.
+        derivative of the optimal cost with respect to the parameter is zero.
     value, width : float
         Parameter, and the error of its location.
     cost : float
@@ -79,8 +79,8 @@ class OptimalBranch:
     values : (K,) array
         Parameter of each gait, in order along the branch.
     costs, cost_slopes, cost_errors : (K,) arrays
-        Objective, its derivative by the parameter (envelope theorem), and the estimated relative difference of the
-        objective from its value on an infinitely fine grid; nan if it is not known.
+        Objective, its derivative with respect to the parameter (envelope theorem), and the estimated relative
+        difference of the objective from its value on an infinitely fine grid; nan if it is not known.
     states : (K, n) array
         State after touchdown [rad, rad/s, m/s].
     multipliers : (K, n) complex array
@@ -198,7 +198,7 @@ class CostBorder:
     value, width : float
         Parameter, and the error of its location.
     cost : float
-        Cost of both gaits; without a crossing that of the nearest gait above, or nan.
+        Cost of both gaits; without a crossing, that of the nearest gait above the value, or nan.
     before, after : str
         Contact sequence of lowest cost below and above the value; empty if no gait is known there.
     crossing : bool

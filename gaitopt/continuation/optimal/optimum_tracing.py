@@ -44,14 +44,15 @@ class OptimumOptions:
     points : int
         Equally spaced values of the parameter at which gaits are computed.
     replay : int
-        Every how many points a gait is replayed; 0 for none.
+        Number of points from one replayed gait to the next; 0 for no replay.
     starts : int, optional
         Starts of the solve at the first end of the range; see :func:`gaitopt.solve`.
     sequences : tuple of str or ContactSequence
         Further contact sequences, whose branches are followed over the same range.
     neighbours : bool
-        Whether the neighbouring contact sequences are followed too: those with a slipping impact where a sticking one
-        meets its friction cone, and those without a slip phase where this has its shortest duration.
+        Whether the neighbouring contact sequences are followed too: those with a slipping impact from the point at
+        which a sticking impact reaches its friction cone, and those without a slip phase from the point at which this
+        phase has its minimum duration.
     path : PathOptions
     engine : Engine, optional
         Engine of the replays; by default the fastest installed one.
@@ -80,7 +81,7 @@ def trace_optimum(
     options: OptimumOptions | None = None,
     observer: OptimumObserver | None = None,
 ) -> OptimalDiagram:
-    """Follow optimal gaits over a number of their problem and locate every change of the active constraints.
+    """Follow optimal gaits over a parameter of their problem and locate every change of the active constraints.
 
     The grid of the first gait is kept.  Its optimality conditions are continued over the parameter; the parameter is
     friction, slope, speed, step length, a parameter of the robot or a limit.  A constraint that becomes active or
@@ -91,7 +92,7 @@ def trace_optimum(
     problem : GaitProblem
         Its objective must be smooth, such as squared torques.
     over : mapping of str to (float, float)
-        One number of the problem and its range in SI units: a name of the certificate's sensitivities, such as
+        One parameter of the problem and its range in SI units, named as in the certificate's sensitivities, such as
         ``"friction"`` or ``"torque_limit of hip"``.
     start : Gait, optional
         Solution of the problem; by default the problem is solved at the first end of the range.
@@ -106,7 +107,7 @@ def trace_optimum(
     Raises
     ------
     InputError
-        If the problem has no such number, its objective has kinks, or there is no optimum to start from.
+        If the problem has no such parameter, its objective is not smooth, or there is no optimum to start from.
 
     Examples
     --------

@@ -123,7 +123,7 @@ def find_number(problem: GaitProblem, name: str) -> Number:
     """
     numbers = {number.name: number for number in list_numbers(problem)}
     if name not in numbers:
-        raise InputError(f"The problem has no finite number {name!r} to vary. {suggest(name, numbers)}")
+        raise InputError(f"The problem has no finite number {name!r} that can be varied. {suggest(name, numbers)}")
     return numbers[name]
 
 
@@ -173,7 +173,7 @@ def make_parametric_nlp(
     if not transcription.nlp.smooth:
         raise InputError(
             f"Branches of optimal gaits need a smooth objective, such as 'torque_squared'; {problem.objective.name!r} "
-            "has kinks or no curvature."
+            "is not smooth or has no curvature."
         )
     limits = [bounds(transcription, one) for one in problems]
     return ParametricNlp(

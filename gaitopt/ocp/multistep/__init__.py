@@ -1,1 +1,1 @@
-"""Gaits of several steps that differ: started from a state, ended in a state, or periodic after several steps."""
+"""Gaits of several different steps, from a given state, to a given state, or periodic after several steps."""

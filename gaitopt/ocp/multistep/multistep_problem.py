@@ -23,21 +23,21 @@ class MultiStepProblem:
     """An optimal-control problem for several consecutive steps, each with its own sequence, friction and limits.
 
     Each step is stated by a :class:`gaitopt.GaitProblem`.  The impact of its sequence is the touchdown that begins the
-    step, on its own ground; for the last touchdown before a stated end it is that of the last step.  The sum of the
-    objectives of the steps is minimised.
+    step, on the ground of the step; the last touchdown before a stated end has the impact of the last step.  The sum of
+    the objectives of the steps is minimised.
 
     Attributes
     ----------
     steps : tuple of GaitProblem
-        The steps in order; they have the same robot with the same parameters, the ground may differ.
+        The steps in order, with the same robot and the same parameters; the ground may differ.
     start : mapping of str to float or None
         Known coordinates of the first state, which is that of a pose after touchdown: angles [rad], their rates
-        ``NAME_rate`` [rad/s] and ``foot_speed`` [m/s].  Coordinates that are not named are free.  None, together with
-        `end`, for a gait that repeats after these steps.
+        ``NAME_rate`` [rad/s] and ``foot_speed`` [m/s].  Coordinates that are not named are free.  None for `start` and
+        `end` means that the gait repeats after these steps.
     end : mapping of str to float or None
         Known coordinates of the state after the last touchdown, as for `start`; an empty mapping leaves it free.
     footholds : mapping of int to (float, float)
-        Bounds of the place of the stance foot at the start of a step, counted from the place of the first step [m];
+        Bounds of the position of the stance foot at the start of a step, relative to that of the first step [m];
         steps are counted from 0.
     name : str
 
@@ -73,7 +73,10 @@ class MultiStepProblem:
         for number, step in enumerate(self.steps):
             step.sequence.require_closed("A gait of several steps")
             if step.robot is not first.robot or dict(step.parameters) != dict(first.parameters):
-                raise InputError(f"Step {number + 1} has a different robot from step 1: all steps need the same robot.")
+                raise InputError(
+                    f"Step {number + 1} has a different robot from step 1, or other parameters of it; all steps need "
+                    "the same robot with the same parameters."
+                )
             if len(set(step.slope_range)) > 1:
                 raise InputError(f"Step {number + 1} has a free slope; steps of a multi-step gait need a fixed slope.")
         if (self.start is None) is not (self.end is None):
@@ -126,8 +129,8 @@ class MultiStepProblem:
         for number, pair in self.footholds.items():
             if isinstance(number, bool) or number not in range(1, len(self.steps)):
                 raise InputError(
-                    f"footholds: steps are counted from 0 and the first has place 0, so a step must be one of "
-                    f"{list(range(1, len(self.steps)))}, got {number!r}."
+                    f"footholds: the step must be one of {list(range(1, len(self.steps)))}, got {number!r}; steps are "
+                    "counted from 0, and the first one is at place 0."
                 )
             if len(pair) != 2 or not all(map(math.isfinite, pair)) or pair[0] > pair[1]:
                 raise InputError(f"footholds: the place of step {number} needs (lower, upper) [m], got {pair!r}.")

@@ -61,7 +61,7 @@ class FrontEnds:
     starts : int
         Number of starts of each end.
     tightest : mapping of str to float
-        Stated tightest bounds by quantity; the other quantities are made extreme.
+        Stated tightest bounds by quantity; the best values of the other quantities are computed.
     """
 
     problem: GaitProblem
@@ -205,9 +205,10 @@ def space_bounds(quantity: Quantity, loose: float, tight: float, points: int, in
     array([6.   , 4.   , 2.004])
     """
     if not quantity.sign * (loose - tight) > 1e-6 * abs(loose):
+        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
         raise InputError(
-            f"There is no trade-off between cost and {quantity.name}: the gait of lowest cost has {loose:g} "
-            f"{quantity.unit}, and the best value is {tight:g} {quantity.unit}."
+            f"There is no trade-off between cost and {quantity.name}: it is {loose:g}{unit} for the gait of "
+            f"lowest cost, and its best value is {tight:g}{unit}."
         )
     values = np.linspace(loose, tight, points)
     values[-1] += inner * (loose - tight)

@@ -42,14 +42,16 @@ def _check_objectives(options: "Pareto", attribute: Any, names: tuple[str, ...])
         bounded = ", ".join(name for name, quantity in QUANTITIES.items() if quantity.extreme)
         raise InputError(
             f"{' and '.join(names[1:])} can only be measured: add a quantity along which the front is computed, one "
-            f"of {bounded}, or state bounds of spectral_radius."
+            f"of {bounded}, or state bounds for spectral_radius."
         )
 
 
 def _check_bounds(options: "Pareto", attribute: Any, bounds: Mapping[str, tuple[float, float]]) -> None:
     for name, pair in bounds.items():
         if name not in options.objectives or QUANTITIES[name].restrict is None:
-            raise InputError(f"bounds: {name!r} is not a bounded quantity among {list(options.objectives)}.")
+            raise InputError(
+                f"bounds: {name!r} is not a bounded quantity of the objectives {list(options.objectives)}."
+            )
         if len(pair) != 2 or not pair[0] < pair[1]:
             raise InputError(f"bounds of {name} must be a pair (lower, upper), got {pair!r}.")
 
@@ -59,7 +61,8 @@ def _check_bounds(options: "Pareto", attribute: Any, bounds: Mapping[str, tuple[
 class Pareto:
     """A trade-off between the cost of a problem and other quantities of its gaits.
 
-    The front is computed by bounds: at each of several bounds on every quantity, the cost is minimised.  Chains of
+    The front is computed by the epsilon-constraint method: the cost is minimised at each of several bounds on every
+    quantity.  Chains of
     warm starts lead from the gait of lowest cost to the tightest bounds and back.  All points have the same grid: that
     of the problem, or 40 intervals of a sticking phase if it states none.
 
@@ -68,9 +71,9 @@ class Pareto:
     objectives : tuple of str
         ``"cost"``, the objective of the problem, and one or more of ``peak_torque``, ``peak_friction_demand`` and
         ``speed``, which are bounded, of ``spectral_radius``, which is bounded if its bounds are stated and measured
-        otherwise, and of ``recovered_push``, which is measured; both in open loop.
+        otherwise, and of ``recovered_push``, which is measured.  The last two refer to the gait in open loop.
     points : int
-        Number of bounds of each quantity.
+        Number of values of the bound on each quantity.
     bounds : mapping of str to (float, float)
         Range of the bounds of a quantity; by default from its value in the gait of lowest cost to its best value.
     starts : int

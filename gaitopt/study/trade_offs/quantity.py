@@ -1,4 +1,4 @@
-"""Quantities between which a gait is a compromise: how each is read from a gait, bounded and made extreme."""
+"""Quantities of a trade-off: how each is evaluated for a gait, bounded and optimised."""
 
 import math
 from collections.abc import Callable
