@@ -54,7 +54,7 @@ GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="Gait file writte
 GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files written by 'solve' or 'search'.")]
 ScriptFile = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="Problem script.")]
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.py", help="Study script.")]
-Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Walking problem script or gait file.")]
+Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Problem script or gait file.")]
 RobotScript = Annotated[
     Path | None,
     typer.Option(

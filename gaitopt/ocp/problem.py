@@ -147,6 +147,9 @@ class GaitProblem:
         values = self.robot.resolve({**self.parameters, "slope": slope, "friction": self.friction})
         return clip_values(values, self.free)
 
+    def __repr__(self) -> str:
+        return f"GaitProblem({self.name!r}, robot={self.robot.name!r}, sequence='{self.sequence}')"
+
     def __str__(self) -> str:
         from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 

@@ -31,6 +31,10 @@ def test_every_phase_and_event_of_a_gait_is_stated():
     assert "Λ_t = -μ Λ_n" in printed["impact"]
 
 
+def test_the_representation_is_one_short_line():
+    assert repr(gait_problem()) == ("GaitProblem('gait', robot='compass_biped', sequence='slip+ stick slip- | slip+')")
+
+
 def test_numbers_are_those_of_the_problem():
     problem = gait_problem(
         step_length=(0.3, 0.5), slope=(0, 0.1), parameters={"leg_mass": 3.5}, limits=Limits(torque={"hip": 6})

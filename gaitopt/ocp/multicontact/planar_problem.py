@@ -108,6 +108,9 @@ class PlanarProblem:
         self._check_sequence()
         self._check_targets()
 
+    def __repr__(self) -> str:
+        return f"PlanarProblem({self.name!r}, robot={self.robot.name!r}, sequence='{self.sequence}')"
+
     def __str__(self) -> str:
         return str(formulate_planar_problem(self))
 
