@@ -44,7 +44,7 @@ class FastCall:
         free_size = inputs_of[count - 1].stop if count else 0
         if shared is not None and (not shared.flags.c_contiguous or shared.shape != (free_size,)):
             raise InputError(
-                f"Shared memory must be a contiguous array of {free_size} numbers, got an array of shape {shared.shape}."
+                f"Shared memory must be a contiguous array of {free_size} numbers, got one of shape {shared.shape}."
             )
         self._packed = np.zeros(free_size) if shared is None else shared
         self._result = np.zeros(outputs_of[-1].stop if outputs_of else 0)
