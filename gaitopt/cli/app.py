@@ -10,6 +10,7 @@ import typer
 from rich.text import Text
 
 from gaitopt.cli import (
+    audit_command,
     basin_command,
     design_command,
     exporting,
@@ -66,6 +67,7 @@ for command in (
     studies.sweep,
     pareto_command.pareto,
     studies.compare,
+    audit_command.audit,
     setup.doctor,
 ):
     app.command(cls=Command)(command)

@@ -5,17 +5,16 @@ Jacobians.  Contact forces, contact modes, event location and impacts are comput
 have a common tangential force and slip direction.  Joint stops, latches and switched springs are not supported.
 """
 
-import itertools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gaitopt.errors import GaitoptError
-from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
 from gaitopt.study.audit.dense_call import DenseCall
 from gaitopt.study.audit.piecewise_integration import Crossing, Piece, TorqueTable, integrate_piece
 from gaitopt.study.audit.second_replay import INSTANT, NAMES, SecondReplay
@@ -31,18 +30,6 @@ LIGHT = 1e-4
 
 LATE = 1.02
 """Time at which a replay ends, over the period of the plan."""
-
-
-@dataclass(frozen=True)
-class Contacts:
-    """Closed contacts by place, and the slip direction of each body on the ground, 0 while it sticks."""
-
-    closed: tuple[int, ...]
-    slides: tuple[tuple[str, int], ...]
-
-    def slide(self, body: str) -> int:
-        """Return the slip direction of a body."""
-        return dict(self.slides)[body]
 
 
 def replay_planar_again(gait: PlanarGait) -> SecondReplay:
@@ -68,82 +55,10 @@ def replay_planar_again(gait: PlanarGait) -> SecondReplay:
     """
     robot = gait.robot
     if robot.switches or any(entry.is_stop for entry in robot.contacts):
-        raise GaitoptError(f"The second replay supports no joint stops and switched springs, as robot {robot.name} has.")
+        raise GaitoptError(
+            f"The second replay supports no joint stops and switched springs, as robot {robot.name} has."
+        )
     return _Period(gait).run()
-
-
-class ContactSolver:
-    """Accelerations, contact forces and impulses of a robot in given contact modes.
-
-    Parameters
-    ----------
-    robot : PlanarRobot
-    p : (n_p,) array
-    friction : (float, float)
-        Coefficients of static and of kinetic friction.
-    """
-
-    def __init__(self, robot: PlanarRobot, p: Array, friction: tuple[float, float]) -> None:
-        self.robot, self.n, self.p = robot, robot.n_q, p
-        self.static, self.sliding = friction
-        self.bodies = tuple(entry.body or entry.name for entry in robot.contacts)
-        self.dynamics, self.rows = DenseCall(robot.dynamics, p), DenseCall(robot.rows, p)
-        self.gaps = DenseCall(robot.gaps, p)
-        self.weight = float(robot.mass(p)) * float(p[robot.index("gravity")])
-
-    def solve(self, contacts: Contacts, matrices: tuple[Array, ...], right: Array) -> tuple[Array, Array, dict]:
-        """Return rates (n_q,), normal forces (n_c,) and tangential forces by body for a right side.
-
-        The equations are M a - W_n^T f_n - W_t^T f_t = right, W_n a = b_n, and W_t a = b_t or f_t = -sign mu f_n.
-        """
-        mass, normal, tangent, normal_bias, tangent_bias = matrices
-        bodies, closed, n = [body for body, _ in contacts.slides], contacts.closed, self.n
-        k, size = len(closed), n + len(closed) + len(bodies)
-        system, whole = np.zeros((size, size)), np.zeros(size)
-        system[:n, :n], whole[:n] = mass, right
-        for i, place in enumerate(closed):
-            system[:n, n + i], system[n + i, :n] = -normal[place], normal[place]
-            whole[n + i] = -normal_bias[place]
-        for j, (body, slide) in enumerate(contacts.slides):
-            row, places = n + k + j, [place for place in closed if self.bodies[place] == body]
-            system[:n, row] = -tangent[places[0]]
-            if slide:
-                system[row, row] = 1.0
-                system[row, [n + closed.index(place) for place in places]] = slide * self.sliding
-            else:
-                system[row, :n], whole[row] = tangent[places[0]], -tangent_bias[places[0]]
-        solution = np.linalg.solve(system, whole)
-        forces = np.zeros(len(self.bodies))
-        forces[list(closed)] = solution[n : n + k]
-        return solution[:n], forces, dict(zip(bodies, solution[n + k :], strict=True))
-
-    def accelerate(self, contacts: Contacts, state: Array, torque: Array) -> tuple[Array, Array, dict]:
-        """Return accelerations and forces in a state."""
-        q, v = state[: self.n], state[self.n :]
-        mass, bias, actuation = self.dynamics(q, v)
-        return self.solve(contacts, (mass, *self.rows(q, v)), actuation @ torque - bias)
-
-    def collide(self, contacts: Contacts, state: Array) -> tuple[Array, Array, dict]:
-        """Return the rates after an impact, and the impulses."""
-        q, v = state[: self.n], state[self.n :]
-        mass, normal, tangent = self.dynamics(q, v)[0], *self.rows(q, v)[:2]
-        nothing = np.zeros(len(self.bodies))
-        return self.solve(contacts, (mass, normal, tangent, nothing, nothing), mass @ v)
-
-    def slip_speed(self, body: str, closed: tuple[int, ...], state: Array) -> float:
-        """Return the slip speed of a body on the ground [m/s]."""
-        place = next(place for place in closed if self.bodies[place] == body)
-        return float(self.rows(state[: self.n], state[self.n :])[1][place] @ state[self.n :])
-
-    def list_modes(self, places: tuple[int, ...]) -> list[Contacts]:
-        """Return all modes of some contacts, the ones with most closed contacts first."""
-        every = []
-        for count in range(len(places), -1, -1):
-            for closed in itertools.combinations(places, count):
-                bodies = sorted({self.bodies[place] for place in closed})
-                for slides in itertools.product((0, 1, -1), repeat=len(bodies)):
-                    every.append(Contacts(closed, tuple(zip(bodies, slides, strict=True))))
-        return every
 
 
 class _Period:
@@ -177,10 +92,7 @@ class _Period:
                 return _stopped(parts, "the robot falls", now)
             parts.append("|" if landed else ">")
             last = place + 1 == len(motion.events)
-            if landed:
-                contacts = self._land(contacts, end, last)
-            else:
-                contacts = self._change(contacts, end)
+            contacts = self._land(contacts, end, last) if landed else self._change(contacts, end)
         if contacts is None:
             return _stopped(parts, "the impact has no outcome", now)
         return self._compare(parts, now, state)
@@ -291,7 +203,10 @@ class _Period:
 
     def _land(self, contacts: Contacts, end: Crossing, last: bool) -> Contacts | None:
         """Return the modes after an impact; the rates of the state change."""
-        gaps, normal = self.solver.gaps(end.state[: self._n])[0], self.solver.rows(end.state[: self._n], end.state[self._n :])[0]
+        gaps, normal = (
+            self.solver.gaps(end.state[: self._n])[0],
+            self.solver.rows(end.state[: self._n], end.state[self._n :])[0],
+        )
         landing = int((end.name or "").split()[1])
         falls = [c for c in range(gaps.size) if abs(gaps[c]) < AT_REST and normal[c] @ end.state[self._n :] < 0]
         places = tuple(sorted({*contacts.closed, landing, *falls}))

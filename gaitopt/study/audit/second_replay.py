@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import GaitoptError
+from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.study.audit.dense_call import DenseCall
@@ -68,6 +69,11 @@ def replay_again(gait: Gait) -> SecondReplay:
     -------
     SecondReplay
 
+    Raises
+    ------
+    GaitoptError
+        If the robot has a custom impact law or transition, or the integrator does not reach the end.
+
     Examples
     --------
     >>> from gaitopt import load
@@ -75,6 +81,8 @@ def replay_again(gait: Gait) -> SecondReplay:
     >>> second.sequence, second.state_error < 1e-6
     ('slip+ stick | slip+', True)
     """
+    if gait.robot.contact_model != ContactModel():
+        raise GaitoptError(f"The second replay supports no custom contact law, which robot {gait.robot_name!r} has.")
     return _Step(gait).run()
 
 
@@ -177,7 +185,7 @@ class _Step:
         else:
             system[n, 0] = 1.0
         solution = np.linalg.solve(system, right)
-        return solution[:n], solution[n:]
+        return np.asarray(solution[:n]), np.asarray(solution[n:])
 
     def _land(self, phases: list[str], end: Crossing) -> SecondReplay:
         """Return the result at a touchdown: the impact of the landing foot and the leg exchange."""
@@ -208,11 +216,3 @@ class _Step:
             if impulse[1] >= 0 and held:
                 return slide, v + np.linalg.solve(mass, jacobian.T @ impulse)
         return None, None
-
-
-def require_supported(gait: Gait) -> None:
-    """Raise GaitoptError if the second replay does not know the contact law of a robot."""
-    from gaitopt.model.contacts.contact_model import ContactModel
-
-    if type(gait.robot.contact_model) is not ContactModel:
-        raise GaitoptError(f"The second replay has no contact law of type {type(gait.robot.contact_model).__name__}.")
