@@ -68,12 +68,10 @@ def _judge(gait: AnyGait) -> dict[str, Any]:
         report = gait.solver
         reasons = report.conflicts or (report.warnings if gait.status is Status.PLAN_INACCURATE else ())
         return {"result": gait.status.key, "reason": "; ".join(map(str, reasons[:2])) or report.message}
-    verified = verify(gait)
-    verification = verified.verification
-    assert verification is not None
-    facts = {"cost": gait.solver.objective, "state_error": verification.state_error}
-    if not verification.passed:
-        return facts | {"result": REFUSED, "reason": "; ".join(verification.reasons)}
+    verification = verify(gait).verification
+    facts = {"cost": gait.solver.objective, "state_error": getattr(verification, "state_error", None)}
+    if verification is None or not verification.passed:
+        return facts | {"result": REFUSED, "reason": "; ".join(getattr(verification, "reasons", ()))}
     try:
         second = replay_planar_again(gait) if isinstance(gait, PlanarGait) else replay_again(gait)
     except GaitoptError as error:

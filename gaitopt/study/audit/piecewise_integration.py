@@ -36,7 +36,7 @@ class Crossing:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class SmoothPiece:
     """A smooth motion until its first event.
 
     Attributes
@@ -56,12 +56,12 @@ class Piece:
     checked: tuple[str, ...] = ()
 
 
-def integrate_piece(piece: Piece, state: Array, times: Array) -> Crossing:
+def integrate_piece(piece: SmoothPiece, state: Array, times: Array) -> Crossing:
     """Return the first event of a motion that starts at the first time; the integrator is restarted at the others.
 
     Parameters
     ----------
-    piece : Piece
+    piece : SmoothPiece
     state : (n,) array
     times : (k,) array [s]
         Start, times at which the rate has corners, and the last time.
@@ -79,7 +79,7 @@ def integrate_piece(piece: Piece, state: Array, times: Array) -> Crossing:
     --------
     A body that falls from a height of 1 m at 2 m/s^2 reaches the ground after 1 s:
 
-    >>> fall = Piece(lambda t, y, middle: np.array([y[1], -2.0]), {"ground": lambda t, y, middle: y[0]},
+    >>> fall = SmoothPiece(lambda t, y, middle: np.array([y[1], -2.0]), {"ground": lambda t, y, middle: y[0]},
     ...              lambda name, t, y: True)
     >>> crossing = integrate_piece(fall, np.array([1.0, 0.0]), np.array([0.0, 0.7, 3.0]))
     >>> crossing.name, round(crossing.time, 9)

@@ -16,7 +16,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
 from gaitopt.study.audit.dense_call import DenseCall
-from gaitopt.study.audit.piecewise_integration import Crossing, Piece, TorqueTable, integrate_piece
+from gaitopt.study.audit.piecewise_integration import Crossing, SmoothPiece, TorqueTable, integrate_piece
 from gaitopt.study.audit.second_replay import INSTANT, NAMES, SecondReplay
 
 AT_REST = 1e-9
@@ -81,20 +81,20 @@ class _Period:
         contacts = self._settle(self._find_touching(state), now, state)
         for place in range(len(motion.events)):
             if contacts is None:
-                return _stopped(parts, "no contact modes are consistent", now)
+                return _report_stop(parts, "no contact modes are consistent", now)
             parts.append(self._describe(contacts))
             end = self._flow(contacts, now, state)
             now, state = end.time, end.state
             if end.name is None:
-                return _stopped(parts, "no further event", now)
+                return _report_stop(parts, "no further event", now)
             landed = end.name.startswith("gap")
             if landed and self.gait.robot.contacts[int(end.name.split()[1])].falls:
-                return _stopped(parts, "the robot falls", now)
+                return _report_stop(parts, "the robot falls", now)
             parts.append("|" if landed else ">")
             last = place + 1 == len(motion.events)
             contacts = self._land(contacts, end, last) if landed else self._change(contacts, end)
         if contacts is None:
-            return _stopped(parts, "the impact has no outcome", now)
+            return _report_stop(parts, "the impact has no outcome", now)
         return self._compare(parts, now, state)
 
     def _find_touching(self, state: Array) -> tuple[int, ...]:
@@ -125,7 +125,7 @@ class _Period:
             return np.concatenate([y[self._n :], acceleration])
 
         self._begin = now
-        piece = Piece(rate, guards, self._accepts, checked)
+        piece = SmoothPiece(rate, guards, self._accepts, checked)
         return integrate_piece(piece, state, np.array([now, *self._table.corners(now + INSTANT, last), last]))
 
     def _accepts(self, name: str, time: float, state: Array) -> bool:
@@ -295,5 +295,5 @@ def _join(parts: list[str]) -> str:
     return " ".join(parts).removesuffix(" >")
 
 
-def _stopped(parts: list[str], reason: str, now: float) -> SecondReplay:
+def _report_stop(parts: list[str], reason: str, now: float) -> SecondReplay:
     return SecondReplay(_join(parts), f"{reason} at {now:.6g} s", np.inf, np.inf)

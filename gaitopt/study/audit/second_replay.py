@@ -13,10 +13,11 @@ import numpy as np
 
 from gaitopt.errors import GaitoptError
 from gaitopt.model.contacts.contact_model import ContactModel
+from gaitopt.model.coordinate_entries import ANGLES, GAP, SLIDE
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.study.audit.dense_call import DenseCall
-from gaitopt.study.audit.piecewise_integration import Crossing, Piece, TorqueTable, integrate_piece
+from gaitopt.study.audit.piecewise_integration import Crossing, SmoothPiece, TorqueTable, integrate_piece
 
 NAMES = {0: "stick", 1: "slip+", -1: "slip-"}
 """Spelling of the contact modes by the sign of the slip velocity."""
@@ -93,6 +94,7 @@ class _Step:
         self.gait, robot, motion = gait, gait.robot, gait.motion
         self.n, p = robot.n_q, robot.vector(motion.parameters)
         self._p = p
+        self._slip, self._speeds = robot.n_q + SLIDE, [robot.n_q + SLIDE, robot.n_q + GAP]
         self._dynamics = DenseCall(robot.dynamics, p)
         self.sliding = motion.parameters["friction"]
         self.static = self.sliding * motion.parameters.get("static_friction_ratio", 1.0)
@@ -116,11 +118,11 @@ class _Step:
                 return SecondReplay(" ".join(phases), f"{reason} at {now:.6g} s", np.inf, np.inf)
             slide = self._next_mode(end)
             if not slide:
-                state[[self.n, self.n + 1]] = 0.0
+                state[self._speeds] = 0.0
         return SecondReplay(" ".join(phases), f"more than {MOST_PHASES} phases", np.inf, np.inf)
 
     def _start_mode(self, state: Array) -> int:
-        speed = state[self.n]
+        speed = state[self._slip]
         return int(np.sign(speed)) if abs(speed) > AT_REST else self._mode_at_rest(0.0, state)
 
     def _mode_at_rest(self, now: float, state: Array) -> int:
@@ -131,12 +133,12 @@ class _Step:
     def _next_mode(self, end: Crossing) -> int:
         if end.name in ("forward", "backward"):
             return 1 if end.name == "forward" else -1
-        end.state[self.n] = 0.0
+        end.state[self._slip] = 0.0
         return self._mode_at_rest(end.time, end.state)
 
     def _flow(self, slide: int, now: float, state: Array) -> Crossing:
         """Return the event that ends a phase."""
-        piece = Piece(
+        piece = SmoothPiece(
             lambda t, y, middle: np.concatenate([y[self.n :], self._force(slide, t, y, middle)[0]]),
             self._guards(slide),
             self._accepts,
@@ -166,7 +168,7 @@ class _Step:
             "lift-off": lambda t, y, middle: self._force(slide, t, y, middle)[1][1],
         }
         if slide:
-            return guards | {"at rest": lambda t, y, middle: slide * y[self.n]}
+            return guards | {"at rest": lambda t, y, middle: slide * y[self._slip]}
         return guards | {"forward": partial(cone, 1), "backward": partial(cone, -1)}
 
     def _force(self, slide: int, t: float, state: Array, middle: float) -> tuple[Array, Array]:
@@ -177,13 +179,13 @@ class _Step:
         mass, bias, actuation = self._dynamics(state[: self.n], state[self.n :])
         n = self.n
         system, right = np.zeros((n + 2, n + 2)), np.zeros(n + 2)
-        system[:n, :n], system[0, n], system[1, n + 1] = mass, -1.0, -1.0
+        system[:n, :n], system[SLIDE, n], system[GAP, n + 1] = mass, -1.0, -1.0
         right[:n] = actuation @ self._torques.evaluate(t, middle) - bias
-        system[n + 1, 1] = 1.0  # the foot stays on the ground
+        system[n + 1, GAP] = 1.0  # the foot stays on the ground
         if slide:
             system[n, n], system[n, n + 1] = 1.0, slide * self.sliding
         else:
-            system[n, 0] = 1.0
+            system[n, SLIDE] = 1.0
         solution = np.linalg.solve(system, right)
         return np.asarray(solution[:n]), np.asarray(solution[n:])
 
@@ -193,11 +195,11 @@ class _Step:
         sequence = f"{' '.join(phases)} | {'none' if slide is None else NAMES[slide]}"
         if v_plus is None:
             return SecondReplay(sequence, "the impact has no outcome", np.inf, np.inf)
-        if v_plus[1] < 0:
+        if v_plus[GAP] < 0:
             return SecondReplay(sequence, "the trailing foot does not separate", np.inf, np.inf)
         planned = self.gait.motion.jumps[0]
         q, v = (np.asarray(part).ravel() for part in self.gait.robot.swap(end.state[: self.n], v_plus, self._p))
-        errors = np.concatenate([q[2:] - planned.q_next[2:], v - planned.v_next])
+        errors = np.concatenate([q[ANGLES] - planned.q_next[ANGLES], v - planned.v_next])
         late = abs(end.time - (planned.time - self._begin))
         return SecondReplay(sequence, "", float(np.max(np.abs(errors))), float(late))
 
@@ -212,7 +214,7 @@ class _Step:
             system = mobility if not slide else np.array([mobility[1], [1.0, -ratio]])
             impulse = np.linalg.solve(system, -before if not slide else np.array([-before[1], 0.0]))
             after = before + mobility @ impulse
-            held = abs(impulse[0]) <= self.sliding * impulse[1] if not slide else slide * after[0] > 0
-            if impulse[1] >= 0 and held:
+            consistent = abs(impulse[0]) <= self.sliding * impulse[1] if not slide else slide * after[0] > 0
+            if impulse[1] >= 0 and consistent:
                 return slide, v + np.linalg.solve(mass, jacobian.T @ impulse)
         return None, None
