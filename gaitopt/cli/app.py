@@ -42,6 +42,7 @@ MODULES = {
     "sweep": "studies",
     "pareto": "pareto_command",
     "compare": "studies",
+    "audit": "audit_command",
     "doctor": "setup",
 }
 """Module of each command, in the order of the help; a command line that names one imports no other."""
