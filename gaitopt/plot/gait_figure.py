@@ -29,7 +29,7 @@ HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 NARROW_HEIGHT, FEW_INSTANTS = 8.4, 5
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
-KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 11, 3, 0.18
+KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
 """Letters in a line of a key beside its panel, and per inch of the title; lines of a title that have space, and the
 height of each further one [inch]."""
 

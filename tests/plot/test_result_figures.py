@@ -141,7 +141,7 @@ def test_a_basin_has_a_colour_for_each_ending(results):
 
 def test_the_ranking_is_drawn_from_the_lowest_cost_down(results, slipping_both_ways):
     costs = plot_ranking(results["ranking"]).axes[0]
-    assert [text.get_text() for text in costs.texts][0].startswith(str(slipping_both_ways.sequence))
+    assert next(text.get_text() for text in costs.texts).startswith(str(slipping_both_ways.sequence))
     modes = plot_ranking(results["ranking of several contacts"]).axes[1]
     assert sum(patch.get_width() for patch in modes.patches) == pytest.approx(100)
 
