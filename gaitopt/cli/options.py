@@ -140,8 +140,17 @@ Sequences = Annotated[
         "--sequences",
         "--words",
         metavar="SEQUENCE,...",
-        help="Contact sequences to compare.",
+        help="Contact sequences to compare; any for all sequences of at most two phases, any:3 of at most three.",
         show_default="the sequence of the script",
+    ),
+]
+Measures = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--with",
+        metavar="MEASURE,...",
+        help="Further columns: stability (multipliers in open loop), recovery (largest ball of recovered pushes). They "
+        "can be added to the file of a finished sweep.",
     ),
 ]
 PointStarts = Annotated[

@@ -11,6 +11,7 @@ from gaitopt.study.basins.fatal_push import PushSearch as PushSearch
 from gaitopt.study.basins.fatal_push import find_fatal_push as find_fatal_push
 from gaitopt.study.comparison import Comparison as Comparison
 from gaitopt.study.comparison import compare as compare
+from gaitopt.study.gait_metrics import GaitMetric as GaitMetric
 from gaitopt.study.imitation import Imitation as Imitation
 from gaitopt.study.imitation import controlled_gait as controlled_gait
 from gaitopt.study.imitation import imitate as imitate
