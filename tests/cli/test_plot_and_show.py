@@ -27,7 +27,9 @@ def test_files_of_each_kind_are_drawn_and_printed(command, folder, root, record)
         assert (done.status, done.json) == (0, {"file": str(folder / "figure.png")})
         assert words in command("show", path).out
         assert command("show", path, "--json").json["file"] == str(path)
-    done = command("plot", root / "docs/examples/compass_slope.nc", "--quantity", "th2_rate", "-o", folder / "branch.svg")
+    done = command(
+        "plot", root / "docs/examples/compass_slope.nc", "--quantity", "th2_rate", "-o", folder / "branch.svg"
+    )
     assert done.status == 0
 
 

@@ -114,7 +114,7 @@ def _stability_columns(grid: SweepGrid, values: Mapping[SweepPoint, Any]) -> Col
         "spectral_radius": (dims, radius, {"units": "1", "long_name": "spectral radius in open loop"}),
         "stable": (dims, (radius < 1).astype(np.int8), {"units": "1", "long_name": "1 where the gait is stable"}),
         "multiplier_real": ((*dims, "multiplier"), multipliers.real, {"units": "1", "long_name": f"real part, {text}"}),
-        "multiplier_imaginary": (
+        "multiplier_imag": (
             (*dims, "multiplier"),
             multipliers.imag,
             {"units": "1", "long_name": f"imaginary part, {text}"},
