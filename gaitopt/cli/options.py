@@ -53,6 +53,9 @@ Verbose = Annotated[
 GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="Gait file written by 'gaitopt solve'.")]
 GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files written by 'solve' or 'search'.")]
 ScriptFile = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="Problem script.")]
+SolveSource = Annotated[
+    Path, typer.Argument(metavar="PROBLEM.py|FAILED.h5", help="Problem script, or file of a failed solve to repeat.")
+]
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.py", help="Study script.")]
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Problem script or gait file.")]
 RobotScript = Annotated[
