@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, Setting, SolveSource, Verbose
+from gaitopt.cli.options import (
+    AngleUnit,
+    GaitFile,
+    GuessColumns,
+    GuessFile,
+    Json,
+    Quiet,
+    RobotScript,
+    Setting,
+    SolveSource,
+    Verbose,
+)
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
@@ -46,6 +57,9 @@ def import_in_background(modules: Sequence[str]) -> threading.Thread:
 def solve(
     source: SolveSource,
     setting: Setting = None,
+    guess: GuessFile = None,
+    column: GuessColumns = None,
+    angle_unit: AngleUnit = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="File of the gait.", show_default="SCRIPT.h5"),
@@ -61,17 +75,25 @@ def solve(
 
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 
+    With --guess, the solve starts from a gait, or from a recorded motion whose columns are named as in the CSV files of
+    gaitopt export, and the differences of its fit from the samples are reported.
+
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
+    Example: gaitopt solve problems/compass_slip.py --guess walk.csv --column th1=stance --angle-unit deg
     """
     from gaitopt.cli.failed_solve import is_gait_file
+    from gaitopt.cli.guess_option import start_from_file
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
     from gaitopt.ocp.solver import solve as solve_problem
 
     repeated = is_gait_file(source)
     problem, script = _read_problem(source, setting)
+    problem, fit = start_from_file(problem, guess, column, angle_unit)
     path = output or Path(f"{source.stem}{'_solved' if repeated else ''}.h5")
     check_gait_suffix(path)
     check_writable(path)  # before the work, not after it
+    if fit is not None and not (json or quiet):
+        out.print(str(fit), soft_wrap=True)
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         import_in_background(AFTER_THE_SOLVE)
         steps = verbose or not (json or quiet)
