@@ -116,7 +116,9 @@ def export(
     file: GaitFile,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="CSV/JSON/C", help="File to write; its suffix determines the contents."),
+        typer.Option(
+            "--output", "-o", metavar="CSV/JSON/C/PY", help="File to write; its suffix determines the contents."
+        ),
     ],
     problem: RobotScript = None,
     law: LawName = OPEN_LOOP,
@@ -127,9 +129,9 @@ def export(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics and controller.
+    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics, .c or .py controller.
 
-    Without --law, the controller replays the planned torques and has no gains.
+    A .py controller needs NumPy only.  Without --law, the controller replays the planned torques and has no gains.
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
@@ -138,10 +140,16 @@ def export(
     from gaitopt.cli.script import load_any_gait, require_walking
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
+    from gaitopt.export.python_controller import write_python
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
-    contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
+    contents = {
+        ".csv": "trajectories",
+        ".json": "torques and gains",
+        ".c": "dynamics and controller",
+        ".py": "controller",
+    }
     suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
@@ -154,6 +162,8 @@ def export(
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
+    elif suffix == ".py":
+        written = write_python(robot, chosen, output)
     else:
         written = write_c(robot, chosen, gait.motion.parameters, output)
     report_file(written, json=json)
