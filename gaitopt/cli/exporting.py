@@ -20,7 +20,7 @@ from gaitopt.cli.options import (
     Verbose,
     label_files,
 )
-from gaitopt.cli.output import report_file
+from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 
 
@@ -112,6 +112,21 @@ def report(
     report_file(written, json=json)
 
 
+def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
+    """Write the gaits of a sweep as a library, and print its errors in the middles of the grid cells."""
+    from gaitopt.export.library_module import write_library
+    from gaitopt.motion.atomic import check_suffix
+    from gaitopt.study.libraries.gait_library import load_library
+    from gaitopt.study.libraries.library_errors import measure_library
+
+    check_suffix(output, {".py": "gait library"})
+    library = load_library(file, sequence)
+    written = write_library(library, output)
+    if not quiet:
+        out.print(str(measure_library(library)), soft_wrap=True)
+    return written
+
+
 def export(
     file: GaitFile,
     output: Annotated[
@@ -125,6 +140,9 @@ def export(
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
+    sequence: Annotated[
+        str | None, typer.Option("--sequence", metavar="SEQUENCE", help="Contact sequence, for a sweep with several.")
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -135,8 +153,14 @@ def export(
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
+    Of a sweep (.nc), a .py file interpolates the gaits over its axes. The largest errors in the middles of the grid
+    cells are reported.
+
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
+    if file.suffix == ".nc":
+        report_file(export_library(file, output, sequence, quiet=json or quiet), json=json)
+        return
     from gaitopt.cli.script import load_any_gait, require_walking
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv

@@ -17,6 +17,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.printable import comment_line
 from gaitopt.version import __version__
 
+HEADING = '"""Written by gaitopt'
+"""Text with which the modules begin that gaitopt writes, and replaces."""
+
 
 @check_arguments
 def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
@@ -71,13 +74,13 @@ def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
     }
     parts = [
         _MODULE.format(
-            robot=_literal(robot.name),
-            law=_literal(law.name),
+            robot=write_literal(robot.name),
+            law=write_literal(law.name),
             version=__version__,
-            angles=_literal(", ".join(robot.angles)),
-            actuators=_literal(", ".join(robot.actuators)),
-            latched=_literal(", ".join(law.memory.values) or "none"),
-            events=_literal(", ".join(law.memory.events) or "none"),
+            angles=write_literal(", ".join(robot.angles)),
+            actuators=write_literal(", ".join(robot.actuators)),
+            latched=write_literal(", ".join(law.memory.values) or "none"),
+            events=write_literal(", ".join(law.memory.events) or "none"),
         ),
         f"BREAKPOINTS = {_array(law.breakpoints)}",
         f"TABLE = {_array(law.table.T)}.reshape({law.table.shape[1]}, {law.table.shape[0]})",
@@ -89,12 +92,12 @@ def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
             most=MOST_EVENTS,
         ),
     ]
-    with write_atomically(path, heading=_HEADING) as file:
+    with write_atomically(path, heading=HEADING) as file:
         file.write_text("\n".join(parts), encoding="utf-8")
     return path
 
 
-def _literal(text: str) -> str:
+def write_literal(text: str) -> str:
     """Return a text that cannot end the docstring of the module."""
     return re.sub(r'["\\]', "'", comment_line(text))
 
@@ -106,9 +109,7 @@ def _array(values: Array) -> str:
     return f"np.array([{', '.join(texts)}], dtype=float)"
 
 
-_HEADING = '"""Controller written by gaitopt'
-
-_MODULE = '''"""Controller written by gaitopt {version} for the robot {robot}: law {law}.  It needs NumPy only.
+_MODULE = '''"""Written by gaitopt {version}: controller of the robot {robot}, law {law}.  It needs NumPy only.
 
 q: stance foot x, y [m], then {angles} [rad]; v: their rates.
 Torques of {actuators} [N m].  Latched values: {latched}.  Events: {events}.

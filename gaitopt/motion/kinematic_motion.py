@@ -31,7 +31,9 @@ class PhaseKinematics:
     torque: Array
 
 
-def make_kinematic_motion(robot: Robot, parameters: Mapping[str, float], phases: Sequence[PhaseKinematics]) -> Motion:
+def make_kinematic_motion(
+    robot: Robot, parameters: Mapping[str, float], phases: Sequence[PhaseKinematics], *, impact: Mode = Mode.STICK
+) -> Motion:
     """Return one step of a robot from samples; its touchdown has no impulse.
 
     The forces are those of the equations of motion for the sampled states and torques, the energies those of the
@@ -43,6 +45,8 @@ def make_kinematic_motion(robot: Robot, parameters: Mapping[str, float], phases:
     parameters : mapping of str to float
         Parameters of robot and ground (SI units); missing ones have their default values.
     phases : sequence of PhaseKinematics
+    impact : Mode
+        Contact mode of the landing foot after the touchdown.
 
     Returns
     -------
@@ -72,7 +76,7 @@ def make_kinematic_motion(robot: Robot, parameters: Mapping[str, float], phases:
     touchdown = TouchdownState(
         step=0,
         time=float(last.time[-1]),
-        mode=Mode.STICK,
+        mode=impact,
         impulse=np.zeros(2),
         q=last.q[:, -1],
         v_minus=last.v[:, -1],
