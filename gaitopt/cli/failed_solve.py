@@ -7,11 +7,10 @@ from typing import Any
 
 from gaitopt.cli.output import out
 from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.atomic import GAIT_SUFFIXES
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
-
-SUFFIXES = (".h5", ".hdf5")
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class FailureFile:
 
 def is_gait_file(path: Path) -> bool:
     """Return whether the input of a solve is a file of a gait, not a script."""
-    return path.suffix in SUFFIXES
+    return path.suffix.lower() in GAIT_SUFFIXES
 
 
 def read_failed_problem(path: Path, settings: Sequence[str] | None) -> tuple[GaitProblem | PlanarProblem, Any]:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.cli.failed_solve import is_gait_file
 from gaitopt.errors import InputError
 from gaitopt.motion.motion_fit import MotionFit
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
@@ -36,7 +37,7 @@ def start_from_file(
     ArchiveError
         If the file cannot be read.
     """
-    recorded = file is not None and file.suffix not in (".h5", ".hdf5")
+    recorded = file is not None and not is_gait_file(file)
     if (columns or angle_unit) and not recorded:
         raise InputError("--column and --angle-unit state how a recorded motion (--guess CSV/MAT/STO/MOT) is read.")
     if file is None:
