@@ -270,13 +270,6 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
     return problem
 
 
-def record_script(gait: AnyGait, script: Script) -> AnyGait:
-    """Return a gait whose problem states the script it comes from."""
-    if gait.problem.get("script"):
-        return gait
-    return gait.replace_fields(problem={**gait.problem, "script": script.record().describe()})
-
-
 def load_any_gait(file: Path, script: Path | None) -> AnyGait:
     """Return the gait in a file, with the robot of a problem script if one is named.
 
