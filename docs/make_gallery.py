@@ -1,7 +1,7 @@
 """Write docs/gallery.json, the thumbnails of the gallery, and the animation of the start page, by running the scripts.
 
-``python docs/make_gallery.py`` runs every script in ``problems``; ``python docs/make_gallery.py monopod hopper`` runs some
-of them only.  The thumbnails of the studies are reduced copies of their figures.
+``python docs/make_gallery.py`` runs every script in ``problems``; ``python docs/make_gallery.py monopod hopper`` runs
+some of them only.  The thumbnails of the studies are reduced copies of their figures.
 """
 
 import json
