@@ -87,7 +87,7 @@ def commands():
         text, _, example = command.help.partition("Example:")
         parts += [f"## gaitopt {name}", "", text.strip(), ""]
         parts += ["```text", example.strip(), "```", ""]
-        parts += ["| | | |", "|---|---|---|"]
+        parts += ["| option | value | meaning |", "|---|---|---|"]
         parts += [_option(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]
         parts.append("")
     return {"command_line.md": "\n".join(parts)}
@@ -115,7 +115,7 @@ def errors():
         parts += [f"## {title}", "", "| `--json` and files | meaning and remedy |", "|---|---|"]
         parts += [f"| `{kind.key}` | {kind.hint} |" for kind in kinds]
         parts.append("")
-    parts += ["## Exceptions", "", "| | |", "|---|---|"]
+    parts += ["## Exceptions", "", "| exception | meaning |", "|---|---|"]
     kinds = [getattr(gaitopt.errors, name) for name in gaitopt.errors.__all__]
     parts += [f"| `{kind.__name__}` | {' '.join(inspect.getdoc(kind).split())} |" for kind in kinds]
     return {"errors.md": "\n".join([*parts, ""])}
@@ -193,7 +193,7 @@ def _exhibit(path, table):
     parts = [f"# {title}", "", text, "", f"![{title}](images/{image})", ""]
     if verb != "run":
         rows = ["| {} | {} |".format(label, value.replace("|", "\\|")) for label, value in _facts(path, table)]
-        parts += ["| | |", "|---|---|", *rows, ""]
+        parts += ["| quantity | value |", "|---|---|", *rows, ""]
     parts += [f"Reproduces: {publication}." for publication in _publications(path)]
     parts += ["", "```text", f"gaitopt {verb} {name}", "```", ""]
     return "\n".join([*parts, f"```{{literalinclude}} ../../../{name}", ":language: python", "```", ""])

@@ -149,14 +149,14 @@ def chains(results):
     if not tables or not beside_opti:
         return ""
     links = [str(count) for count in next(iter(tables.values()))["links"]]
-    lines = [CHAINS, row(["", *links, "exponent"]), "|---|" + "---:|" * (len(links) + 1)]
+    lines = [CHAINS, row(["grid and quantity", *links, "exponent"]), "|---|" + "---:|" * (len(links) + 1)]
     for intervals, numbers in tables.items():
         times = [f"{1e3 * value:.1f}" for value in numbers["seconds"]]
         lines.append(row([f"{intervals}, time [ms]", *times, f"{numbers['exponents']['time']:.2f}"]))
         counts = [str(count) for count in numbers["nonzeros"]]
         lines.append(row([f"{intervals}, nonzeros", *counts, f"{numbers['exponents']['nonzeros']:.2f}"]))
     heads = ["gaitopt [s]", "Opti [s]", "ratio", "iterations of gaitopt", "iterations of Opti"]
-    lines += ["", FIVE_LINKS, row(["", *heads]), "|---|" + "---:|" * len(heads)]
+    lines += ["", FIVE_LINKS, row(["grid", *heads]), "|---|" + "---:|" * len(heads)]
     for name, numbers in beside_opti.items():
         values = [seconds(numbers["own"]), seconds(numbers["plain"]), spread(numbers["ratio"])]
         counts = [str(numbers[f"{tool} iterations"]) for tool in ("own", "plain")]

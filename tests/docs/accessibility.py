@@ -1,7 +1,8 @@
 """Checks of pages in a browser: accessibility by axe-core, width, and pictures.
 
 ``python -m tests.docs.accessibility build/docs`` checks the pages of a built site, in the light theme at the width of a
-screen and in the dark theme at that of a phone, and lists what is wrong; the exit status is 1 if anything is.
+screen and in the dark theme at that of a phone, and lists what is wrong; the exit status is 1 if anything is.  Names of
+pages, such as ``index.html``, restrict the check to them.
 """
 
 import functools
@@ -35,30 +36,29 @@ def find_violations(page, excluded=()):
     ]
 
 
-def check_site(site):
-    """Return what is wrong with the pages of a site, one line each."""
+def check_site(site, names=()):
+    """Yield what is wrong with the pages of a site, one line each."""
     from playwright.sync_api import sync_playwright
 
+    every = [path.relative_to(site).as_posix() for path in sorted(site.rglob("*.html"))]
+    names = names or [name for name in every if not name.startswith(SKIPPED)]
     handler = functools.partial(QuietHandler, directory=str(site))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server, sync_playwright() as driver:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         address = f"http://127.0.0.1:{server.server_port}/"
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-        faults = [fault for theme, width in VIEWS for fault in check_view(browser, site, address, theme, width)]
+        for view in VIEWS:
+            yield from check_view(browser, address, names, *view)
         browser.close()
         server.shutdown()
-    return faults
 
 
-def check_view(browser, site, address, theme, width):
-    """Yield what is wrong with the pages of a site in a theme and at a width."""
+def check_view(browser, address, names, theme, width):
+    """Yield what is wrong with pages in a theme and at a width."""
     context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=theme, bypass_csp=True)
     context.route("**/*", lambda route: route.continue_() if route.request.url.startswith(address) else route.abort())
     page = context.new_page()
-    for path in sorted(site.rglob("*.html")):
-        name = path.relative_to(site).as_posix()
-        if name.startswith(SKIPPED):
-            continue
+    for name in names:
         page.goto(address + name)
         faults = find_violations(page, THEME) + page.evaluate(BROKEN)
         faults += ["the page is wider than the screen"] if page.evaluate(OVERFLOW) else []
@@ -74,6 +74,7 @@ class QuietHandler(http.server.SimpleHTTPRequestHandler):
 
 
 if __name__ == "__main__":
-    wrong = check_site(Path(sys.argv[1]).resolve())
-    print("\n".join(wrong))
-    sys.exit(bool(wrong))
+    number = 0
+    for number, line in enumerate(check_site(Path(sys.argv[1]).resolve(), sys.argv[2:]), 1):
+        print(line, flush=True)
+    sys.exit(bool(number))
