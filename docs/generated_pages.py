@@ -133,7 +133,8 @@ def gallery():
         lines += [f"## {title}", "", "::::{container} gallery", ""]
         for path in paths:
             lines += [":::{container} exhibit", *_card(path, table), ":::", ""]
-        lines += ["::::", "", "```{toctree}", ":hidden:", "", *(f"{path.stem} <{path.stem}>" for path in paths), "```", ""]
+        entries = [f"{path.stem} <{path.stem}>" for path in paths]
+        lines += ["::::", "", "```{toctree}", ":hidden:", "", *entries, "```", ""]
     pages["gallery/index.md"] = "\n".join(lines)
     return pages
 

@@ -74,7 +74,8 @@ class QuietHandler(http.server.SimpleHTTPRequestHandler):
 
 
 if __name__ == "__main__":
-    number = 0
-    for number, line in enumerate(check_site(Path(sys.argv[1]).resolve(), sys.argv[2:]), 1):
+    wrong = False
+    for line in check_site(Path(sys.argv[1]).resolve(), sys.argv[2:]):
+        wrong = True
         print(line, flush=True)
-    sys.exit(bool(number))
+    sys.exit(wrong)
