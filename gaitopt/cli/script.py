@@ -302,7 +302,7 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'plot', 'animate', "
-            "'report' and 'export' to CSV or JSON accept it."
+            "'report' and 'export' to CSV or JSON accept it, and 'gaitopt stability' and 'simulate' accept its script."
         )
     return gait
 
