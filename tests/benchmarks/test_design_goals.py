@@ -2,8 +2,8 @@
 
 Targets: a front of 20 points takes at most the time of 25 cold solves on two processors, no point is dominated, and
 both ends lead to the same front within 1e-5; one gait and one law survive 100 of 100 unseen frictions from 0.10 to 0.20
-and 95 of 100 pushes of up to 0.15 rad/s, which the nominal optimum does not; 20 speeds with one shared design take at most
-3 times the processor time of 20 single solves with fixed parameters.
+and 95 of 100 pushes of up to 0.15 rad/s, which the nominal optimum does not; 20 speeds with one shared design take at
+most 3 times the processor time of 20 single solves with fixed parameters.
 """
 
 import statistics

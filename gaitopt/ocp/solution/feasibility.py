@@ -9,6 +9,7 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.initial.deviation_start import solve_deviations
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
@@ -92,6 +93,8 @@ class ElasticProblem:
         """Return the motion near a guess with the least excess over the limits."""
         with defer_interrupt():
             x = initial_point(self.transcription, self.problem, guess)
+            if self.problem.stability is not None:
+                x = solve_deviations(self.transcription, x, self._data)
         return self._minimise(x, self.prices)
 
     def exceed_only(self, members: list[int], near: ElasticResult) -> ElasticResult:

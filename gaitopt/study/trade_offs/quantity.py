@@ -48,6 +48,8 @@ class Quantity:
         Returns a problem with a bound on the quantity; None if the quantity is only measured.
     extreme : Objective or None
         Objective whose optimum has the best value of the quantity; without one, a bound needs a stated range.
+    require : callable or None
+        Raises an InputError if the quantity of a problem cannot be bounded.
 
     Examples
     --------
@@ -62,6 +64,7 @@ class Quantity:
     read: Callable[[Gait], float]
     restrict: Callable[[GaitProblem, float], GaitProblem] | None = None
     extreme: Objective | None = None
+    require: Callable[[GaitProblem], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,8 @@ def restrict_torque(problem: GaitProblem, value: float) -> GaitProblem:
     )
 
 
-def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
-    """Return a problem in which the ratio of tangential to normal force is at most a value while the foot sticks.
+def require_stick(problem: GaitProblem) -> None:
+    """Raise an InputError if the ratio of tangential to normal force of a problem cannot be bounded.
 
     Raises
     ------
@@ -125,6 +128,11 @@ def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
             f"A bound on peak_friction_demand requires a sequence without slip, got '{problem.sequence}': "
             "while a foot slides, the demand equals the friction coefficient."
         )
+
+
+def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
+    """Return a problem in which the ratio of tangential to normal force is at most a value while the foot sticks."""
+    require_stick(problem)
     margin = max(problem.margins.cone, 1 - value / problem.friction)
     return problem.replace(margins=evolve(problem.margins, cone=min(margin, 0.99)))
 
@@ -181,6 +189,7 @@ QUANTITIES = {
             lambda gait: PeakFrictionDemand().evaluate(gait.motion),
             restrict_friction_demand,
             PeakFrictionDemand(),
+            require_stick,
         ),
         Quantity("speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, Pace()),
         Quantity(
