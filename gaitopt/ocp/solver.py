@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 RETRIES = 3
 """Number of further starts that are tried if none has converged.
 
-With a bound of the spectral radius there are none: other starts are farther from a stable gait than the unbounded optimum.
+With a bound of the spectral radius there are none: other starts are farther from a stable gait than the optimum
+without the bound.
 """
 
 INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)

@@ -11,7 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitopt import GaitProblem, Limits, StabilityBound, assess_stability, compass_biped, solve, verify
+from gaitopt import (
+    Collocation,
+    GaitProblem,
+    Limits,
+    StabilityBound,
+    assess_stability,
+    compass_biped,
+    solve,
+    verify,
+)
 from tests.benchmarks import infeasible_designs_page, infeasible_problems
 from tests.benchmarks.conftest import timed
 from tests.benchmarks.infeasible_problems import change_all
@@ -59,6 +68,7 @@ def draw_problem(number):
         step_length=step,
         limits=Limits(torque=torque),
         objective="torque_squared",
+        transcription=Collocation(intervals=20),
         stability=StabilityBound(radius=radius) if is_bounded else None,
     )
     return kind, problem
