@@ -68,16 +68,16 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Pace(Objective):
+class TimePerDistance(Objective):
     """Time per distance, the inverse of the speed [s/m].
 
     Examples
     --------
-    >>> Pace().unit
+    >>> TimePerDistance().unit
     's/m'
     """
 
-    name = "pace"
+    name = "time_per_distance"
     unit = "s/m"
     smooth = True
 
@@ -191,7 +191,9 @@ QUANTITIES = {
             PeakFrictionDemand(),
             require_stick,
         ),
-        Quantity("speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, Pace()),
+        Quantity(
+            "speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, TimePerDistance()
+        ),
         Quantity(
             "spectral_radius", "1", "spectral radius of the return map in open loop", 1, measure_radius, restrict_radius
         ),
