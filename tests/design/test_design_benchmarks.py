@@ -9,6 +9,7 @@ from gaitopt import (
     Collocation,
     GaitProblem,
     Limits,
+    Margins,
     StabilityBound,
     WarmStart,
     assess_stability,
@@ -58,13 +59,18 @@ def test_a_slipping_gait_has_a_radius_of_a_half_without_feedback():
 
 
 def test_the_standard_walker_has_a_radius_of_a_half_if_the_foot_slides_back_before_touchdown():
-    """The cost of transport rises by 1.6 % over that of the optimum, whose radius is 0.634."""
+    """The cost of transport rises by 1.8 % over that of the optimum, whose radius is 0.634.
+
+    With the default margin of the cone, differences with steps below 1e-7 would be needed: before the second slip, the
+    force stays within 1e-3 of the cone.
+    """
     problem = PROBLEM.replace(objective="cost_of_transport", transcription=Collocation(intervals=40))
     optimum = solve(problem)
     assert assess_stability(optimum).radius == pytest.approx(0.634, abs=1e-3)
-    problem = problem.replace(sequence="slip+ stick slip- stick | slip+")
+    problem = problem.replace(sequence="slip+ stick slip- stick | slip+", margins=Margins(cone=0.02))
     start = WarmStart(solve(problem))
     gait = verify(solve(problem.replace(stability=StabilityBound(radius=0.5), guess=start)))
     assert gait.verification.passed
-    assert np.max(replayed_multipliers(gait, feedforward(gait.robot, gait.motion))) <= 0.5 + 1e-6
-    assert gait.cost_of_transport / optimum.cost_of_transport == pytest.approx(1.016, abs=2e-3)  # own value
+    replayed = np.max(replayed_multipliers(gait, feedforward(gait.robot, gait.motion), step=1e-6))
+    assert 0.4999 <= replayed <= 0.5 + 1e-6
+    assert gait.cost_of_transport / optimum.cost_of_transport == pytest.approx(1.0175, abs=2e-3)  # own value
