@@ -45,3 +45,9 @@ def test_every_file_says_what_it_holds(path):
 def test_no_file_has_a_name_that_says_nothing():
     every = [*FILES, *(ROOT / "tests").rglob("*.py"), *(ROOT / "problems").rglob("*.py")]
     assert not [path for path in every if VAGUE & {path.stem, path.parent.name}]
+
+
+def test_costly_test_files_exist():
+    from conftest import COSTLY
+
+    assert [name for name in COSTLY if not (ROOT / name).is_file()] == []
