@@ -28,6 +28,8 @@ REACHES = (0.2, 0.05, 0.8, 3.0, 12.0)
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.03, 0.1, 1e-3
 """Step lengths in the plane of the parameters, relative to their ranges."""
 MOST_POINTS = 400
+ON_BORDER = 1e-9
+"""Scaled distance from the border of the range within which a curve ends at its start."""
 NOT_FOUND = "no such point found beyond"
 
 CurveObserver = Callable[[SpecialCurve], None]
@@ -143,6 +145,8 @@ class _Plane:
         """Return the points of the curve on one side of its start, and the reason for which it ends there."""
         tangent, step = np.array([0.0, sign]), FIRST_STEP
         points, last = list[_Located](), start
+        if not self._contains(start.place + ON_BORDER * tangent):
+            return points, "range_end"
         while len(points) < MOST_POINTS:
             following = self._locate(family, last, last.place + step * tangent, tangent, step)
             if isinstance(following, str):
