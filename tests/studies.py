@@ -115,4 +115,4 @@ def finish(words, folder):
 
 def is_same(one, other):
     """Return whether results are equal, nan included."""
-    return repr(one) == repr(other)
+    return json.dumps(one, sort_keys=True) == json.dumps(other, sort_keys=True)
