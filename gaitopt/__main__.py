@@ -1,7 +1,9 @@
 """``python -m gaitopt`` and ``gaitopt`` run the command line."""
 
+import contextlib
 import os
 import signal
+import sys
 from types import FrameType
 
 from gaitopt.cli.collection import collect_rarely
@@ -16,7 +18,20 @@ def main() -> None:
         from gaitopt.cli import app
 
         signal.signal(signal.SIGINT, former)
-        app.main()
+        try:
+            app.main()
+        except SystemExit as end:
+            if end.code == app.INTERRUPTED:
+                _exit_interrupted()
+            raise
+
+
+def _exit_interrupted() -> None:
+    """End the process without the clean-up of the interpreter, which may end it with the signal, or take long."""
+    with contextlib.suppress(OSError, ValueError):  # a closed stream
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(128 + signal.SIGINT)
 
 
 def _exit_at_once(number: int, frame: FrameType | None) -> None:

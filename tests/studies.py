@@ -86,7 +86,9 @@ def stray_files(folder):
 
 
 def read_results(folder):
-    """Return the results of a finished study as plain data, without times and versions."""
+    """Return the results of a finished study as plain data, without times and versions; None without any."""
+    if not any((folder / name).exists() for name in ("out.json", "out/ranking.json", "out.nc")):
+        return None
     if (folder / "out.json").exists():
         return strip(json.loads((folder / "out.json").read_text()))
     if (folder / "out").is_dir():
