@@ -11,6 +11,7 @@ from gaitopt.cli.collection import collect_rarely
 
 def main() -> None:
     """Import the commands and run the one that the command line names."""
+    os.environ["MPLBACKEND"] = "agg"  # no command opens a window, and an unknown backend would be an error
     with collect_rarely():
         former = signal.getsignal(signal.SIGINT)
         if former is signal.default_int_handler:
