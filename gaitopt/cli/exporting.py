@@ -21,7 +21,7 @@ from gaitopt.cli.options import (
     Verbose,
     label_files,
 )
-from gaitopt.cli.output import report_file
+from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 
 
@@ -124,36 +124,68 @@ def report(
     report_file(written, json=json)
 
 
+def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
+    """Write the gaits of a sweep as a library, and print its errors in the middles of the grid cells."""
+    from gaitopt.export.library_module import write_library
+    from gaitopt.motion.atomic import check_suffix
+    from gaitopt.study.libraries.gait_library import load_library
+    from gaitopt.study.libraries.library_errors import measure_library
+
+    check_suffix(output, {".py": "gait library"})
+    library = load_library(file, sequence)
+    written = write_library(library, output)
+    if not quiet:
+        out.print(str(measure_library(library)), soft_wrap=True)
+    return written
+
+
 def export(
     file: GaitFile,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="CSV/JSON/C", help="File to write; its suffix determines the contents."),
+        typer.Option(
+            "--output", "-o", metavar="CSV/JSON/C/PY", help="File to write; its suffix determines the contents."
+        ),
     ],
     problem: RobotScript = None,
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
+    sequence: Annotated[
+        str | None, typer.Option("--sequence", metavar="SEQUENCE", help="Contact sequence, for a sweep with several.")
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics and controller.
+    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics, .c or .py controller.
 
-    Without --law, the controller replays the planned torques and has no gains.
+    A .py controller needs NumPy only.  Without --law, the controller replays the planned torques and has no gains.
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
+    Of a sweep (.nc), a .py file interpolates the gaits over its axes. The largest errors in the middles of the grid
+    cells are reported.
+
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
+    if file.suffix == ".nc":
+        report_file(export_library(file, output, sequence, quiet=json or quiet), json=json)
+        return
     from gaitopt.cli.script import load_any_gait, require_walking
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
+    from gaitopt.export.python_controller import write_python
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
-    contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
+    contents = {
+        ".csv": "trajectories",
+        ".json": "torques and gains",
+        ".c": "dynamics and controller",
+        ".py": "controller",
+    }
     suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
@@ -166,6 +198,8 @@ def export(
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
+    elif suffix == ".py":
+        written = write_python(robot, chosen, output)
     else:
         written = write_c(robot, chosen, gait.motion.parameters, output)
     report_file(written, json=json)

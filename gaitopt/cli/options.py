@@ -56,6 +56,25 @@ ResultFile = Annotated[
 ]
 GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files written by 'solve' or 'search'.")]
 ScriptFile = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="Problem script.")]
+SolveSource = Annotated[
+    Path, typer.Argument(metavar="PROBLEM.py|FAILED.h5", help="Problem script, or file of a failed solve to repeat.")
+]
+GuessFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--guess",
+        metavar="FILE",
+        help="Start from a gait (.h5), or from a recorded motion or a few postures (.csv, .mat, .sto, .mot).",
+    ),
+]
+GuessColumns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate in the file of --guess (repeatable)."),
+]
+AngleUnit = Annotated[
+    str | None,
+    typer.Option("--angle-unit", metavar="rad|deg", help="Unit of the columns of --guess that do not state theirs."),
+]
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.py", help="Study script.")]
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Problem script or gait file.")]
 RobotScript = Annotated[

@@ -34,8 +34,10 @@ def show_invalid_math(figure: "Figure") -> None:
 def _is_valid_math(text: str) -> bool:
     from matplotlib.mathtext import MathTextParser
 
+    parser = MathTextParser("path")
     try:
-        MathTextParser("path").parse(text)
+        for line in text.split("\n"):  # Matplotlib draws each line separately, and has no glyph for their separator
+            parser.parse(line)
     except ValueError:
         return False
     return True

@@ -15,6 +15,11 @@ from gaitopt.study.gait_metrics import GaitMetric as GaitMetric
 from gaitopt.study.imitation import Imitation as Imitation
 from gaitopt.study.imitation import controlled_gait as controlled_gait
 from gaitopt.study.imitation import imitate as imitate
+from gaitopt.study.libraries.gait_library import GaitLibrary as GaitLibrary
+from gaitopt.study.libraries.gait_library import load_library as load_library
+from gaitopt.study.libraries.library_errors import CellError as CellError
+from gaitopt.study.libraries.library_errors import LibraryErrors as LibraryErrors
+from gaitopt.study.libraries.library_errors import measure_library as measure_library
 from gaitopt.study.published_values import PublishedValue as PublishedValue
 from gaitopt.study.published_values import Reproduction as Reproduction
 from gaitopt.study.result_file import load_result as load_result

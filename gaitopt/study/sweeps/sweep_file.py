@@ -274,6 +274,20 @@ def read_named_gaits(path: Path) -> Iterator[tuple[str, AnyGait]]:
             yield str(name), gait
 
 
+def read_sequence_gaits(path: Path, sequence: int) -> dict[tuple[int, ...], AnyGait]:
+    """Return the gaits of a contact sequence of a sweep, solved or not, by their index along each axis."""
+    gaits: dict[tuple[int, ...], AnyGait] = {}
+    with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
+        groups = find_group(file, GAITS)
+        for name in () if groups is None else groups:
+            number, *index = map(int, name.split("-"))
+            if number == sequence:
+                group: Any = find_group(groups, name)
+                check_structure(group)
+                gaits[tuple(index)] = read_gait(group)
+    return gaits
+
+
 def _nearest_index(axis: "xr.DataArray", value: float) -> int:
     """Return the index of the value of an axis nearest to a value within its range; InputError outside."""
     unit, values = axis.attrs.get("units", "1"), axis.values
