@@ -138,7 +138,7 @@ def sweep(
 
 def _read_sequences(texts: list[str]) -> list[str] | str | None:
     """Return the contact sequences of the options of a command; ``any`` as it is, None without an option."""
-    if len(texts) == 1 and texts[0].strip().startswith("any"):
+    if len(texts) == 1 and re.fullmatch(r"\s*any\s*(:.*)?", texts[0]):
         return texts[0]
     return [sequence for text in texts for sequence in split_sequences(text)] or None
 
