@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.initial.deviation_start import solve_deviations
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
 from gaitopt.ocp.nlp.keys import Kind, Unknown
@@ -69,6 +70,8 @@ class ElasticProblem(ElasticLimits):
         """Return the motion near a guess with the least excess over the limits."""
         with defer_interrupt():
             x = initial_point(self.transcription, self.problem, guess)
+            if self.problem.stability is not None:
+                x = solve_deviations(self.transcription, x, self._data)
         return self.minimise_from(x)
 
     def motion(self, result: ElasticResult) -> Motion:

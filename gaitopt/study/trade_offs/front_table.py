@@ -161,14 +161,14 @@ def tabulate_front(front: Front) -> "xr.Dataset":
         column = np.array([bounds[index[axis]] for index in points])
         table[f"bound_{quantity.name}"] = ("point", column, {"units": quantity.unit, "long_name": "bound"})
     for kind, end in (("forward", "loose"), ("backward", "tight")):
-        gaits = [front.gait(index, f"{kind}-return") for index in points]
+        gaits = [front.gait(index, f"{kind}-last") for index in points]
         costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
         table[f"{kind}_cost"] = (
             "point",
             costs,
             {
                 "units": front.grid.ends.problem.objective.unit,
-                "long_name": f"cost before refinement, from the {end} end",
+                "long_name": f"cost before refinement, last from the {end} end",
             },
         )
     solved = [front.gait(index) for index in points]

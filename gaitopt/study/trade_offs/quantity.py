@@ -42,6 +42,8 @@ class Quantity:
         Returns a problem with a bound on the quantity; None if the quantity is only measured.
     extreme : Objective or None
         Objective whose optimum has the best value of the quantity; without one, a bound needs a stated range.
+    require : callable or None
+        Raises an InputError if the quantity of a problem cannot be bounded.
 
     Examples
     --------
@@ -56,19 +58,20 @@ class Quantity:
     read: Callable[[Gait], float]
     restrict: Callable[[GaitProblem, float], GaitProblem] | None = None
     extreme: Objective | None = None
+    require: Callable[[GaitProblem], None] | None = None
 
 
 @dataclass(frozen=True)
-class Pace(Objective):
+class TimePerDistance(Objective):
     """Time per distance, the inverse of the speed [s/m].
 
     Examples
     --------
-    >>> Pace().unit
+    >>> TimePerDistance().unit
     's/m'
     """
 
-    name = "pace"
+    name = "time_per_distance"
     unit = "s/m"
     smooth = True
 
@@ -104,8 +107,8 @@ def restrict_torque(problem: GaitProblem, value: float) -> GaitProblem:
     )
 
 
-def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
-    """Return a problem in which the ratio of tangential to normal force is at most a value while the foot sticks.
+def require_stick(problem: GaitProblem) -> None:
+    """Raise an InputError if the ratio of tangential to normal force of a problem cannot be bounded.
 
     Raises
     ------
@@ -119,6 +122,11 @@ def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
             f"A bound on peak_friction_demand requires a sequence without slip, got '{problem.sequence}': "
             "while a foot slides, the demand equals the friction coefficient."
         )
+
+
+def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
+    """Return a problem in which the ratio of tangential to normal force is at most a value while the foot sticks."""
+    require_stick(problem)
     margin = max(problem.margins.cone, 1 - value / problem.friction)
     return problem.replace(margins=evolve(problem.margins, cone=min(margin, 0.99)))
 
@@ -157,8 +165,11 @@ QUANTITIES = {
             lambda gait: PeakFrictionDemand().evaluate(gait.motion),
             restrict_friction_demand,
             PeakFrictionDemand(),
+            require_stick,
         ),
-        Quantity("speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, Pace()),
+        Quantity(
+            "speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, TimePerDistance()
+        ),
         Quantity(
             "spectral_radius", "1", "spectral radius of the return map in open loop", 1, measure_radius, restrict_radius
         ),
