@@ -40,8 +40,8 @@ def check_measures(measures: Sequence[Measure], problem: GaitProblem | PlanarPro
     Raises
     ------
     InputError
-        If a name is unknown, a metric has the name of a variable of every sweep, or recovery is requested of a robot with
-        several contacts.
+        If a name is unknown, a metric has the name of a variable of every sweep, or recovery is requested of a robot
+        with several contacts.
     """
     stated = [measures] if isinstance(measures, str | GaitMetric) else list(measures)
     for measure in stated:
