@@ -37,7 +37,7 @@ MODULES = {
     "tune": "feedback",
     "push": "feedback",
     "basin": "basin_command",
-    "run": "studies",
+    "run": "run_command",
     "search": "studies",
     "sweep": "studies",
     "pareto": "pareto_command",

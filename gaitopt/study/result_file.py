@@ -8,6 +8,7 @@ from typing import Any
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import ArchiveError
 from gaitopt.motion.hdf5 import identify_file
+from gaitopt.study.storage.gait_store import RANKING
 
 LOADERS = {
     "gait": "gaitopt.motion.archive:load",
@@ -24,9 +25,6 @@ JSON_LOADERS = {
     "gaitopt push test": "gaitopt.study.robustness.robustness_record:load_robustness",
 }
 """Readers of the formats of JSON files."""
-
-RANKING = "ranking.json"
-"""File of the ranking in the folder of a search."""
 
 
 @check_arguments
