@@ -183,7 +183,7 @@ def _is_number(value: Any) -> bool:
 
 def _is_numeric(value: Any) -> bool:
     """Return whether a value is an array, or nested sequences, of finite numbers."""
-    if isinstance(value, str | bytes | Mapping | np.ma.MaskedArray) or value is None or isinstance(value, bool):
+    if isinstance(value, str | bytes | Mapping | bool) or value is None or is_masked(value):
         return False
     try:
         array = np.asarray(value)
@@ -201,6 +201,18 @@ _CHECKS: dict[Any, Callable[[Any], bool]] = {
     str: lambda value: isinstance(value, str),
     Path: lambda value: isinstance(value, os.PathLike),
 }
+
+
+def is_masked(value: object) -> bool:
+    """Return whether a value is a masked array; numpy.ma, whose import is slow, is not imported.
+
+    Examples
+    --------
+    >>> is_masked(np.ma.array([1.0], mask=[True])), is_masked(np.array([1.0]))
+    (True, False)
+    """
+    module = sys.modules.get("numpy.ma")
+    return module is not None and isinstance(value, module.MaskedArray)
 
 
 def check_vector(name: str, value: Any, size: int) -> NDArray[np.float64]:

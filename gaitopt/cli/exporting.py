@@ -14,6 +14,7 @@ from gaitopt.cli.options import (
     Json,
     LawName,
     Quiet,
+    ResultFile,
     RobotScript,
     StanceAngle,
     TorqueLimit,
@@ -25,8 +26,16 @@ from gaitopt.cli.progress_display import show_progress
 
 
 def plot(
-    file: GaitFile,
+    file: ResultFile,
     output: Figure = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Variable of a sweep, or coordinate of a diagram of periodic gaits.",
+            show_default="cost_of_transport, or the first coordinate",
+        ),
+    ] = None,
     width: Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")] = 7.2,
     font_size: Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")] = 8.5,
     title: Annotated[bool, typer.Option("--title/--no-title", help="Print a title above the figure.")] = True,
@@ -34,19 +43,22 @@ def plot(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw a gait: stick figures, angles, torques, force ratio in the friction cone, foot speed.
+    """Draw a result of any kind: gait, search, sweep, trade-off, basin, branches, tuned gains or push test.
 
     The figure is written to FILE.png unless --output names another file.
 
     Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
-    from gaitopt.motion.archive import load
-    from gaitopt.plot.gait_figure import plot_gait
+    from gaitopt.motion.atomic import check_writable
+    from gaitopt.plot.result_figure import plot_result
     from gaitopt.plot.saving import save_figure
     from gaitopt.plot.style import FigureStyle
+    from gaitopt.study.result_file import load_result
 
-    figure = plot_gait(load(file), style=FigureStyle(width=width, font_size=font_size, titled=title))
-    report_file(save_figure(figure, output or Path(f"{file.stem}.png")), json=json)
+    path = output or Path(f"{file.resolve().stem}.png")
+    check_writable(path)
+    style = FigureStyle(width=width, font_size=font_size, titled=title)
+    report_file(save_figure(plot_result(load_result(file), quantity=quantity, style=style), path), json=json)
 
 
 def animate(

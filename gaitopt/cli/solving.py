@@ -188,30 +188,32 @@ def _observer(
 
 
 def show(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Gait file, or problem script.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="File of any result, folder of a search, or problem script.")
+    ],
     setting: Setting = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Show the contents of a gait file, or the problem that a script states as mathematics.
+    """Show the contents of a file of any kind as a table, or the problem that a script states as mathematics.
 
     Example: gaitopt show compass_slip.h5 --json
     Example: gaitopt show problems/compass_slip.py --set friction=0.2
     """
-    from gaitopt.motion.archive import load
-    from gaitopt.motion.summary import summarise
+    from gaitopt.cli.result_output import find_facts, print_result
+    from gaitopt.study.result_file import load_result
 
     if file.suffix == ".py":
         show_script(file, setting, json=json)
         return
     if setting:
         raise InputError(f"--set changes a parameter of a script, and {file} is no script ending in .py.")
-    gait = load(file)
+    result = load_result(file)
     if json:
-        print_json(summarise(gait) | {"file": str(file)})
+        print_json(find_facts(result) | {"file": str(file)})
     else:
-        print_gait(gait)
+        print_result(result)
 
 
 def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> None:

@@ -13,6 +13,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
+from gaitopt.ocp.solution.radius_conflict import report_radius_conflict
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
@@ -28,7 +29,11 @@ if TYPE_CHECKING:
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 RETRIES = 3
-"""Number of further starts that are tried if none has converged."""
+"""Number of further starts that are tried if none has converged.
+
+With a bound of the spectral radius there are none: other starts are farther from a stable gait than the optimum
+without the bound.
+"""
 
 INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 """Statuses of a converged solve whose result is not a solution."""
@@ -157,9 +162,13 @@ def _solve_problem(
         return conclusions[0]
     if any(gait.status.ok or gait.status is Status.INTERRUPTED for gait in (*gaits, *conclusions)):
         return _best([*gaits, *conclusions])
-    while not _is_finished(gaits, conclusions, starts or 1):
+    while not _is_finished(gaits, conclusions, starts or 1, _count_retries(problem)):
         gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer, None, plans))
     return _best([*gaits, *conclusions])
+
+
+def _count_retries(problem: GaitProblem) -> int:
+    return RETRIES if problem.stability is None else 0
 
 
 def _is_new(problem: GaitProblem) -> bool:
@@ -172,7 +181,8 @@ def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpS
     gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
     if not gait.status.ok:
         return gait
-    return _solve_problem(problem.replace(guess=WarmStart(gait)), starts, solver, None, observer)
+    bounded = _solve_problem(problem.replace(guess=WarmStart(gait)), starts, solver, None, observer)
+    return report_radius_conflict(problem, bounded, gait) if bounded.status in RETRY else bounded
 
 
 def _solve_first(
@@ -185,7 +195,7 @@ def _solve_first(
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
-    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
+    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + _count_retries(problem)))]
     conclusion = conclude_failure(problem, first, guesses, solver, observer, plans)
     if conclusion is not first:
         others = listed[1:] if conclusion.status.ok else []
@@ -225,13 +235,13 @@ def _check_solver(solver: NlpSolver) -> NlpSolver:
     return solver
 
 
-def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int) -> bool:
+def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int, retries: int = RETRIES) -> bool:
     """Return whether no further start is tried."""
     if not gaits:
         return False
     if any(not gait.status.ok and gait.status not in RETRY for gait in (gaits[-1], *conclusions)):
         return True
-    return len(gaits) >= (starts if any(gait.status.ok for gait in (*gaits, *conclusions)) else starts + RETRIES)
+    return len(gaits) >= (starts if any(gait.status.ok for gait in (*gaits, *conclusions)) else starts + retries)
 
 
 def _best(gaits: list[Gait]) -> Gait:

@@ -11,6 +11,7 @@ from gaitopt.study.basins.fatal_push import PushSearch as PushSearch
 from gaitopt.study.basins.fatal_push import find_fatal_push as find_fatal_push
 from gaitopt.study.comparison import Comparison as Comparison
 from gaitopt.study.comparison import compare as compare
+from gaitopt.study.gait_metrics import GaitMetric as GaitMetric
 from gaitopt.study.imitation import Imitation as Imitation
 from gaitopt.study.imitation import controlled_gait as controlled_gait
 from gaitopt.study.imitation import imitate as imitate
@@ -21,11 +22,16 @@ from gaitopt.study.libraries.library_errors import LibraryErrors as LibraryError
 from gaitopt.study.libraries.library_errors import measure_library as measure_library
 from gaitopt.study.published_values import PublishedValue as PublishedValue
 from gaitopt.study.published_values import Reproduction as Reproduction
+from gaitopt.study.result_file import load_result as load_result
 from gaitopt.study.robustness.robustness_margins import RobustnessMargins as RobustnessMargins
 from gaitopt.study.robustness.robustness_margins import WalkTest as WalkTest
 from gaitopt.study.robustness.robustness_margins import assess_robustness as assess_robustness
+from gaitopt.study.robustness.robustness_record import RobustnessRecord as RobustnessRecord
+from gaitopt.study.robustness.robustness_record import load_robustness as load_robustness
+from gaitopt.study.robustness.robustness_record import save_robustness as save_robustness
 from gaitopt.study.sequence_search.ranking import RankedGait as RankedGait
 from gaitopt.study.sequence_search.ranking import Ranking as Ranking
+from gaitopt.study.sequence_search.ranking_folder import load_ranking as load_ranking
 from gaitopt.study.sequence_search.search import search as search
 from gaitopt.study.sweeps.sweep import sweep as sweep
 from gaitopt.study.sweeps.sweep_file import load_sweep as load_sweep
