@@ -28,7 +28,7 @@ MOST_ITEMS = 1000
 """Number of items of a sequence or mapping that are compared with the annotation."""
 
 _ARRAYS = (np.ndarray, NDArray)
-"""Types of arrays; NDArray is an alias of np.ndarray before NumPy 2.5, and a type of its own since then."""
+"""Types of arrays; NDArray is an alias of np.ndarray before NumPy 2.5, and another type since then."""
 
 _NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path", None: "None"}
 

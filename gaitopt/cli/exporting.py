@@ -124,6 +124,15 @@ def report(
     report_file(written, json=json)
 
 
+FORMATS = {
+    ".csv": "trajectories",
+    ".json": "torques and gains",
+    ".c": "dynamics and controller",
+    ".py": "controller",
+}
+"""Contents of the files that `export` writes of a gait, by suffix."""
+
+
 def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
     """Write the gaits of a sweep as a library, and print its errors in the middles of the grid cells."""
     from gaitopt.export.library_module import write_library
@@ -180,13 +189,7 @@ def export(
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
-    contents = {
-        ".csv": "trajectories",
-        ".json": "torques and gains",
-        ".c": "dynamics and controller",
-        ".py": "controller",
-    }
-    suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
+    suffix, gait = check_suffix(output, FORMATS), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return
