@@ -51,8 +51,7 @@ def write(folder):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    images = folder / "gallery" / "images"
-    shutil.copytree(ROOT / "docs" / "images", images, ignore=lambda _, names: [n for n in names if n.endswith(".md")])
+    shutil.copytree(ROOT / "docs" / "images", folder / "gallery" / "images")
 
 
 def reference():

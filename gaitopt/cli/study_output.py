@@ -99,7 +99,7 @@ def _number(value: float | str | None, form: str) -> str:
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
     """Return a sweep as plain data, a record for each point."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
-    numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel", *_name_measured(table)]
+    numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel", *_name_measures(table)]
     points = []
     for at in np.ndindex(*table.status.shape):
         place = dict(zip(table.status.dims, at, strict=True))
@@ -110,14 +110,14 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
     return {"complete": bool(table.attrs["complete"]), "axes": axes, "points": points}
 
 
-def _name_measured(table: "xr.Dataset") -> list[str]:
+def _name_measures(table: "xr.Dataset") -> list[str]:
     """Return the measures of a sweep that are one number for each gait."""
     return [name for name in ("spectral_radius", "stable", "recovered_push") if name in table]
 
 
 def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
     """Print the contact sequence of lowest cost at each point, with its cost and its measures."""
-    measured = _name_measured(table)
+    measured = _name_measures(table)
     shown = Table(box=box.SIMPLE, pad_edge=False, title="lowest cost", title_justify="left")
     for name in (*axes, "sequence", "cost_of_transport", *measured):
         unit = "1" if name == "sequence" else table[name].attrs.get("units", "1")
@@ -138,7 +138,7 @@ def print_sweep(table: "xr.Dataset") -> None:
     """Print the cost of transport of each sequence over the axes, the lowest in green, and the reasons of failures."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
     sequences = [str(sequence) for sequence in table.sequence.values]
-    if "lowest_sequence" in table and (_name_measured(table) or len(sequences) > MOST_COLUMNS):
+    if "lowest_sequence" in table and (_name_measures(table) or len(sequences) > MOST_COLUMNS):
         _print_lowest(table, axes)
     if len(sequences) > MOST_COLUMNS:
         _print_reasons(table)

@@ -27,7 +27,7 @@ def plot_robustness(
 ) -> "Figure":
     """Draw push tests: the largest disturbance of each kind survived, and the share of walks that have returned.
 
-    Each kind of disturbance has an axis of its own, with a bar for each test up to the largest disturbance survived and
+    Each kind of disturbance has a separate axis, with a bar for each test up to the largest disturbance survived and
     a cross at the smallest one not survived.  Below are the shares of the walks that have returned to the gait after a
     number of steps, from random pushes in a ball.
 

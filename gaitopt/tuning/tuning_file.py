@@ -38,7 +38,7 @@ class TunedGains:
     radius_before : float
         Spectral radius in open loop; inf without a periodic gait near the plan.
     multipliers : tuple of complex
-        Of the tuned gait; empty if there is none.
+        Those of the tuned gait; empty if there is none.
     trials : tuple of Trial
         Evaluations of the search in order.
 

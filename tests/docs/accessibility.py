@@ -19,7 +19,8 @@ SKIPPED = ("generated/api/", "search.html", "genindex.html", "py-modindex.html",
 """Pages made by Sphinx alone."""
 
 THEME = (".headerlink", ".copybtn", ".bd-header", ".bd-sidebar-primary", ".bd-sidebar-secondary", ".prev-next-footer")
-"""Parts of a page that belong to the theme of the site."""
+TABLES = (".dataframe", ".xr-wrap")
+"""Parts of a page that other packages make: the theme of the site, and tables of pandas and xarray in notebooks."""
 
 OVERFLOW = "document.documentElement.scrollWidth > innerWidth"
 BROKEN = "[...document.images].filter(image => image.complete && !image.naturalWidth).map(image => image.src)"
@@ -60,7 +61,7 @@ def check_view(browser, address, names, theme, width):
     page = context.new_page()
     for name in names:
         page.goto(address + name)
-        faults = find_violations(page, THEME) + page.evaluate(BROKEN)
+        faults = find_violations(page, (*THEME, *TABLES)) + page.evaluate(BROKEN)
         faults += ["the page is wider than the screen"] if page.evaluate(OVERFLOW) else []
         yield from (f"{name}, {theme}, {width} px: {fault}" for fault in faults)
     context.close()
