@@ -34,7 +34,7 @@ from gaitopt.cli import (
 )
 from gaitopt.cli.app import app
 from gaitopt.cli.script import call_script
-from gaitopt.continuation import OptimalBranch, OptimalDiagram, OptimalSpecial, SpecialCurve, SpecialKind
+from gaitopt.continuation import OptimalBranch, OptimalDiagram, OptimalSpecialPoint, SpecialCurve, SpecialKind
 from gaitopt.control.law import passive
 from gaitopt.model import ClosedContact, solve_multicontact_impact
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
@@ -193,7 +193,7 @@ def diagram():
 
 
 def optima():
-    point = OptimalSpecial(
+    point = OptimalSpecialPoint(
         kind="activation",
         value=0.2,
         width=1e-16,
